@@ -58,7 +58,7 @@ test-all: test units
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 GOBO_TEST_TIERS=all cargo test --test root -- --include-ignored $(BY_TIER)
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- --ignored $(addprefix --skip ,$(BY_TIER))
 
-# The kernels against their twins on a second driver, SwiftShader (subgroups of 4).
+# The kernels against their CPU references on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
 	GOBO_TEST_TIERS=all sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
 

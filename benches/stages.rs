@@ -1,4 +1,4 @@
-//! Stages alone: the twins on the CPU; sort, bin and accumulate on the device.
+//! Stages alone: the CPU references on the CPU; sort, bin and accumulate on the device.
 //!
 //! `cargo bench -p gobo-benches --bench stages`, or `cargo bench -p gobo-benches --bench stages -- gpu/sort` for some of them.
 mod common;

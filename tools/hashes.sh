@@ -1,5 +1,5 @@
 #!/bin/sh
-# Hashes of the pictures and maps of every scene of data/, on both tiers and the twin: one line for
+# Hashes of the pictures and maps of every scene of data/, on both tiers and the CPU reference: one line for
 # each scene, tier and kind. Two builds that agree print the same lines.
 # Usage: tools/hashes.sh [GOBO] [SCENE...]. SETS holds further arguments for `gobo render`.
 set -eu

@@ -215,7 +215,7 @@ fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
     Box::new(move |z| light_at(&nodes, z, false))
 }
 
-/// Like the twin `tile`, where every pair hits the texel.
+/// Like the CPU reference `tile`, where every pair hits the texel.
 fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
     use gobo::internals::reference::curve::tile::{SLAB_PAIRS, max_exact_hits, slab_count};
     let mut curve = Streaming::new(nodes, false);

@@ -55,7 +55,7 @@ impl Needs {
         if self.maps || self.backend_is_cpu {
             bytes = bytes.saturating_add(self.of_maps(scene));
         }
-        // Records of casters as they are uploaded, or, of the twin, with copies, footprints, keys,
+        // Records of casters as they are uploaded, or, of the CPU reference, with copies, footprints, keys,
         // rectangles and setups of the picture as well.
         let [particle, triangle] = if self.backend_is_cpu { [256, 640] } else { [32, 128] };
         let emitted: u64 = scene.motions.iter().map(|motion| motion.most_particles()).sum();
@@ -79,7 +79,7 @@ impl Needs {
             texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));
         let mut bytes = all.saturating_mul(texel);
         if self.backend_is_cpu {
-            // What the twin keeps of a texel of the view that it renders, softens or blurs.
+            // What the CPU reference keeps of a texel of the view that it renders, softens or blurs.
             let filters = shadow.soften || shadow.blur > 0;
             let own = 64 + 24 * nodes + u64::from(filters) * (128 + 8 * nodes);
             bytes = bytes.saturating_add(most * own);
@@ -95,7 +95,7 @@ impl Needs {
         bytes
     }
 
-    /// Light and shown light of the mean, one sample, and the twin's layers, masks and air.
+    /// Light and shown light of the mean, one sample, and the CPU reference's layers, masks and air.
     fn of_picture(&self, scene: &Scene) -> u64 {
         let size = scene.camera.size;
         let pixels = u64::from(size.x) * u64::from(size.y);

@@ -13,7 +13,7 @@ use std::{
 };
 
 /// Most frames of an animated PNG.
-const MOST: usize = i32::MAX as usize;
+const MAX: usize = i32::MAX as usize;
 /// What a preview says of its origin: only files with it are overwritten.
 const MARK: &str = "gobo --preview";
 
@@ -47,8 +47,8 @@ impl Preview {
     ) -> Result<Self, Failure> {
         let format = format(path)?;
         check_name(path, out)?;
-        if format == Format::Png && frames > MOST {
-            let message = format!("{frames} frames, but an animated PNG has at most {MOST}");
+        if format == Format::Png && frames > MAX {
+            let message = format!("{frames} frames, but an animated PNG has at most {MAX}");
             return Err(Failure::refused(path, message, "name an .mp4, or fewer frames"));
         }
         if !is_free(path, format).map_err(|source| Failure::file(path, source))? {

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! import package::records::tile::{Tile, tile_of};   wgsl/records/tile.wgsl
-//! import choice::walk::walk;                        the file that the kernel chose to walk by
+//! import choice::traversal::walk;                        the file that the kernel chose to walk by
 //! import choice::root::open_rest;                   the file of the kernel's entry point
 //! ```
 //!

@@ -195,11 +195,11 @@ impl Material {
     /// Absorption coefficient inside its volumes, per channel [1/m].
     pub fn absorption(&self) -> Vec3 {
         /// Least attenuation colour, 20 halvings; powers of 0 differ between adapters.
-        const LEAST: f32 = 1e-6;
+        const MIN: f32 = 1e-6;
         if !self.attenuation_distance.is_finite() {
             return Vec3::ZERO;
         }
-        -self.attenuation_color.clamp(Vec3::splat(LEAST), Vec3::ONE).map(f32::ln)
+        -self.attenuation_color.clamp(Vec3::splat(MIN), Vec3::ONE).map(f32::ln)
             / self.attenuation_distance
     }
 }

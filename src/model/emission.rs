@@ -12,7 +12,7 @@ use std::{
 };
 
 /// Most values of a look over a particle's life.
-pub const MOST_STOPS: usize = 16;
+pub const MAX_STOPS: usize = 16;
 
 /// An emitter of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Emitter {
     pub start: f64,
     /// Duration of the emission [steps].
     pub steps: u32,
-    /// Radii over a particle's life, evenly spaced, 1 to [`MOST_STOPS`] of them [m].
+    /// Radii over a particle's life, evenly spaced, 1 to [`MAX_STOPS`] of them [m].
     pub radius: Vec<f32>,
     /// Colours, likewise: linear rgb.
     pub color: Vec<Vec3>,
@@ -74,8 +74,8 @@ impl Emitter {
     /// A few of the live particles, evenly chosen, as if they were not a fluid: enough to see how far they
     /// reach. `most_steps`: of all of them together.
     pub fn sample(&self, seconds: f64, farthest: f32, most_steps: usize) -> Vec<Particle> {
-        const MOST: usize = 1000;
-        let most = MOST.min(most_steps / self.forces.longest() as usize);
+        const MAX: usize = 1000;
+        let most = MAX.min(most_steps / self.forces.longest() as usize);
         let (step, part) = self.moment(seconds);
         let numbers = self.numbers(step);
         let every = numbers.len().div_ceil(most.max(1)).max(1);

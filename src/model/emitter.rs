@@ -2,7 +2,7 @@
 //! alone, so a frame is the same whichever frame was made before it.
 //!
 //! Random numbers are integer hashes (Jarzynski and Olano 2020, `pcg`); a step uses only sums, products,
-//! divisions and square roots. The twin of `wgsl/simulate/simulate_particles.wgsl`.
+//! divisions and square roots. The CPU reference of `wgsl/simulate/simulate_particles.wgsl`.
 use super::{fluid::Fluid, hash::pcg};
 use glam::{IVec3, Vec3, Vec4};
 
@@ -177,10 +177,10 @@ impl Forces {
     /// Particles that have started before the end of step `step`.
     pub fn started(&self, step: u32) -> u32 {
         /// No emitter sends out more particles than this.
-        const MOST: u32 = 1 << 31;
+        const MAX: u32 = 1 << 31;
         let guess = (f64::from(step) + 1.0) / STEPS_PER_SECOND * self.rate;
-        if guess >= f64::from(MOST) {
-            return MOST;
+        if guess >= f64::from(MAX) {
+            return MAX;
         }
         // Corrects the rounding of the guess.
         let mut count = guess as u32;

@@ -19,7 +19,7 @@ pub struct Fluid {
 
 impl Fluid {
     /// Most particles of one emitter.
-    pub const MOST: u32 = 10_000;
+    pub const MAX: u32 = 10_000;
 
     /// Mass of a particle; water at rest has a mass of 1 per m^3.
     fn mass(&self) -> f32 {

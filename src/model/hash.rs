@@ -1,4 +1,4 @@
-//! The integer hash of kernels and their twins. WGSL: `wgsl/hit/hash.wgsl`.
+//! The integer hash of kernels and their CPU references. WGSL: `wgsl/hit/hash.wgsl`.
 
 /// Integer hash (Jarzynski and Olano 2020, pcg).
 pub fn pcg(value: u32) -> u32 {

@@ -1,6 +1,6 @@
 //! Emitters and their particles as kernels read them. WGSL: `wgsl/records/emitter.wgsl`.
 use crate::model::{
-    emission::{Emission, MOST_STOPS},
+    emission::{Emission, MAX_STOPS},
     emitter::{EmittedParticle, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
 };
 use bytemuck::{Pod, Zeroable};
@@ -179,9 +179,9 @@ pub struct EmissionParams {
     pub pad_1: u32,
     pub pad_2: u32,
     /// Radii at even distances over a life [m].
-    pub radii: [[f32; 4]; MOST_STOPS / 4],
+    pub radii: [[f32; 4]; MAX_STOPS / 4],
     /// Colours and alphas, each at even distances of its own.
-    pub shades: [Vec4; MOST_STOPS],
+    pub shades: [Vec4; MAX_STOPS],
 }
 crate::gpu_layout!(EmissionParams {
     first,
@@ -204,9 +204,9 @@ impl EmissionParams {
     /// Parameters of an emission whose particles are in a ring of `capacity` slots.
     pub fn new(emission: &Emission, capacity: u32) -> Self {
         let emitter = &*emission.emitter;
-        let mut radii = [[0.0; 4]; MOST_STOPS / 4];
+        let mut radii = [[0.0; 4]; MAX_STOPS / 4];
         radii.as_flattened_mut()[..emitter.radius.len()].copy_from_slice(&emitter.radius);
-        let mut shades = [Vec4::ZERO; MOST_STOPS];
+        let mut shades = [Vec4::ZERO; MAX_STOPS];
         for (shade, color) in shades.iter_mut().zip(&emitter.color) {
             *shade = color.extend(0.0);
         }

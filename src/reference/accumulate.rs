@@ -1,4 +1,4 @@
-//! Reference of `accumulate`: light that the hits of each ray let through, and the nearest of them.
+//! CPU reference of `accumulate`: light that the hits of each ray let through, and the nearest of them.
 use super::{
     caster_hit::{Face, Hit, Records, Target},
     tile::{TEXELS, Tile, TileTexels},

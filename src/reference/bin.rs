@@ -1,4 +1,4 @@
-//! Twin of `wgsl/bin/bin_*.wgsl`: depth-sorted footprints -> pairs by tile, front to back.
+//! CPU reference of `wgsl/bin/bin_*.wgsl`: depth-sorted footprints -> pairs by tile, front to back.
 //!
 //! count -> scan -> emit in sorted order, then a stable sort by tile.
 use crate::records::{GpuView, TileRect};

@@ -1,4 +1,4 @@
-//! Reference of `wgsl/blur/`: a Gaussian of the filter map and of the curves. Depths are not blurred; the
+//! CPU reference of `wgsl/blur/`: a Gaussian of the filter map and of the curves. Depths are not blurred; the
 //! nearest one becomes the nearest of the window, so that all of a blurred edge is behind it.
 //!
 //! Texels off the map have no weight, and neither have blind ones, whose opaque surface is in front of all

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
+//! CPU reference of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
     accumulate::FIXED_ONE,
     hit::{Facing, absorption, coverage, transmittance},
@@ -246,7 +246,7 @@ impl Face {
 }
 
 /// Least distance from the centre, along either axis, beyond which a footprint touches no texel [texels];
-/// `shape`: of a particle. Twin of `wgsl/hit/reach.wgsl`.
+/// `shape`: of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
 fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let Some(shape) = shape else { return footprint.radius };
     if footprint.beside().is_some() {
@@ -336,12 +336,12 @@ fn chord(view: &GpuView, footprint: &Footprint, texel: Vec2, opaque_depth: f32) 
 /// Hit of a puff: the transfer along a whole diameter, to the power of the chord's share of it.
 fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     // Powers of 0 differ between adapters.
-    const LEAST: f32 = 1e-9;
-    let per_diameter = transmittance(transfer, alpha, color).max(Vec3::splat(LEAST));
-    let opacity = 1.0 - (1.0 - alpha).max(LEAST).powf(chord.share);
+    const MIN: f32 = 1e-9;
+    let per_diameter = transmittance(transfer, alpha, color).max(Vec3::splat(MIN));
+    let opacity = 1.0 - (1.0 - alpha).max(MIN).powf(chord.share);
     let light = per_diameter.powf(chord.share);
     let added = added(transfer, opacity, color);
-    let whole = absorption(transfer, alpha, color).min(Vec3::splat(1.0 - LEAST));
+    let whole = absorption(transfer, alpha, color).min(Vec3::splat(1.0 - MIN));
     let absorbed = whole.map(|x| -((-x).ln_1p() * chord.share).exp_m1());
     Hit { light, absorbed, added, color, opacity, depth: chord.depth, end: chord.end }
 }

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
+//! CPU reference of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
 use crate::records::{ClusterCounters, Grid, Reach, UNIT};
 use glam::{IVec3, Vec3};
 

@@ -1,4 +1,4 @@
-//! Reference of `wgsl/soften/filter_*.wgsl` and `colored_*.wgsl`: softening of dithered shadows. The visibility
+//! CPU reference of `wgsl/soften/filter_*.wgsl` and `colored_*.wgsl`: softening of dithered shadows. The visibility
 //! behind dithered surfaces is blurred over one window of their pattern and becomes a filter; depths are never
 //! blurred.
 use super::{occlude::is_dithered, threads::each};

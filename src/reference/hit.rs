@@ -1,4 +1,4 @@
-//! Geometry and optics of one ray's hit. Twin of `wgsl/hit/hit.wgsl`.
+//! Geometry and optics of one ray's hit. CPU reference of `wgsl/hit/hit.wgsl`.
 use crate::{
     model::{MAX_GAIN, Profile, Shape, Transfer},
     records::{Footprint, GpuView, TriangleSetup},

@@ -1,4 +1,4 @@
-//! Reference of `wgsl/shade/answer_shares.wgsl`: share of each light that reaches points of the host.
+//! CPU reference of `wgsl/shade/output_shares.wgsl`: share of each light that reaches points of the host.
 use super::{
     area::{Fit, mean_over_points},
     shading::Lighting,

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/mask/*.wgsl`: the share of each light that reaches each pixel.
+//! CPU reference of `wgsl/mask/*.wgsl`: the share of each light that reaches each pixel.
 use super::{
     shading::{Lighting, Point, PointKind},
     threads::each,
@@ -12,14 +12,14 @@ use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 /// Depths that are less apart are equal: pixels beside each other on a floor differ by their rounding alone.
 pub const TIED: f32 = 1e-6;
 /// Sum of four neighbours' weights below which only the best neighbour is used.
-pub const LEAST_WEIGHT: f32 = 1e-3;
+pub const MIN_WEIGHT: f32 = 1e-3;
 /// Error of a right angle between two normals, in units of the blur's tolerance in depth.
 pub const TURNED: f32 = 8.0;
 /// Distance of the last tap from the centre, in standard deviations.
 pub const WIDTHS: f32 = 2.0;
 
 /// Cosine of the steepest slant that counts, times the length of the pixel's ray; negative towards the eye.
-pub const LEAST_FACING: f32 = -1e-3;
+pub const MIN_FACING: f32 = -1e-3;
 
 /// Surface that the camera sees in a pixel of the picture.
 #[derive(Clone, Copy, Debug)]
@@ -208,7 +208,7 @@ impl Filter<'_> {
         let ray = Vec3::new(slope.x, -slope.y, -1.0);
         let normal = self.view.view_from_world.transform_vector3(seen.face);
         // A step changes the distance along the axis by so much.
-        let turn = normal.truncate() / normal.dot(ray).min(LEAST_FACING);
+        let turn = normal.truncate() / normal.dot(ray).min(MIN_FACING);
         let square = 1.0 - 2.0 * turn * ray.truncate() + turn * turn * ray.length_squared();
         square.max(Vec2::ONE).map(|square| 1.0 / square.sqrt())
     }
@@ -270,7 +270,7 @@ impl Filter<'_> {
                     (best, least) = (value, error);
                 }
             }
-            stored(if weights > LEAST_WEIGHT { sum / weights.max(1e-9) } else { best })
+            stored(if weights > MIN_WEIGHT { sum / weights.max(1e-9) } else { best })
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Reference implementation: a plain CPU twin of each stage.
+//! Reference implementation: a plain CPU reference of each stage.
 pub mod accumulate;
 pub mod air;
 mod area;

@@ -1,4 +1,4 @@
-//! Reference of `wgsl/state/depth.wgsl` and `colored.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
+//! CPU reference of `wgsl/accumulator/{depth,colored}.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
 //! With coloured dithering each channel has a threshold and an opaque depth of its own, so that three depths hold
 //! coloured layers in any order (McGuire and Enderton 2011).
 use super::{

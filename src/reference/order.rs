@@ -1,4 +1,4 @@
-//! Twin of `wgsl/hit/hit_order.wgsl`: sorting of one ray's hits by depth.
+//! CPU reference of `wgsl/hit/hit_order.wgsl`: sorting of one ray's hits by depth.
 //!
 //! Casters come sorted by their nearest points, so their hits are nearly sorted. The last few hits wait in
 //! a sorted buffer; a late one is inserted among them. At equal depths the casters' order decides.

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/project/project_particles.wgsl` and `wgsl/project/project_triangles.wgsl`.
+//! CPU reference of `wgsl/project/project_particles.wgsl` and `wgsl/project/project_triangles.wgsl`.
 use crate::{
     model::{Shape, TILE_SIZE, Transfer},
     records::{

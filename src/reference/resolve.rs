@@ -1,4 +1,4 @@
-//! Reference of `wgsl/driver/resolve.wgsl`: `F`, as its texture stores it.
+//! CPU reference of `wgsl/entry/resolve.wgsl`: `F`, as its texture stores it.
 use super::accumulate::FIXED_ONE;
 use glam::{IVec3, Vec3};
 use half::f16;

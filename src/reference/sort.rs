@@ -1,4 +1,4 @@
-//! Twin of `wgsl/sort/sort_*.wgsl`: a stable sort of pairs by some bits of their key.
+//! CPU reference of `wgsl/sort/sort_*.wgsl`: a stable sort of pairs by some bits of their key.
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/hit/texture.wgsl`: bilinear, repeating, row 0 at v = 0.
+//! CPU reference of `wgsl/hit/texture.wgsl`: bilinear, repeating, row 0 at v = 0.
 use crate::model::Texture;
 use glam::{Vec2, Vec4};
 

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/records/tile.wgsl` and `lane.wgsl`: the texels of a tile.
+//! CPU reference of `wgsl/records/tile.wgsl` and `lane.wgsl`: the texels of a tile.
 use crate::{model::TILE_SIZE, records::GpuView};
 use glam::{UVec2, Vec2};
 use std::ops::{Index, IndexMut};

@@ -181,14 +181,14 @@ impl GpuEngine {
         points: &[ReceiverPoint],
     ) -> Result<Vec<[f32; 3]>, Error> {
         /// Most points that are looked up at a time: the levels of area lights are made again for each batch.
-        const MOST: usize = 1 << 22;
+        const MAX: usize = 1 << 22;
         self.emit(scene)?;
         let limits = self.gpu.device.limits();
         let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
         let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(Vec::new()))?;
         let chosen: Vec<_> = (0..scene.lights.len()).collect();
         let answers = limits.max_storage_buffer_binding_size as usize / size_of::<[f32; 3]>();
-        let at_a_time = (answers / chosen.len().max(1)).clamp(1, MOST);
+        let at_a_time = (answers / chosen.len().max(1)).clamp(1, MAX);
         let order = place_order(points.iter().map(|point| point.position));
         let mut shares = vec![[0.0; 3]; points.len() * chosen.len()];
         for some in order.chunks(at_a_time) {

@@ -47,12 +47,12 @@ pub struct RenderOptions<'a> {
     /// Light whose maps are read back, if `maps` is set; all lights when `None`.
     pub maps_of: Option<usize>,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
-    /// change. The twin renders all views in any case.
+    /// change. The CPU reference renders all views in any case.
     pub keep: bool,
-    /// Whether to read back the picture's linear light, before exposure and tone curve; the twin always
+    /// Whether to read back the picture's linear light, before exposure and tone curve; the CPU reference always
     /// returns it.
     pub light: bool,
-    /// Debug pictures. The CPU twin has none.
+    /// Debug pictures. The CPU reference has none.
     pub debug: &'a [DebugMode],
     /// Whether no picture is rendered: it and what it counts are then empty.
     pub maps_only: bool,
@@ -93,7 +93,7 @@ impl Renderer {
         Ok(Self { engine: Engine::Gpu(Box::new(GpuEngine::new(gpu)?)) })
     }
 
-    /// A renderer without any device, by the CPU twins of the kernels.
+    /// A renderer without any device, by the CPU references of the kernels.
     pub fn on_cpu() -> Self {
         Self { engine: Engine::Cpu }
     }
@@ -129,7 +129,7 @@ impl Renderer {
                 let gpu = &engine.gpu;
                 format!("{} ({}; {})", gpu.adapter.name, gpu.adapter.backend, gpu.tier_reason)
             }
-            Engine::Cpu => "the CPU twin".to_owned(),
+            Engine::Cpu => "the CPU reference".to_owned(),
         }
     }
 

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     model::{
         Motion,
-        emission::{Emission, Emitter, MOST_STOPS},
+        emission::{Emission, Emitter, MAX_STOPS},
         emitter::{EmittedParticle, Flock, Forces, MAX_BOXES, STEPS_PER_SECOND},
         fluid::Fluid,
         moved,
@@ -26,10 +26,10 @@ use std::{
 use toml::Spanned;
 
 /// Most particle steps of all emitters for one frame on its own: some minutes on two cores.
-const MOST_FLOWN: u64 = 1 << 32;
+const MAX_FLOWN: u64 = 1 << 32;
 
 /// Most particle steps of samples of all emitters: a second or two.
-const MOST_SAMPLED: usize = 1 << 24;
+const MAX_SAMPLED: usize = 1 << 24;
 
 /// All emitters of a scene; their particles come after all others.
 #[derive(Clone)]
@@ -143,16 +143,16 @@ impl Loader<'_> {
             let most = emitter.forces.most();
             self.check_limit(Limit::Particles, have, most as usize, (&table.span(), "rate"))?;
             all_flown = all_flown.saturating_add(flown(&emitter));
-            if all_flown > MOST_FLOWN {
+            if all_flown > MAX_FLOWN {
                 let message = format!("{all_flown} steps of particles for one frame");
                 let help = format!(
-                    "at most {MOST_FLOWN} of all emitters: use a lower rate, shorter lives or a later start"
+                    "at most {MAX_FLOWN} of all emitters: use a lower rate, shorter lives or a later start"
                 );
                 return Err(self.error(&table.span(), "lifetime", &message, &help));
             }
-            if emitter.fluid.is_some() && most > Fluid::MOST {
+            if emitter.fluid.is_some() && most > Fluid::MAX {
                 let message = format!("{most} particles that press each other");
-                let help = format!("at most {}: use a lower rate or shorter lives", Fluid::MOST);
+                let help = format!("at most {}: use a lower rate or shorter lives", Fluid::MAX);
                 return Err(self.error(&table.span(), "rate", &message, &help));
             }
             have += most as usize;
@@ -166,7 +166,7 @@ impl Loader<'_> {
             emitters.apply(&mut self.scene, 0.0);
             self.scene.motions.push(Arc::new(emitters));
         } else {
-            let steps = MOST_SAMPLED / emitters.len();
+            let steps = MAX_SAMPLED / emitters.len();
             let sample = emitters.iter().flat_map(|emitter| emitter.sample(0.0, FARTHEST, steps));
             self.scene.particles.extend(sample);
             self.resting = Some(Arc::new(Emitters::new(first_particle, emitters, on_device)));
@@ -351,9 +351,9 @@ fn path(check: &Table<'_, EmitterTable>, start: f32) -> Result<Vec<[f32; 4]>, Sc
 }
 
 fn count_stops(check: &Table<'_, EmitterTable>, key: &str, count: usize) -> Result<(), SceneError> {
-    if (1..=MOST_STOPS).contains(&count) {
+    if (1..=MAX_STOPS).contains(&count) {
         return Ok(());
     }
-    let help = format!("1 to {MOST_STOPS}, evenly spaced over a particle's life");
+    let help = format!("1 to {MAX_STOPS}, evenly spaced over a particle's life");
     Err(check.fault(key, format!("{count} values of {key}"), &help))
 }

@@ -13,9 +13,9 @@ use crate::model::{
 use toml::Spanned;
 
 /// Least near plane of a spot or point light [m]: matrices can represent it.
-const LEAST_DEPTH: f32 = 1e-7;
+const MIN_DEPTH: f32 = 1e-7;
 /// Shortest range of cascades [m].
-const LEAST_RANGE: f32 = 1e-3;
+const MIN_RANGE: f32 = 1e-3;
 
 pub(super) fn light(
     source: &SceneText<'_>,
@@ -136,7 +136,7 @@ fn shadow<T>(
     let kind = light_kind(check, given, noun, of_light)?;
     let is_directional = matches!(kind, LightKind::Directional { .. });
     let depth = |key: &str, value: Option<f32>| {
-        let valid = |v: f32| v.abs() <= 1e7 && (v >= LEAST_DEPTH || is_directional);
+        let valid = |v: f32| v.abs() <= 1e7 && (v >= MIN_DEPTH || is_directional);
         let range = if is_directional { "within 1e7 m" } else { "a distance of 1e-7 to 1e7 m" };
         value.map(|v| check.number(key, v, valid, range)).transpose()
     };
@@ -242,7 +242,7 @@ fn cascades<T>(
         let message = format!("only a directional {noun} has cascades");
         return Err(check.fault("cascades", message, "remove cascades"));
     }
-    let most = |v: f32| (LEAST_RANGE..=1e7).contains(&v);
+    let most = |v: f32| (MIN_RANGE..=1e7).contains(&v);
     let is_half = |v: f32| (0.0..=0.5).contains(&v);
     Ok(Some(Cascades {
         count,

@@ -88,9 +88,9 @@ const ROUNDS: u32 = 8;
 
 impl Simulation {
     /// Most time steps of one recording.
-    pub const MOST_STEPS: u32 = ROUNDS * STEPS_AT_ONCE;
+    pub const MAX_STEPS: u32 = ROUNDS * STEPS_AT_ONCE;
 
-    /// Records up to `steps` more steps of 1/60 s, at most [`Self::MOST_STEPS`], and returns their number:
+    /// Records up to `steps` more steps of 1/60 s, at most [`Self::MAX_STEPS`], and returns their number:
     /// fewer at a time if the emitter has a path.
     /// The commands must be submitted before it records again.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, steps: u32) -> u32 {
@@ -104,7 +104,7 @@ impl Simulation {
         timeline: &mut Timeline,
         steps: u32,
     ) -> u32 {
-        let end = self.step.saturating_add(steps.min(Self::MOST_STEPS));
+        let end = self.step.saturating_add(steps.min(Self::MAX_STEPS));
         let (first, at_once) = (self.step, EmitterParams::steps_at_once(&self.forces));
         let mut dispatches = Vec::new();
         for (params, [start, advance]) in &self.rounds {

@@ -30,19 +30,19 @@ pub fn composed_texels(pair_capacity: u32) -> u64 {
 }
 
 /// State of four texels per lane.
-pub(super) const FILTER: Choice = Choice::new("state", "state/filter.wgsl");
+pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter.wgsl");
 /// State of eight texels per lane, for soft discs of the `filter` transfer only.
-pub(super) const DISCS: Choice = Choice::new("state", "state/discs.wgsl");
-const DISC_CANDIDATE: Choice = Choice::new("candidate", "state/discs.wgsl");
-pub(super) const MAPS: Choice = Choice::new("store", "state/maps.wgsl");
+pub(super) const DISCS: Choice = Choice::new("accumulator", "accumulator/discs.wgsl");
+const DISC_CANDIDATE: Choice = Choice::new("candidate", "accumulator/discs.wgsl");
+pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");
 /// Replaces [`MAPS`] where segments are composed one by one.
-pub(super) const ORDERED_MAPS: Choice = Choice::new("store", "state/ordered.wgsl");
-const STORED: Choice = Choice::new("maps", "state/maps_stored.wgsl");
+pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/ordered.wgsl");
+const STORED: Choice = Choice::new("maps", "accumulator/maps_stored.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[IN_ORDER, FILTER, MAPS, STORED, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
@@ -51,7 +51,7 @@ pub const TILES: KernelDesc = KernelDesc {
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_segments",
     entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    root: "entry/segment.wgsl",
     with: &[FILTER, MAPS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
@@ -61,7 +61,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
 pub const ORDERED: KernelDesc = KernelDesc {
     name: "accumulate_ordered",
     entry: "walk_ordered_segment",
-    root: "driver/ordered_segment.wgsl",
+    root: "entry/ordered_segment.wgsl",
     with: &[FILTER, ORDERED_MAPS, WALK, CANDIDATE, SUMS],
     constants: &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
@@ -70,7 +70,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
 pub const TINY: KernelDesc = KernelDesc {
     name: "accumulate_tiny",
     entry: "accumulate_tiny",
-    root: "driver/tiny.wgsl",
+    root: "entry/tiny.wgsl",
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     tiers: Tier::ALL,
@@ -79,7 +79,7 @@ pub const TINY: KernelDesc = KernelDesc {
 pub const OVERFLOW: KernelDesc = KernelDesc {
     name: "accumulate_overflow",
     entry: "scatter_overflow",
-    root: "driver/overflow.wgsl",
+    root: "entry/overflow.wgsl",
     with: &[MAPS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
@@ -88,7 +88,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
 pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_disc_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[IN_ORDER, DISCS, MAPS, STORED, WALK, DISC_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
@@ -97,7 +97,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_disc_segments",
     entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    root: "entry/segment.wgsl",
     with: &[DISCS, MAPS, WALK, DISC_CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,

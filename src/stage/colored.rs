@@ -7,13 +7,13 @@
 use super::walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-const COLORED: Choice = Choice::new("state", "state/colored.wgsl");
-const COLORED_DEPTHS: Choice = Choice::new("store", "state/colored.wgsl");
+const COLORED: Choice = Choice::new("accumulator", "accumulator/colored.wgsl");
+const COLORED_DEPTHS: Choice = Choice::new("output", "accumulator/colored.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "colored_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[IN_ORDER, COLORED, COLORED_DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
@@ -22,7 +22,7 @@ pub const TILES: KernelDesc = KernelDesc {
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "colored_segments",
     entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    root: "entry/segment.wgsl",
     with: &[COLORED, COLORED_DEPTHS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
@@ -31,7 +31,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
 pub const OVERFLOW: KernelDesc = KernelDesc {
     name: "colored_overflow",
     entry: "scatter_overflow",
-    root: "driver/overflow.wgsl",
+    root: "entry/overflow.wgsl",
     with: &[COLORED_DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
@@ -40,7 +40,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
 pub const RESOLVE: KernelDesc = KernelDesc {
     name: "colored_resolve",
     entry: "resolve_tile",
-    root: "driver/resolve.wgsl",
+    root: "entry/resolve.wgsl",
     with: &[COLORED, COLORED_DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,

@@ -24,22 +24,23 @@ pub fn partial_count(pair_capacity: u32) -> u64 {
 /// cheaper on software adapters.
 const PAIRS: Choice =
     Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", "curve/pairs_loaded.wgsl");
-const WALK: Choice = Choice::by_tier("walk", "walk/slabs_uniform.wgsl", "walk/slabs_subgroup.wgsl");
-const CURVES: Choice = Choice::new("state", "curve/gather.wgsl");
+const WALK: Choice =
+    Choice::by_tier("traversal", "traversal/slabs_uniform.wgsl", "traversal/slabs_subgroup.wgsl");
+const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Visits soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
 const DISC_CANDIDATE: Choice = Choice::new("candidate", "curve/visit_discs.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
-const TILE: Choice = Choice::new("store", "curve/tile.wgsl");
-const SEGMENT: Choice = Choice::new("store", "curve/segment.wgsl");
-const RESOLVED: Choice = Choice::new("store", "curve/resolve.wgsl");
+const TILE: Choice = Choice::new("output", "curve/tile.wgsl");
+const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
+const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[IN_ORDER, CURVES, HITS, TILE, PAIRS, WALK, CANDIDATE, SUMS],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
@@ -48,7 +49,7 @@ pub const TILES: KernelDesc = KernelDesc {
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
     entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    root: "entry/segment.wgsl",
     with: &[CURVES, HITS, SEGMENT, PAIRS, WALK, CANDIDATE],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
@@ -57,7 +58,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
 pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[IN_ORDER, CURVES, DISCS, TILE, PAIRS, WALK, DISC_CANDIDATE, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
@@ -66,7 +67,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_segments",
     entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    root: "entry/segment.wgsl",
     with: &[CURVES, DISCS, SEGMENT, PAIRS, WALK, DISC_CANDIDATE],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
@@ -75,7 +76,7 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
 pub const RESOLVE: KernelDesc = KernelDesc {
     name: "resolve_curve",
     entry: "resolve_tile",
-    root: "driver/resolve.wgsl",
+    root: "entry/resolve.wgsl",
     with: &[CURVES, NODES, RESOLVED, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,

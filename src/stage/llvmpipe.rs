@@ -12,7 +12,7 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleave
 /// too few of those.
 pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
 /// Collects discs until there is one for each lane.
-const QUEUE: Choice = Choice::new("walk", "llvmpipe/disc_queue.wgsl");
+const QUEUE: Choice = Choice::new("traversal", "llvmpipe/disc_queue.wgsl");
 /// Prefetches maps before they are written.
 const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
@@ -20,7 +20,7 @@ const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_disc_queue_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[INTERLEAVED, DISCS, MAPS, FETCHED, QUEUE],
     constants: &[],
     tiers: &[Tier::Native],
@@ -30,7 +30,7 @@ pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_disc_queue_segments",
     entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    root: "entry/segment.wgsl",
     with: &[DISCS, MAPS, QUEUE, SUMS],
     constants: &[],
     tiers: &[Tier::Native],

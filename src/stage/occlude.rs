@@ -10,18 +10,18 @@ use super::{
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-pub(super) const DEPTH: Choice = Choice::new("state", "state/depth.wgsl");
+pub(super) const DEPTH: Choice = Choice::new("accumulator", "accumulator/depth.wgsl");
 /// State for opaque triangles only.
-const TRIANGLES: Choice = Choice::new("state", "state/triangles.wgsl");
-const TRIANGLE_CANDIDATE: Choice = Choice::new("candidate", "state/triangles.wgsl");
-pub(super) const DEPTHS: Choice = Choice::new("store", "state/depths.wgsl");
+const TRIANGLES: Choice = Choice::new("accumulator", "accumulator/triangles.wgsl");
+const TRIANGLE_CANDIDATE: Choice = Choice::new("candidate", "accumulator/triangles.wgsl");
+pub(super) const DEPTHS: Choice = Choice::new("output", "accumulator/depths.wgsl");
 
 /// Opaque triangles of a few texels, written straight to `small_depths`, one element per texel of the
 /// batch: views follow each other, row by row.
 pub const SMALL: KernelDesc = KernelDesc {
     name: "occlude_small",
     entry: "occlude_small",
-    root: "driver/small.wgsl",
+    root: "entry/small.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     tiers: &[Tier::Core],
@@ -30,7 +30,7 @@ pub const SMALL: KernelDesc = KernelDesc {
 pub const TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[IN_ORDER, DEPTH, DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
@@ -40,7 +40,7 @@ pub const TILES: KernelDesc = KernelDesc {
 pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     name: "occlude_triangle_tiles",
     entry: "walk_tile",
-    root: "driver/tile.wgsl",
+    root: "entry/tile.wgsl",
     with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
@@ -49,7 +49,7 @@ pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "occlude_segments",
     entry: "walk_segment",
-    root: "driver/segment.wgsl",
+    root: "entry/segment.wgsl",
     with: &[DEPTH, DEPTHS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
@@ -58,7 +58,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
 pub const OVERFLOW: KernelDesc = KernelDesc {
     name: "occlude_overflow",
     entry: "scatter_overflow",
-    root: "driver/overflow.wgsl",
+    root: "entry/overflow.wgsl",
     with: &[DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,

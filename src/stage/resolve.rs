@@ -10,7 +10,7 @@ use crate::gpu::{KernelDesc, Tier};
 pub const TILES: KernelDesc = KernelDesc {
     name: "resolve_tiles",
     entry: "resolve_tile",
-    root: "driver/resolve.wgsl",
+    root: "entry/resolve.wgsl",
     with: &[FILTER, MAPS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
@@ -20,7 +20,7 @@ pub const TILES: KernelDesc = KernelDesc {
 pub const ORDERED: KernelDesc = KernelDesc {
     name: "resolve_ordered",
     entry: "resolve_tile",
-    root: "driver/resolve.wgsl",
+    root: "entry/resolve.wgsl",
     with: &[FILTER, ORDERED_MAPS, SUMS],
     constants: &[("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
@@ -29,7 +29,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
 pub const OPAQUE: KernelDesc = KernelDesc {
     name: "resolve_opaque",
     entry: "resolve_tile",
-    root: "driver/resolve.wgsl",
+    root: "entry/resolve.wgsl",
     with: &[DEPTH, DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,

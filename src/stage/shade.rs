@@ -50,15 +50,15 @@ pub const ROUND_LENGTH: u32 = 16384;
 const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 
 /// Translucent layers in front of a pixel's opaque surface.
-const LAYER_STATE: Choice = Choice::new("state", "state/layers.wgsl");
+const LAYER_STATE: Choice = Choice::new("accumulator", "accumulator/layers.wgsl");
 /// Nearest opaque caster of a pixel.
-pub(super) const SEEN_STATE: Choice = Choice::new("state", "state/seen.wgsl");
+pub(super) const SEEN_STATE: Choice = Choice::new("accumulator", "accumulator/seen.wgsl");
 
 const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
 const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
 const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
-const RADIANCE: Choice = Choice::new("answer", "shade/answer_radiance.wgsl");
-const SHARES: Choice = Choice::new("answer", "shade/answer_shares.wgsl");
+const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
+const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
 
 pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",

@@ -15,12 +15,14 @@ pub struct WalkKernels {
 }
 
 /// Visits the footprints that may touch an invocation's texels, front to back.
-pub(super) const WALK: Choice = Choice::by_tier("walk", "walk/uniform.wgsl", "walk/subgroup.wgsl");
+pub(super) const WALK: Choice =
+    Choice::by_tier("traversal", "traversal/uniform.wgsl", "traversal/subgroup.wgsl");
 /// Sums of a batch's texels: buffers on the core tier, textures with atomics on the native tier.
 pub(super) const SUMS: Choice = Choice::by_tier("sums", "sums/buffers.wgsl", "sums/textures.wgsl");
 /// Lanes load and test any caster, and broadcast it.
-pub(super) const CANDIDATE: Choice = Choice::new("candidate", "walk/candidate.wgsl");
+pub(super) const CANDIDATE: Choice = Choice::new("candidate", "traversal/candidate.wgsl");
 /// Like [`CANDIDATE`], with particles set up by the lanes that offer them.
-pub(super) const FACED_CANDIDATE: Choice = Choice::new("candidate", "walk/candidate_faced.wgsl");
+pub(super) const FACED_CANDIDATE: Choice =
+    Choice::new("candidate", "traversal/candidate_faced.wgsl");
 /// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
-pub(super) const IN_ORDER: Choice = Choice::new("order", "driver/in_order.wgsl");
+pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");

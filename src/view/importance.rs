@@ -3,7 +3,7 @@ use crate::model::{Camera, Light, LightKind, MIN_MAP_SIZE, TILE_SIZE};
 use glam::Vec3;
 
 /// Most halvings of a map.
-const MOST_HALVINGS: u32 = 3;
+const MAX_HALVINGS: u32 = 3;
 /// Smallest halved map [texels].
 const SMALLEST: u32 = 64;
 
@@ -12,9 +12,9 @@ const SMALLEST: u32 = 64;
 pub(super) fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     let share = share_of_picture(light, camera);
     let halvings = if share > 0.0 {
-        (-share.log2()).floor().clamp(0.0, MOST_HALVINGS as f32) as u32
+        (-share.log2()).floor().clamp(0.0, MAX_HALVINGS as f32) as u32
     } else {
-        MOST_HALVINGS
+        MAX_HALVINGS
     };
     let least = size.clamp(MIN_MAP_SIZE, SMALLEST);
     if halvings == 0 {

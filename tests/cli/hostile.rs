@@ -339,10 +339,10 @@ fn maps_that_the_host_has_no_memory_for_are_refused() {
     assert!(!folder.0.join("o/frame_0000.png").exists());
 }
 
-/// What the twin keeps of a pixel of shadow masks is many times a pixel of the picture.
+/// What the CPU reference keeps of a pixel of shadow masks is many times a pixel of the picture.
 #[cfg(target_os = "linux")]
 #[test]
-fn masks_that_the_twin_has_no_memory_for_are_refused() {
+fn masks_that_the_reference_has_no_memory_for_are_refused() {
     let folder = Folder::new("large-masks");
     let set = ["--set", "camera.size=[4096,4096]", "--set", "mask.limit=1"];
     let all = [&["render", "scene.toml", "-o", "o", "--backend", "cpu"][..], &set].concat();
@@ -351,10 +351,10 @@ fn masks_that_the_twin_has_no_memory_for_are_refused() {
     assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
 }
 
-/// The twin reads images as they are in the scene, and makes no copies.
+/// The CPU reference reads images as they are in the scene, and makes no copies.
 #[cfg(target_os = "linux")]
 #[test]
-fn the_twin_renders_large_images_in_little_memory() {
+fn the_reference_renders_large_images_in_little_memory() {
     let folder = Folder::new("large-images");
     let mut scene = "[shadow]\nsize = 16\n".to_owned();
     for i in 0..2 {

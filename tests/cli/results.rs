@@ -208,8 +208,8 @@ fn linear_light_is_written_before_exposure_and_tone_curve() {
         }
         lights.push(light);
     }
-    let [twin, kernels] = &lights[..] else { panic!() };
-    for (a, b) in twin.iter().flatten().zip(kernels.iter().flatten()) {
+    let [cpu, kernels] = &lights[..] else { panic!() };
+    for (a, b) in cpu.iter().flatten().zip(kernels.iter().flatten()) {
         // Four steps of half floats, as both backends round.
         assert!((a - b).abs() <= 4.0 * 2f32.powi(-11) * a.max(0.125), "{a} is not {b}");
     }

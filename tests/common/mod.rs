@@ -22,7 +22,7 @@ pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
 /// Tiers of a test about a property: its usual one, so that half of the tests wait for each device; with
 /// `GOBO_TEST_TIERS=all`, as in `make test-all`, both. Kernels of the tiers differ by walks and sums, which
-/// the comparisons with the twin ask on [`TIERS`].
+/// the comparisons with the CPU reference ask on [`TIERS`].
 pub(crate) fn tiers(usual: Tier) -> Vec<Tier> {
     let is_all = std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all");
     if is_all { TIERS.to_vec() } else { vec![usual] }

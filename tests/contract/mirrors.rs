@@ -33,7 +33,7 @@ use gobo::{
             filter::CURVE_RUN_LAYERS,
             project::{self, CHUNK_SIZE},
             shade,
-            sort::{FEW_BITS, MOST_BITS, PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
+            sort::{FEW_BITS, MAX_BITS, PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
         },
     },
     model::{
@@ -47,8 +47,8 @@ use std::collections::{BTreeMap, BTreeSet};
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
-        ("MOST_OF_ALL", air::MOST_OF_ALL),
-        ("MOST_SAMPLES", air::MOST_SAMPLES),
+        ("MAX_OF_ALL", air::MAX_OF_ALL),
+        ("MAX_SAMPLES", air::MAX_SAMPLES),
         ("ALL_LIGHTS", ALL_LIGHTS),
         ("AREA_FLAT", AREA_FLAT),
         ("AREA_SPHERE", AREA_SPHERE),
@@ -177,11 +177,11 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("GOLDEN_COSINE", taps::GOLDEN.x),
         ("GOLDEN_SINE", taps::GOLDEN.y),
         ("HEAD_ON", shading::HEAD_ON),
-        ("LEAST_BEND", curve::bodies::LEAST_BEND),
-        ("LEAST_COSINE", receive::LEAST_COSINE),
-        ("LEAST_DISTANCE", f32::MIN_POSITIVE),
-        ("LEAST_REST", curve::LEAST_REST),
-        ("LEAST_ROOT", curve::bodies::LEAST_ROOT),
+        ("MIN_BEND", curve::bodies::MIN_BEND),
+        ("MIN_COSINE", receive::MIN_COSINE),
+        ("MIN_DISTANCE", f32::MIN_POSITIVE),
+        ("MIN_REST", curve::MIN_REST),
+        ("MIN_ROOT", curve::bodies::MIN_ROOT),
         ("LEVELS", curve::LEVELS),
         ("MAX_GAIN", MAX_GAIN),
         ("MAX_TAU", accumulate::MAX_TAU),
@@ -202,8 +202,8 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("TOUCH", receive::TOUCH),
         ("TRACE", TRACE),
         ("UNIT", UNIT),
-        ("LEAST_FACING", mask::LEAST_FACING),
-        ("LEAST_WEIGHT", mask::LEAST_WEIGHT),
+        ("MIN_FACING", mask::MIN_FACING),
+        ("MIN_WEIGHT", mask::MIN_WEIGHT),
         ("TIED", mask::TIED),
         ("TURNED", mask::TURNED),
         ("WIDTHS", mask::WIDTHS),
@@ -234,10 +234,10 @@ const KERNELS_OWN: &[&str] = &[
     "EMPTY_RUN",
     "LANES",
     "LAST_DEPTH",
-    "LEAST_TAU",
+    "MIN_TAU",
     "LIST_LENGTH",
     "MANY",
-    "MOST_TILES",
+    "MAX_TILES",
     "METAL_STEPS",
     "NO_CASTER",
     "MISS",
@@ -278,9 +278,9 @@ const KERNELS_OWN: &[&str] = &[
     "AROUND",
     "EVIDENCE",
     "FADE",
-    "LEAST",
-    "LEAST_OPEN",
-    "LEAST_LIT",
+    "MIN",
+    "MIN_OPEN",
+    "MIN_LIT",
     "LIT",
     "DIM",
     "EARLY",
@@ -314,7 +314,7 @@ fn numbers_of_both_sides_are_the_same() {
         if item.name == "BLOCK" {
             assert_eq!(WIDE_BLOCK, 256 * 16);
         } else if item.name == "DIGITS" {
-            let bits = if item.file.ends_with("_64.wgsl") { FEW_BITS } else { MOST_BITS };
+            let bits = if item.file.ends_with("_64.wgsl") { FEW_BITS } else { MAX_BITS };
             assert_eq!(value(item.text), Some(f64::from(1 << bits)), "{place}");
         } else if let Some(&mirror) = mirrors.get(item.name) {
             assert_eq!(value(item.text), Some(mirror), "{place}");

@@ -263,8 +263,8 @@ fn errors_name_their_file() {
 fn a_refused_kernel_names_file_and_line() {
     // `ordered` takes arguments here, but `add_node` passes none.
     const WRONG: &[Choice] = &[
-        Choice::new("state", "curve/gather.wgsl"),
-        Choice::new("store", "curve/resolve.wgsl"),
+        Choice::new("accumulator", "curve/gather.wgsl"),
+        Choice::new("output", "curve/resolve.wgsl"),
         Choice::new("sums", "sums/buffers.wgsl"),
         Choice::new("visit", "hit/dither.wgsl"),
     ];

@@ -55,7 +55,7 @@ fn files_that_are_named_exist() {
 #[test]
 fn a_file_that_is_gone_is_noticed() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    assert_eq!(missing(root, "x.wgsl", "// CPU twin: src/cpu/bin.rs.").len(), 1);
+    assert_eq!(missing(root, "x.wgsl", "// CPU reference: src/cpu/bin.rs.").len(), 1);
     assert_eq!(missing(root, "x.md", "in [this](../docs/none.md) one").len(), 1);
     for fine in ["// Rust: src/lib.rs.", "\"src/none.rs\"", "// `wgsl/sort_*.wgsl`, src/model"] {
         assert!(missing(root, "x.rs", fine).is_empty(), "{fine}");

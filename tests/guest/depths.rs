@@ -250,7 +250,7 @@ fn conventions_are_what_they_say() {
 
 /// Every texel and its neighbours, which must stay poisoned.
 #[test]
-fn kernel_equals_twin() {
+fn kernel_equals_reference() {
     const POISON: f32 = -7.0;
     let gpu = gpu(TIERS[0]);
     let kernel = Kernel::new(&gpu.device, &import::DEPTHS, gpu.tier, &[], &[]).unwrap();

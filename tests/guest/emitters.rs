@@ -1,4 +1,4 @@
-//! Emitters on the device: particles match the twin's, and cast shadows without a read-back.
+//! Emitters on the device: particles match the CPU reference's, and cast shadows without a read-back.
 use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, uploaded};
 use crate::common::{TIERS, Tier, gpu, tiers};
 use gobo::{
@@ -88,7 +88,7 @@ fn share_off(found: &[EmittedParticle], expected: &[EmittedParticle], near: f32)
 }
 
 #[test]
-fn the_kernel_flies_as_the_twin() {
+fn the_kernel_flies_as_the_reference() {
     for tier in tiers(Tier::Native) {
         let gpu = gpu(tier);
         let shadows = shadows(&gpu);
@@ -130,7 +130,7 @@ fn the_kernel_flies_as_the_twin() {
 
 #[test]
 #[ignore = "a million particles: make test-all"]
-fn a_million_fly_as_the_twin() {
+fn a_million_fly_as_the_reference() {
     let gpu = gpu(TIERS[0]);
     let forces = Forces { rate: 4e5, lifetime: [2.0, 3.0], turbulence: 1.0, ..calm() };
     let mut simulation = shadows(&gpu).simulation(&forces).unwrap();

@@ -110,7 +110,7 @@ fn a_disc_beside_the_lamp_left_out_is_noticed() {
     }
 }
 
-/// Maps of the twin and of both tiers.
+/// Maps of the CPU reference and of both tiers.
 fn all_maps(scene: &Scene) -> Vec<Vec<ViewMaps>> {
     let mut all = vec![render_maps(scene, &shadow_views(scene)).0];
     all.extend(

@@ -1,4 +1,4 @@
-//! The twin and the kernels against a renderer in 64 bits that shares no code with them.
+//! The CPU reference and the kernels against a renderer in 64 bits that shares no code with them.
 use crate::common::{
     TIERS,
     brute_force::render,

@@ -1,4 +1,4 @@
-//! Coloured dithering: kernels against the twin, all paths alike, and unbiased per channel.
+//! Coloured dithering: kernels against the CPU reference, all paths alike, and unbiased per channel.
 use crate::common::{
     TIERS, map_frame, render,
     scenes::{Chance, empty, light, material, pane, particle},
@@ -48,7 +48,7 @@ fn mixture(pattern: Pattern) -> Scene {
     scene
 }
 
-fn twin(scene: &Scene) -> Vec<ViewMaps> {
+fn cpu(scene: &Scene) -> Vec<ViewMaps> {
     reference::render_maps(scene, &shadow_views(scene)).0
 }
 
@@ -70,7 +70,7 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
 }
 
 #[test]
-fn gpu_matches_twin() {
+fn gpu_matches_reference() {
     let cases = [
         (Pattern::Bayer4, false, GRAZED),
         (Pattern::Hashed, false, GRAZED),
@@ -80,23 +80,23 @@ fn gpu_matches_twin() {
     for (pattern, soften, most) in cases {
         let mut scene = mixture(pattern);
         scene.shadow.soften = soften;
-        let expected = twin(&scene);
+        let expected = cpu(&scene);
         for tier in TIERS {
             let apart = share_apart(&map_frame(tier, &scene).maps, &expected);
             assert!(apart <= most, "{pattern:?} {tier:?} {soften}: {apart}");
         }
     }
-    let other = twin(&mixture(Pattern::Bayer8));
-    assert!(share_apart(&other, &twin(&mixture(Pattern::Bayer4))) > GRAZED);
+    let other = cpu(&mixture(Pattern::Bayer8));
+    assert!(share_apart(&other, &cpu(&mixture(Pattern::Bayer4))) > GRAZED);
 }
 
 #[test]
-fn pictures_match_the_twin() {
+fn pictures_match_the_reference() {
     for receiver in [Receiver::Nearest, Receiver::Curve] {
         let mut scene = mixture(Pattern::Blue);
         scene.shadow.receiver = receiver;
         let views = shadow_views(&scene);
-        let expected = reference::render_picture(&scene, &views, &twin(&scene), &shadow_views).rgb;
+        let expected = reference::render_picture(&scene, &views, &cpu(&scene), &shadow_views).rgb;
         let mut grey = scene.clone();
         grey.shadow.colored = false;
         for tier in tiers(Tier::Native) {
@@ -140,7 +140,7 @@ fn assert_paths_agree(tier: Tier) {
 
 #[test]
 #[ignore = "many casters: make test-all"]
-fn segments_draw_what_the_twin_does() {
+fn segments_draw_what_the_reference_does() {
     let mut long = mixture(Pattern::Bayer8);
     long.particles.iter_mut().for_each(|p| p.material %= 2);
     // More pairs in a tile than a segment holds, far behind all else but nothing less visible.
@@ -149,7 +149,7 @@ fn segments_draw_what_the_twin_does() {
         Particle { id, ..particle(center, 0.3, Vec4::new(0.5, 0.9, 0.2, 0.01)) }
     }));
     for tier in TIERS {
-        let apart = share_apart(&map_frame(tier, &long).maps, &twin(&long));
+        let apart = share_apart(&map_frame(tier, &long).maps, &cpu(&long));
         assert!(apart <= GRAZED, "{tier:?}: {apart}");
     }
 }

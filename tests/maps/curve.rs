@@ -223,12 +223,12 @@ pub(crate) fn mixture() -> Scene {
     scene
 }
 
-pub(crate) fn twin(scene: &Scene) -> Vec<ViewMaps> {
+pub(crate) fn cpu(scene: &Scene) -> Vec<ViewMaps> {
     reference::render_maps(scene, &shadow_views(scene)).0
 }
 
 pub(crate) fn holds(tier: Tier, scene: &Scene, name: &str) {
-    let expected = twin(scene);
+    let expected = cpu(scene);
     let frame = map_frame(tier, scene);
     let apart = share_apart(&frame.maps, &expected);
     assert!(apart <= GRAZED, "{name} {tier:?}: {apart}");
@@ -241,17 +241,17 @@ pub(crate) fn holds(tier: Tier, scene: &Scene, name: &str) {
 }
 
 #[test]
-fn gpu_matches_twin() {
+fn gpu_matches_reference() {
     holds(Tier::Native, &discs(8), "8 nodes");
     holds(Tier::Native, &discs(16), "16 nodes");
     holds(Tier::Core, &discs(4), "4 nodes");
     // The comparison can fail, and there is something to compare.
-    let (four, eight) = (twin(&discs(4)), twin(&discs(8)));
+    let (four, eight) = (cpu(&discs(4)), cpu(&discs(8)));
     assert!(share_apart(&four, &eight) > 0.05);
 }
 
 #[test]
-fn gpu_matches_twin_of_every_kind() {
+fn gpu_matches_reference_of_every_kind() {
     holds(Tier::Core, &mixture(), "mixture");
     let mut gain = mixture();
     gain.materials[1].transfer = Transfer::Gain;
@@ -290,12 +290,12 @@ fn slabs_do_not_depend_on_the_order_of_equal_depths() {
     for i in (1..mixed.particles.len()).rev() {
         mixed.particles.swap(i, chance.below(i + 1));
     }
-    let expected = twin(&scene);
+    let expected = cpu(&scene);
     let near = |maps: &[ViewMaps], name: &str| {
         let apart = share_apart(maps, &expected);
         assert!(apart <= FEW, "{name}: {apart}");
     };
-    near(&twin(&mixed), "twin of another order");
+    near(&cpu(&mixed), "cpu of another order");
     near(&map_frame(Tier::Native, &scene).maps, "native");
     near(&map_frame(Tier::Core, &mixed).maps, "core, of another order");
 }
@@ -305,9 +305,9 @@ fn slabs_do_not_depend_on_the_order_of_equal_depths() {
 fn ramps_of_overlapping_puffs_ascend() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/issues/oloengine-723.toml");
     let scene = scene::load(&path).unwrap();
-    let expected = twin(&scene);
+    let expected = cpu(&scene);
     for (name, maps) in [
-        ("twin", &expected),
+        ("cpu", &expected),
         ("native", &map_frame(Tier::Native, &scene).maps),
         ("core", &map_frame(Tier::Core, &scene).maps),
     ] {

@@ -6,13 +6,13 @@ use crate::{
         tiers,
     },
     maps::{
-        curve::{curved, discs, holds, mixture, twin},
+        curve::{cpu, curved, discs, holds, mixture},
         volumes::{COLOR, DISTANCE, FOG, SUN, WALL, all_maps, cuboid, floor, fog, spot, stage},
     },
 };
 use gobo::{
     glam::{DVec3, Vec3, Vec4},
-    internals::{records::ViewMaps, reference::curve::bodies::LEAST_BEND},
+    internals::{records::ViewMaps, reference::curve::bodies::MIN_BEND},
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
     scene::Scene,
 };
@@ -20,7 +20,7 @@ use gobo::{
 /// Rounding of a stored channel, of f16 in `F`, and of a depth in 16 bits.
 const ROUNDING: f32 = 2e-3;
 /// Bend of a ramp that is not split any more, and by how much its largest error exceeds that in its middle.
-const FLAT: f32 = 1.05 * 0.5 * LEAST_BEND * LEAST_BEND;
+const FLAT: f32 = 1.05 * 0.5 * MIN_BEND * MIN_BEND;
 
 fn middle(maps: &ViewMaps) -> usize {
     let size = maps.view.size;
@@ -138,7 +138,7 @@ fn the_filter_is_that_of_nearest_depth() {
     }
     let mut nearest = scene.clone();
     nearest.shadow.receiver = Receiver::Nearest;
-    let expected = twin(&nearest);
+    let expected = cpu(&nearest);
     let mut changes = 0;
     for tier in tiers(Tier::Core) {
         let frame = map_frame(tier, &scene);
@@ -231,7 +231,7 @@ fn assert_inside(nodes: &[u32]) {
     assert!(bend(of_soot).max_element() > 0.3);
 }
 
-/// Kernels split what the twin splits, among other puffs and volumes; no body takes a hit's node.
+/// Kernels split what the CPU reference splits, among other puffs and volumes; no body takes a hit's node.
 #[test]
 fn bodies_take_free_nodes_only() {
     let mut scene = discs(4);
@@ -342,9 +342,9 @@ fn segments_follow_each_other() {
 
 /// The tests above distinguish the modes.
 #[test]
-fn twins_of_other_bodies_differ() {
+fn reference_of_other_bodies_differ() {
     let scene = discs(8);
     let mut puffs = scene.clone();
     puffs.materials[0].shape = Shape::Puff;
-    assert!(crate::maps::curve::share_apart(&twin(&scene), &twin(&puffs)) > 0.05);
+    assert!(crate::maps::curve::share_apart(&cpu(&scene), &cpu(&puffs)) > 0.05);
 }

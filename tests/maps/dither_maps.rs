@@ -1,4 +1,4 @@
-//! Dithered maps and pictures: kernels against the twin, and properties of both.
+//! Dithered maps and pictures: kernels against the CPU reference, and properties of both.
 use crate::common::{
     TIERS, Tier, map_frame, render,
     scenes::{Chance, empty, flat_view, light, material, pane, particle, random_discs, triangle},
@@ -49,7 +49,7 @@ fn mixture(pattern: Pattern, scale: u32) -> Scene {
     scene
 }
 
-fn twin(scene: &Scene) -> Vec<ViewMaps> {
+fn cpu(scene: &Scene) -> Vec<ViewMaps> {
     reference::render_maps(scene, &shadow_views(scene)).0
 }
 
@@ -67,10 +67,10 @@ fn share_apart(a: &[f32], b: &[f32]) -> f64 {
 }
 
 #[test]
-fn gpu_matches_twin() {
+fn gpu_matches_reference() {
     for pattern in Pattern::ALL {
         let scene = mixture(pattern, if pattern == Pattern::Bayer4 { 3 } else { 1 });
-        let expected = opaques(&twin(&scene));
+        let expected = opaques(&cpu(&scene));
         let open = expected.iter().filter(|z| **z == 1.0).count() as f64 / expected.len() as f64;
         assert!((0.2..0.8).contains(&open), "{open}");
         for tier in TIERS {
@@ -78,13 +78,13 @@ fn gpu_matches_twin() {
             assert!(apart <= GRAZED, "{pattern:?} {tier:?}: {apart}");
         }
     }
-    let other = opaques(&twin(&mixture(Pattern::Bayer8, 1)));
-    assert!(share_apart(&opaques(&twin(&mixture(Pattern::Bayer4, 1))), &other) > GRAZED);
+    let other = opaques(&cpu(&mixture(Pattern::Bayer8, 1)));
+    assert!(share_apart(&opaques(&cpu(&mixture(Pattern::Bayer4, 1))), &other) > GRAZED);
 }
 
 /// Panes across the light's axis: no edge is grazed and no depth is rounded.
 #[test]
-fn gpu_matches_twin_bit_for_bit() {
+fn gpu_matches_reference_bit_for_bit() {
     for pattern in Pattern::ALL {
         let mut scene =
             empty(vec![Material { tint: Vec4::new(1.0, 1.0, 1.0, 0.37), ..dithered(pattern, 1) }]);
@@ -95,7 +95,7 @@ fn gpu_matches_twin_bit_for_bit() {
         for (i, face) in scene.triangles.iter_mut().enumerate() {
             face.id = i as u32 / 2;
         }
-        let expected = opaques(&twin(&scene));
+        let expected = opaques(&cpu(&scene));
         for tier in TIERS {
             let maps = opaques(&map_frame(tier, &scene).maps);
             let bits = |maps: &[f32]| maps.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
@@ -187,7 +187,7 @@ fn the_picture_blends_dithered_glass() {
 }
 
 #[test]
-fn pictures_of_the_scenes_match_the_twin() {
+fn pictures_of_the_scenes_match_the_reference() {
     for name in ["cutout", "reflectivity", "panes", "patterns"] {
         let set = [("camera.size", "[160, 96]"), ("shadow.size", "256"), ("shadow.soften", "true")]
             .map(|(key, value)| (key.to_owned(), value.to_owned()));
@@ -225,7 +225,7 @@ fn every_path_draws_the_same() {
 /// loops of an invocation after 65,535 iterations.
 #[test]
 #[ignore = "many casters: make test-all"]
-fn segments_draw_what_the_twin_does() {
+fn segments_draw_what_the_reference_does() {
     let mut stack =
         empty(vec![Material { profile: Profile::Flat, ..dithered(Pattern::Bayer8, 1) }]);
     stack.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
@@ -237,7 +237,7 @@ fn segments_draw_what_the_twin_does() {
             gobo::model::Particle { id, ..particle(center, 0.6, Vec4::new(1.0, 1.0, 1.0, alpha)) }
         })
         .collect();
-    let expected = opaques(&twin(&stack));
+    let expected = opaques(&cpu(&stack));
     assert!(expected.iter().any(|z| *z < 1.0));
     for tier in TIERS {
         let frame = map_frame(tier, &stack);

@@ -49,7 +49,7 @@ fn middle(maps: &ViewMaps) -> [f64; 3] {
     maps.filter[size / 2 * size + size / 2].map(f64::from)
 }
 
-/// Checks twin and tiers, with capacity for all pairs, for those of most casters and for none.
+/// Checks CPU reference and tiers, with capacity for all pairs, for those of most casters and for none.
 fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     let count = scene.particles.len() as f64;
     let expected = absorbed.map(|x| (count * (-x).ln_1p()).exp());
@@ -60,7 +60,7 @@ fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
         all.extend(
             tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps),
         );
-        for (maps, who) in all.iter().zip(["twin", "core", "native"]) {
+        for (maps, who) in all.iter().zip(["cpu", "core", "native"]) {
             for (found, expected) in middle(&maps[0]).into_iter().zip(expected) {
                 let apart = (found - expected).abs();
                 assert!(apart <= tolerance, "{who}, {pair_budget}: {found} for {expected}");
@@ -128,7 +128,7 @@ fn faint_puffs_add_up() {
     assert_passes(&scene, absorbed, STORAGE);
 }
 
-/// Checks the curves of twin and tiers at three depths, and the filter, for casters below and above the
+/// Checks the curves of CPU reference and tiers at three depths, and the filter, for casters below and above the
 /// opacity from which one alone has a place in a curve.
 fn assert_curves_pass(look: &Material, profile: f64) {
     for (count, alpha) in [(6_000, 1.2e-4), (8_000, 1e-5)] {
@@ -138,7 +138,7 @@ fn assert_curves_pass(look: &Material, profile: f64) {
         all.extend(
             tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps),
         );
-        for (maps, who) in all.iter().zip(["twin", "core", "native"]) {
+        for (maps, who) in all.iter().zip(["cpu", "core", "native"]) {
             let (curve, view) = (maps[0].curve.as_ref().unwrap(), &maps[0].view);
             let size = view.size.x as usize;
             for height in [0.5, 0.0, -1.5] {

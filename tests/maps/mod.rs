@@ -1,4 +1,4 @@
-//! Shadow maps: kernels, twin, closed forms and a renderer in 64 bits.
+//! Shadow maps: kernels, CPU reference, closed forms and a renderer in 64 bits.
 mod bake;
 mod beside;
 mod brute_force;

@@ -1,4 +1,4 @@
-//! The kernels against the twin, and properties of a whole frame on the GPU.
+//! The kernels against the CPU reference, and properties of a whole frame on the GPU.
 use crate::common::{
     TIERS, gpu, map_frame, map_frame_tiny,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -14,10 +14,10 @@ use gobo::{
     scene::Scene,
 };
 
-/// `F` is stored in 16 bits; twin and kernel may round to neighbours, and sums in fixed point add
+/// `F` is stored in 16 bits; CPU reference and kernel may round to neighbours, and sums in fixed point add
 /// as much again.
 const FILTER: f32 = 1.0 / 512.0;
-/// Light depths are `f32`; a few operations separate twin and kernel.
+/// Light depths are `f32`; a few operations separate CPU reference and kernel.
 const DEPTH: f32 = 2e-6;
 /// Share of texels that rounding may decide, where a ray grazes an edge or an opacity equals 1/255.
 const GRAZED: f64 = 5e-5;
@@ -49,7 +49,7 @@ fn largest_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f32 {
     a.iter().zip(&b).fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
-fn twin(scene: &Scene) -> (Vec<ViewMaps>, gobo::model::Counters) {
+fn cpu(scene: &Scene) -> (Vec<ViewMaps>, gobo::model::Counters) {
     reference::render_maps(scene, &shadow_views(scene))
 }
 
@@ -96,8 +96,8 @@ fn mixture(count: usize) -> Scene {
     scene
 }
 
-fn assert_matches_twin(scene: &Scene) {
-    let (expected, counted) = twin(scene);
+fn assert_matches_reference(scene: &Scene) {
+    let (expected, counted) = cpu(scene);
     for tier in TIERS {
         let frame = map_frame(tier, scene);
         let apart = share_apart(&frame.maps, &expected);
@@ -112,20 +112,20 @@ fn assert_matches_twin(scene: &Scene) {
 }
 
 #[test]
-fn gpu_matches_twin_at_awkward_counts() {
+fn gpu_matches_reference_at_awkward_counts() {
     for count in [0, 1, 63, 64, 65, 1000] {
-        assert_matches_twin(&mixture(count));
+        assert_matches_reference(&mixture(count));
     }
 }
 
 #[test]
-fn gpu_matches_twin_with_plain_discs() {
+fn gpu_matches_reference_with_plain_discs() {
     let mut scene = empty(vec![material(Transfer::Filter)]);
     scene.lights = lights();
     scene.particles = random_discs(1000, 5);
-    assert_matches_twin(&scene);
+    assert_matches_reference(&scene);
     scene.shadow.size = 80; // no whole number of 32s
-    assert_matches_twin(&scene);
+    assert_matches_reference(&scene);
 }
 
 /// Sparse and crowded tiles, with and without opaque casters, in orthographic and perspective views; black
@@ -189,7 +189,7 @@ fn loops_for_each_kind_change_no_bit() {
 }
 
 #[test]
-fn gpu_matches_twin_with_many_casters() {
+fn gpu_matches_reference_with_many_casters() {
     let mut scene = empty(vec![material(Transfer::Filter)]);
     scene.lights = lights()[..1].to_vec();
     scene.shadow.size = 256;
@@ -198,7 +198,7 @@ fn gpu_matches_twin_with_many_casters() {
         particle.radius *= 0.2;
         particle.color.w *= 0.02;
     }
-    assert_matches_twin(&scene);
+    assert_matches_reference(&scene);
 }
 
 #[test]
@@ -208,7 +208,7 @@ fn a_missing_caster_is_noticed() {
     let large = |p: &gobo::model::Particle| p.material == 0 && p.radius > 0.1 && p.color.w > 0.1;
     fewer.particles.remove(scene.particles.iter().position(large).expect("a large disc"));
     let frame = map_frame(Tier::Native, &fewer);
-    assert!(share_apart(&frame.maps, &twin(&scene).0) > GRAZED);
+    assert!(share_apart(&frame.maps, &cpu(&scene).0) > GRAZED);
 }
 
 #[test]
@@ -282,7 +282,7 @@ fn pairs_past_a_small_budget_are_counted_and_scattered() {
             let frame = map_frame(tier, &tight);
             let counters = &frame.counters;
             let message = format!("{name}, {tier:?}: {counters:?}");
-            let counted = expected.get_or_insert_with(|| twin(&tight).1);
+            let counted = expected.get_or_insert_with(|| cpu(&tight).1);
             assert!(counters.pairs <= u64::from(tight.shadow.pair_budget), "{message}");
             // Casters at equal depth may come in either order.
             assert!(counters.overflowed.abs_diff(counted.overflowed) <= 3, "{message} {counted:?}");
@@ -334,7 +334,7 @@ fn stack(count: usize, alpha: f32) -> Scene {
 fn a_hundred_thousand_casters_on_one_tile() {
     for alpha in [0.00005, 0.01] {
         let scene = stack(100_000, alpha);
-        let (expected, _) = twin(&scene);
+        let (expected, _) = cpu(&scene);
         for tier in TIERS {
             let frame = map_frame(tier, &scene);
             let apart = share_apart(&frame.maps, &expected);

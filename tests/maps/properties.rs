@@ -1,4 +1,4 @@
-//! Properties of every scene, of the twin's maps and of the kernels'.
+//! Properties of every scene, of the CPU reference's maps and of the kernels'.
 use crate::common::{
     Tier, map_frame,
     scenes::{Chance, empty, light, material, random_discs, triangle},
@@ -47,7 +47,7 @@ fn random_scene(seed: u64) -> Scene {
     scene
 }
 
-/// Maps of the twin, and of the kernels of a tier.
+/// Maps of the CPU reference, and of the kernels of a tier.
 fn maps_of(scene: &Scene) -> Vec<Vec<ViewMaps>> {
     let kernels = tiers(Tier::Native).into_iter().map(|tier| map_frame(tier, scene).maps);
     [render_maps(scene, &shadow_views(scene)).0].into_iter().chain(kernels).collect()

@@ -85,7 +85,7 @@ fn check(kinds: &[Material], render: &dyn Fn(&Scene) -> (Vec<ViewMaps>, Picture)
 }
 
 #[test]
-fn proxies_of_the_twin() {
+fn proxies_of_the_reference() {
     for kind in kinds() {
         check(&[kind], &|scene| {
             let views = shadow_views(scene);

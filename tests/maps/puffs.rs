@@ -1,4 +1,4 @@
-//! Absorption of puffs along their chord: closed forms against the twin and both tiers.
+//! Absorption of puffs along their chord: closed forms against the CPU reference and both tiers.
 use crate::common::{
     Tier,
     brute_force::render as brute_force,
@@ -43,7 +43,7 @@ fn kinds() -> [LightKind; 3] {
     ]
 }
 
-/// Maps of twin and tiers, of the view along -z.
+/// Maps of CPU reference and tiers, of the view along -z.
 fn maps_of(scene: &Scene) -> Vec<ViewMaps> {
     let along = |maps: Vec<ViewMaps>| {
         let found = maps.into_iter().find(|maps| maps.view.direction().z < -0.99);

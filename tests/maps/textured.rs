@@ -52,11 +52,11 @@ fn maps_are_the_textures_where_rays_meet_them() {
     for name in ["projector", "caustics"] {
         let scene = small(name);
         let views = shadow_views(&scene);
-        let twin = reference::render_maps(&scene, &views).0;
+        let cpu = reference::render_maps(&scene, &views).0;
         let gpu = TIERS.map(|tier| map_frame(tier, &scene).maps);
         for (i, view) in views.iter().enumerate() {
             let expected = brute_force::render(&scene, view);
-            assert_maps_agree(&expected, &twin[i], TOLERANCE);
+            assert_maps_agree(&expected, &cpu[i], TOLERANCE);
             for maps in &gpu {
                 assert_maps_agree(&expected, &maps[i], TOLERANCE);
             }
@@ -69,7 +69,7 @@ fn maps_are_the_textures_where_rays_meet_them() {
                 face.uvs = face.uvs.map(|uv| Vec2::new(uv.y, uv.x));
             }
             let expected = brute_force::render(&turned, view);
-            assert!(compare_maps(&expected, &twin[i], TOLERANCE).is_err(), "{name}");
+            assert!(compare_maps(&expected, &cpu[i], TOLERANCE).is_err(), "{name}");
         }
     }
 }

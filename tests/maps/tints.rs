@@ -129,22 +129,22 @@ fn maps_say_whose_the_nearest_depth_is() {
     for (count, size) in [(300, 64), (3000, 16)] {
         let mut scene = crowd(count);
         scene.shadow.size = size;
-        let (twin, counters) = render_maps(&scene, &shadow_views(&scene));
+        let (cpu, counters) = render_maps(&scene, &shadow_views(&scene));
         assert_eq!(counters.segments > 1 && size == 16, count == 3000);
-        let twin = &twin[0];
+        let cpu = &cpu[0];
         let tags: Vec<u16> = (0..count as u32).chain(100_000..100_012).map(owner_tag).collect();
-        for (tag, depth) in twin.owner.iter().zip(&twin.nearest) {
+        for (tag, depth) in cpu.owner.iter().zip(&cpu.nearest) {
             assert_eq!(*tag == NO_OWNER, *depth == 1.0);
             assert!(*tag == NO_OWNER || tags.contains(tag));
         }
         for tier in tiers(Tier::Native) {
             let frame = crate::common::map_frame(tier, &scene);
             let maps = &frame.maps[0];
-            let other = maps.owner.iter().zip(&twin.owner).filter(|(a, b)| a != b).count();
+            let other = maps.owner.iter().zip(&cpu.owner).filter(|(a, b)| a != b).count();
             // Rounding decides at edges, and which of two equal depths is the nearest.
-            assert!(other * 200 <= twin.owner.len(), "{tier:?}: {other}");
+            assert!(other * 200 <= cpu.owner.len(), "{tier:?}: {other}");
             let depths =
-                maps.nearest.iter().zip(&twin.nearest).zip(maps.owner.iter().zip(&twin.owner));
+                maps.nearest.iter().zip(&cpu.nearest).zip(maps.owner.iter().zip(&cpu.owner));
             for ((a, b), (own, other)) in depths {
                 assert!((a - b).abs() < 1e-5 || own != other, "{a} {b}");
             }

@@ -1,4 +1,4 @@
-//! Transfer functions of every form of caster, textured or not: twin and both tiers.
+//! Transfer functions of every form of caster, textured or not: CPU reference and both tiers.
 use crate::common::{
     Tier, map_frame_scattered,
     scenes::{Chance, empty, hold_view, light, material, particle, triangle},
@@ -31,7 +31,7 @@ fn stage(materials: Vec<Material>) -> Scene {
     scene
 }
 
-/// Maps and counters of twin and tiers.
+/// Maps and counters of CPU reference and tiers.
 fn all_maps(scene: &Scene) -> Vec<(ViewMaps, Counters)> {
     let (mut maps, counters) = render_maps(scene, &shadow_views(scene));
     let mut all = vec![(maps.remove(0), counters)];

@@ -1,4 +1,4 @@
-//! Absorbing closed meshes: closed forms, and rays in 64 bits, against the twin and both tiers.
+//! Absorbing closed meshes: closed forms, and rays in 64 bits, against the CPU reference and both tiers.
 use crate::common::{
     Tier,
     files::read,
@@ -78,7 +78,7 @@ pub(crate) fn floor(z: f32, material: u32) -> [Triangle; 2] {
     [[a, b, c], [a, c, d]].map(|positions| triangle(positions, material))
 }
 
-/// Maps and counters of twin and tiers.
+/// Maps and counters of CPU reference and tiers.
 pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
     let mut all = vec![render_maps(scene, &shadow_views(scene))];
     for tier in tiers(Tier::Native) {

@@ -1,4 +1,4 @@
-//! Light that the air scatters: closed forms, and kernels against the twin.
+//! Light that the air scatters: closed forms, and kernels against the CPU reference.
 use crate::common::{
     TIERS, Tier,
     files::read,
@@ -210,7 +210,7 @@ fn shafts() -> Scene {
 
 /// A sun, and lamps that shine through slides.
 #[test]
-fn beams_match_the_twin() {
+fn beams_match_the_reference() {
     let mut scene = small("projector");
     let sun = LightKind::Directional { direction: Vec3::new(0.4, -1.0, -0.2).normalize() };
     scene.lights.push(light(sun));
@@ -240,7 +240,7 @@ const GRAZED: f64 = 3e-3;
 
 /// Panes, particles and additive fire in the air.
 #[test]
-fn pictures_match_the_twin() {
+fn pictures_match_the_reference() {
     let mut scene = shafts();
     scene.particles = crate::common::scenes::random_discs(60, 4);
     scene.materials.push(Material { name: "smoke".into(), ..Material::default() });

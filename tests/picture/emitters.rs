@@ -207,7 +207,7 @@ fn assert_same(a: &Frame, b: &Frame, what: &str) {
 /// moves particles by centimetres, and with them several texels in a thousand.
 #[test]
 fn the_device_draws_what_the_cpu_does() {
-    const MOST: f64 = 0.001;
+    const MAX: f64 = 0.001;
     for tier in tiers(Tier::Native) {
         let mut renderer = new_renderer(tier);
         let (mut on_cpu, mut on_device) = (staged(tier, CALM), left_to_device(tier, CALM));
@@ -224,7 +224,7 @@ fn the_device_draws_what_the_cpu_does() {
                 assert!((a.far - b.far).abs() < 1e-3 && (a.scale / b.scale - 1.0).abs() < 1e-4);
             }
             let off = shares_off(&found, &expected);
-            assert!(off.iter().all(|&share| share <= MOST), "{tier}, {seconds} s: {off:?}");
+            assert!(off.iter().all(|&share| share <= MAX), "{tier}, {seconds} s: {off:?}");
             let (a, b) = (&found.counters, &expected.counters);
             assert_eq!((a.casters, &a.skipped), (b.casters, &b.skipped), "{tier}, {seconds} s");
             let pairs = [(a.visible, b.visible), (a.pairs, b.pairs), (a.scattered, b.scattered)];
@@ -245,7 +245,7 @@ fn the_device_draws_what_the_cpu_does() {
             ("[0.05, 0.01]", "[0.05, 0.02]", 2),
         ] {
             let off = shares_off(&at(&mut renderer, &mut wrong(from, to), 0.71), &expected);
-            assert!(off[place] > MOST, "{tier}, {to}: {off:?}");
+            assert!(off[place] > MAX, "{tier}, {to}: {off:?}");
         }
     }
 }
@@ -328,11 +328,11 @@ fn what_a_device_cannot_simulate_stays_on_the_cpu() {
 fn without_a_device_nothing_is_left_to_it() {
     let mut scene = left_to_device(TIERS[0], CALM);
     scene.set_time(0.5);
-    let mut twin = Renderer::on_cpu();
-    assert!(twin.most_simulated().is_none());
-    let error = twin.render(&scene, &OPTIONS).unwrap_err().to_string();
+    let mut cpu = Renderer::on_cpu();
+    assert!(cpu.most_simulated().is_none());
+    let error = cpu.render(&scene, &OPTIONS).unwrap_err().to_string();
     assert!(error.contains("device"), "{error}");
-    assert!(twin.light_points(&scene, &[]).is_err());
+    assert!(cpu.light_points(&scene, &[]).is_err());
 }
 
 /// What a device allocates does not grow with the frames.

@@ -1,4 +1,4 @@
-//! Environments: light and reflections against closed forms, kernels against the twin.
+//! Environments: light and reflections against closed forms, kernels against the CPU reference.
 use crate::common::{
     TIERS, Tier,
     files::{Folder, read},
@@ -195,7 +195,7 @@ fn stage() -> Scene {
 }
 
 #[test]
-fn pictures_match_the_twin() {
+fn pictures_match_the_reference() {
     let scene = stage();
     let expected = reference_picture(&scene);
     for tier in TIERS {

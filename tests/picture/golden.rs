@@ -1,4 +1,4 @@
-//! The lit picture: kernels against the twin, and both against reviewed pictures.
+//! The lit picture: kernels against the CPU reference, and both against reviewed pictures.
 use crate::common::{TIERS, Tier, files::read, reference_picture, render, tiers};
 use gobo::{
     internals::records::Picture,
@@ -13,7 +13,7 @@ const SCENES: [&str; 5] = ["smoke", "glass", "box", "mixed", "cascades"];
 /// driver rounds a few channels differently, which stays below a tenth of it.
 const LOOKS_THE_SAME: f32 = 0.01;
 
-/// Largest difference between twin and kernel by rounding, in steps of 8 bits.
+/// Largest difference between CPU reference and kernel by rounding, in steps of 8 bits.
 const ROUNDED: u8 = 4;
 /// Share of the channels that may be further apart: pixels whose ray grazes an edge.
 const GRAZED: f64 = 1e-3;
@@ -22,7 +22,7 @@ fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Small, so that the twin is quick.
+/// Small, so that the CPU reference is quick.
 fn small(name: &str) -> Scene {
     let set = [("camera.size", "[240, 135]"), ("shadow.size", "256")]
         .map(|(key, value)| (key.to_owned(), value.to_owned()));
@@ -55,7 +55,7 @@ fn golden(name: &str) -> Picture {
 }
 
 #[test]
-fn kernels_match_the_twin() {
+fn kernels_match_the_reference() {
     for name in SCENES {
         let scene = small(name);
         let expected = reference_picture(&scene);

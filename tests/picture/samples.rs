@@ -68,7 +68,7 @@ fn edges_are_as_wide_as_they_cover() {
     let is_hard = |light: &[f32; 3]| light[0] == 0.0 || light[0] == 1.0;
     assert!(lights[0].iter().all(is_hard));
     assert!(!lights[2].iter().all(is_hard));
-    // The kernels agree with the twin, up to rounding.
+    // The kernels agree with the CPU reference, up to rounding.
     for i in 0..3 {
         let pairs = lights[i].iter().zip(&lights[3 + i]);
         assert!(pairs.filter(|(a, b)| a != b).count() <= 2, "{i}");

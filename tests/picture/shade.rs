@@ -1,4 +1,4 @@
-//! The lit picture: kernels against the twin, and expected contents of pictures.
+//! The lit picture: kernels against the CPU reference, and expected contents of pictures.
 use crate::common::{
     TIERS, reference_picture, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -93,7 +93,7 @@ fn apart(a: &Picture, b: &Picture) -> (f64, f64) {
     (mean, differences.iter().filter(|&&d| d > 4).count() as f64 / count)
 }
 
-fn assert_matches_twin(scene: &Scene) {
+fn assert_matches_reference(scene: &Scene) {
     let expected = reference_picture(scene);
     for tier in TIERS {
         let (mean, off) = apart(&render(tier, scene).picture, &expected);
@@ -102,18 +102,18 @@ fn assert_matches_twin(scene: &Scene) {
 }
 
 #[test]
-fn gpu_matches_twin() {
-    assert_matches_twin(&stage());
+fn gpu_matches_reference() {
+    assert_matches_reference(&stage());
 }
 
 #[test]
-fn gpu_matches_twin_of_nothing() {
+fn gpu_matches_reference_of_nothing() {
     let mut scene = stage();
     scene.particles.clear();
     scene.triangles.clear();
-    assert_matches_twin(&scene);
+    assert_matches_reference(&scene);
     scene.lights.clear();
-    assert_matches_twin(&scene);
+    assert_matches_reference(&scene);
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn long_tiles_are_whole() {
     for _ in 0..9_000 {
         scene.particles.push(solid(chance.vec3(-0.3, 0.3) - Vec3::Z));
     }
-    assert_matches_twin(&scene);
+    assert_matches_reference(&scene);
 }
 
 /// More discs than a segment has pairs, too faint to be visible.
@@ -178,7 +178,7 @@ fn assert_same_beside_unseen_discs(scene: &Scene, center: Vec3) {
     crowded.particles.extend(unseen_discs(center, 0.1));
     let expected = reference_picture(scene);
     let mut pictures =
-        vec![("twin".to_owned(), reference_picture(&crowded), reference_picture(scene))];
+        vec![("cpu".to_owned(), reference_picture(&crowded), reference_picture(scene))];
     for tier in tiers(Tier::Core) {
         let [crowded, plain] = [&crowded, scene].map(|scene| render(tier, scene).picture);
         pictures.push((format!("{tier:?}"), crowded, plain));

@@ -13,8 +13,8 @@ use gobo::{
 use std::f32::consts::PI;
 
 fn pictures(scene: &Scene) -> Vec<Picture> {
-    let twin = reference_picture(scene);
-    tiers(Tier::Native).into_iter().map(|tier| render(tier, scene).picture).chain([twin]).collect()
+    let cpu = reference_picture(scene);
+    tiers(Tier::Native).into_iter().map(|tier| render(tier, scene).picture).chain([cpu]).collect()
 }
 
 fn middle(picture: &Picture) -> Vec3 {

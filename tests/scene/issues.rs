@@ -8,7 +8,7 @@ use gobo::{
 };
 use std::{collections::BTreeSet, fs, path::PathBuf};
 
-/// Light at points of the ground and above it, from the CPU twin; other tests compare kernels with it.
+/// Light at points of the ground and above it, from the CPU reference; other tests compare kernels with it.
 struct Look(Scene);
 
 impl Look {

@@ -148,7 +148,7 @@ fn emitted(
 
 /// The kernels' pairs and overflow on both shapes, on counts that leave lanes and runs unfilled.
 #[test]
-fn both_shapes_emit_what_the_twin_emits() {
+fn both_shapes_emit_what_the_reference_emits() {
     let gpu = gpu(Tier::Core);
     for (count, capacity) in [(1, 64), (7, 64), (700, 1 << 12), (70_001, 1 << 19), (5000, 9000)] {
         let rects = scattered_rects(count);
@@ -161,8 +161,8 @@ fn both_shapes_emit_what_the_twin_emits() {
             // A stable sort by tile, like the stage that follows.
             let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
             found.sort_by_key(|pair| pair.key);
-            let twin = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
-            assert!(found.iter().copied().eq(twin), "{name}");
+            let cpu = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
+            assert!(found.iter().copied().eq(cpu), "{name}");
             let poison = Pair { key: POISON, value: POISON };
             assert!(pairs[bins.pairs.len()..].iter().all(|&pair| pair == poison), "{name}");
             overflow.truncate(counters.overflowed as usize);

@@ -38,7 +38,7 @@ fn gels(nodes: u32) -> Scene {
     scene
 }
 
-fn twin(scene: &Scene, blur: u32) -> ViewMaps {
+fn cpu(scene: &Scene, blur: u32) -> ViewMaps {
     let mut scene = scene.clone();
     scene.shadow.blur = blur;
     render_maps(&scene, &[flat_view(SIZE as u32, 10.0)]).0.remove(0)
@@ -143,7 +143,7 @@ fn walls_let_no_light_into_the_shadow_beside_them() {
         let mut scene = gels(nodes);
         scene.triangles = pane(0.6, 100.0, 1).to_vec();
         scene.triangles.extend(pane(0.2, 0.8, WALL));
-        let soft = twin(&scene, 6);
+        let soft = cpu(&scene, 6);
         let expected = Vec3::new(0.5, 0.9, 0.7);
         let beside = (0..SIZE * SIZE).filter(|&at| soft.opaque[at] == 1.0);
         for at in beside {
@@ -168,7 +168,7 @@ fn what_is_faint_stays() {
         let center = Vec3::new(0.0, 0.0, -2.0 - 0.01 * i as f32);
         scene.particles.push(particle(center, 1.2, Vec4::new(0.0, 0.0, 0.0, 0.003)));
     }
-    let (sharp, soft) = (twin(&scene, 0), twin(&scene, 3));
+    let (sharp, soft) = (cpu(&scene, 0), cpu(&scene, 3));
     let [before, after] = [&sharp, &soft].map(|maps| maps.curve.as_ref().unwrap());
     let middle = SIZE / 2 * SIZE + SIZE / 2;
     assert_eq!(sharp.nearest[middle], 1.0);

@@ -1,4 +1,4 @@
-//! Softening of dithered shadows: kernels against the twin, and the twin against the exact grey.
+//! Softening of dithered shadows: kernels against the CPU reference, and the CPU reference against the exact grey.
 use crate::common::{
     TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},
@@ -107,7 +107,7 @@ fn whole_surfaces_keep_their_depths_and_edges() {
 }
 
 #[test]
-fn gpu_matches_twin() {
+fn gpu_matches_reference() {
     for pattern in [Pattern::Bayer4, Pattern::Blue, Pattern::Hashed] {
         let mut scene = empty(vec![
             dithered(pattern),

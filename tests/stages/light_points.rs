@@ -1,4 +1,4 @@
-//! Light at points: the look-up against closed forms and against its twin.
+//! Light at points: the look-up against closed forms and against its CPU reference.
 use crate::common::{
     TIERS, gpu, map_frame,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -151,9 +151,9 @@ fn crowd(receiver: Receiver) -> Scene {
     scene
 }
 
-/// Kernel and twin read the same maps, so that only the look-up is compared.
+/// Kernel and CPU reference read the same maps, so that only the look-up is compared.
 #[test]
-fn kernel_equals_twin() {
+fn kernel_equals_reference() {
     let mut chance = Chance::new(5);
     let points = random_points(3000, &mut chance);
     for receiver in [Receiver::Nearest, Receiver::Curve] {

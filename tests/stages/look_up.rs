@@ -1,4 +1,4 @@
-//! Filters and biases of look-ups: against closed forms and against the twin.
+//! Filters and biases of look-ups: against closed forms and against the CPU reference.
 use crate::common::{
     TIERS, gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
@@ -160,7 +160,7 @@ fn crowd(receiver: Receiver) -> Scene {
 }
 
 #[test]
-fn kernels_ask_the_texels_of_the_twin() {
+fn kernels_ask_the_texels_of_the_reference() {
     let mut chance = Chance::new(9);
     let point = |i| {
         let normal = if i % 3 == 0 { Vec3::ZERO } else { chance.vec3(-1.0, 1.0).normalize() };
@@ -190,7 +190,7 @@ fn kernels_ask_the_texels_of_the_twin() {
 
 /// Discs are turned from pixel to pixel, and in every frame alike.
 #[test]
-fn pictures_turn_discs_as_the_twin_does() {
+fn pictures_turn_discs_as_the_reference_does() {
     let mut scene = crowd(Receiver::Nearest);
     scene.lights.truncate(3);
     for light in &mut scene.lights {
@@ -203,10 +203,10 @@ fn pictures_turn_discs_as_the_twin_does() {
         renderer.render(&scene, &RenderOptions::default()).unwrap().picture
     });
     assert_eq!(first.rgb, again.rgb);
-    let twin = Renderer::on_cpu().render(&scene, &RenderOptions::default()).unwrap().picture;
+    let cpu = Renderer::on_cpu().render(&scene, &RenderOptions::default()).unwrap().picture;
     let apart = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).any(|i| a[i].abs_diff(b[i]) > 6);
-    let far = first.rgb.iter().zip(&twin.rgb).filter(|&pair| apart(pair)).count();
-    assert!(far <= twin.rgb.len() / 200, "{far}");
+    let far = first.rgb.iter().zip(&cpu.rgb).filter(|&pair| apart(pair)).count();
+    assert!(far <= cpu.rgb.len() / 200, "{far}");
 }
 
 /// A slope of 60 degrees does not shadow itself once one of the biases covers the filter.

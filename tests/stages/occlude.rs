@@ -10,7 +10,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// Light depths are `f32`; a few operations separate twin and kernel.
+/// Light depths are `f32`; a few operations separate CPU reference and kernel.
 const DEPTH: f32 = 2e-6;
 /// Share of texels that rounding may decide, where a ray grazes an edge.
 const GRAZED: f64 = 2e-4;
@@ -49,7 +49,7 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     apart as f64 / a.len() as f64
 }
 
-fn assert_matches_twin(scene: &Scene, what: &str) {
+fn assert_matches_reference(scene: &Scene, what: &str) {
     let (expected, _) = reference::render_maps(scene, &shadow_views(scene));
     let hit = expected.iter().flat_map(|view| &view.opaque).filter(|&&d| d < 1.0).count();
     assert!(hit > 1000, "{what}: {hit} texels are hit");
@@ -60,23 +60,23 @@ fn assert_matches_twin(scene: &Scene, what: &str) {
 }
 
 #[test]
-fn small_triangles_match_the_twin() {
-    assert_matches_twin(&lit(shards(3000, 0.1, 1, 1)), "small");
+fn small_triangles_match_the_reference() {
+    assert_matches_reference(&lit(shards(3000, 0.1, 1, 1)), "small");
 }
 
 #[test]
-fn large_triangles_match_the_twin() {
-    assert_matches_twin(&lit(shards(300, 2.0, 1, 2)), "large");
+fn large_triangles_match_the_reference() {
+    assert_matches_reference(&lit(shards(300, 2.0, 1, 2)), "large");
 }
 
 #[test]
-fn small_and_large_triangles_match_the_twin() {
+fn small_and_large_triangles_match_the_reference() {
     let mut triangles = shards(2048, 0.1, 1, 3);
     triangles.extend(shards(64, 1.5, 1, 4));
-    assert_matches_twin(&lit(triangles), "opaque");
+    assert_matches_reference(&lit(triangles), "opaque");
     let mut triangles = shards(2048, 0.1, 1, 5);
     triangles.extend(shards(256, 0.3, 2, 6));
-    assert_matches_twin(&lit(triangles), "with cutout ones");
+    assert_matches_reference(&lit(triangles), "with cutout ones");
 }
 
 /// A tenth of the triangles missing is more than rounding.

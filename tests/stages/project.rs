@@ -14,7 +14,7 @@ use gobo::{
         },
         reference::{
             Pair,
-            project::{self as twin, Projected, project_particle, project_triangle},
+            project::{self as cpu, Projected, project_particle, project_triangle},
         },
         stage::{
             project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
@@ -207,28 +207,28 @@ impl Written {
             return;
         }
         let found: Footprint = bytemuck::cast(self.footprints[index]);
-        let twin = &expected.footprint;
+        let cpu = &expected.footprint;
         let near = |a: f32, b: f32| (a - b).abs() <= ROUNDING * (1.0 + a.abs().max(b.abs()));
         let places = [
-            (found.center.x, twin.center.x),
-            (found.center.y, twin.center.y),
-            (found.radius, twin.radius),
-            (found.depth, twin.depth),
+            (found.center.x, cpu.center.x),
+            (found.center.y, cpu.center.y),
+            (found.radius, cpu.radius),
+            (found.depth, cpu.depth),
         ];
-        assert!(places.iter().all(|&(a, b)| near(a, b)), "{what}: {found:?} is not {twin:?}");
+        assert!(places.iter().all(|&(a, b)| near(a, b)), "{what}: {found:?} is not {cpu:?}");
         // Packed halves round either way.
         let halves = |word: u32| [word & 0xffff, word >> 16];
-        let packed = [(found.red_green, twin.red_green), (found.blue_slope, twin.blue_slope)];
-        for (a, b) in packed.into_iter().chain([(found.base & 0xffff, twin.base & 0xffff)]) {
+        let packed = [(found.red_green, cpu.red_green), (found.blue_slope, cpu.blue_slope)];
+        for (a, b) in packed.into_iter().chain([(found.base & 0xffff, cpu.base & 0xffff)]) {
             let apart = halves(a).into_iter().zip(halves(b)).map(|(a, b)| a.abs_diff(b));
-            assert!(apart.max() <= Some(1), "{what}: {found:?} is not {twin:?}");
+            assert!(apart.max() <= Some(1), "{what}: {found:?} is not {cpu:?}");
         }
-        assert_eq!(found.caster, twin.caster, "{what}");
+        assert_eq!(found.caster, cpu.caster, "{what}");
     }
 }
 
 #[test]
-fn particles_are_projected_as_the_twin_does() {
+fn particles_are_projected_as_the_reference_does() {
     let gpu = gpu(Tier::Core);
     let scene = lit(materials());
     let views = views_of(&scene);
@@ -242,7 +242,7 @@ fn particles_are_projected_as_the_twin_does() {
             by_distance: 1 - flag(0),
             ..ProjectParams::default()
         };
-        let twin_params = twin::ProjectParams {
+        let reference_params = cpu::ProjectParams {
             scatter: params.scatter == 1,
             include_non_casters: params.include_non_casters == 1,
             by_distance: params.by_distance == 1,
@@ -270,7 +270,7 @@ fn particles_are_projected_as_the_twin_does() {
                 let material = &materials[caster.material() as usize];
                 let view = &views[chunk.view as usize];
                 let expected =
-                    project_particle(view, chunk.view, caster, id, material, twin_params);
+                    project_particle(view, chunk.view, caster, id, material, reference_params);
                 let what = format!("particle {id} of {count} in view {}", chunk.view);
                 let index = (chunk.first_footprint + lane) as usize;
                 written.compare(index, &expected, &what, &mut all);
@@ -279,12 +279,12 @@ fn particles_are_projected_as_the_twin_does() {
         written.assert_untouched(&chunks, &format!("{count} particles"));
         assert!(all.rounded * 200 <= footprint_count, "{count}: {all:?}");
         assert!(count == 1 || 4 * all.visible > count, "{count}: {all:?}");
-        assert!(count == 1 || (all.scattered > 0) == twin_params.scatter, "{count}: {all:?}");
+        assert!(count == 1 || (all.scattered > 0) == reference_params.scatter, "{count}: {all:?}");
     }
 }
 
 #[test]
-fn triangles_are_projected_as_the_twin_does() {
+fn triangles_are_projected_as_the_reference_does() {
     let gpu = gpu(Tier::Core);
     let scene = lit(materials());
     let views = views_of(&scene);
@@ -292,7 +292,7 @@ fn triangles_are_projected_as_the_twin_does() {
     let mut chance = Chance::new(8);
     for count in COUNTS {
         let by_distance = count % 2;
-        let twin_params = twin::ProjectParams {
+        let reference_params = cpu::ProjectParams {
             scatter: false,
             include_non_casters: false,
             by_distance: by_distance == 1,
@@ -327,7 +327,7 @@ fn triangles_are_projected_as_the_twin_does() {
                     &records[id as usize],
                     id,
                     index,
-                    twin_params,
+                    reference_params,
                 );
                 let what = format!("triangle {id} of {count} in view {}", chunk.view);
                 let index = index as usize;
@@ -343,15 +343,15 @@ fn triangles_are_projected_as_the_twin_does() {
     }
 }
 
-fn assert_setup(found: &TriangleSetup, twin: &TriangleSetup, what: &str) {
+fn assert_setup(found: &TriangleSetup, cpu: &TriangleSetup, what: &str) {
     let near = |a: f32, b: f32| (a - b).abs() <= 1e-3 * (1.0 + a.abs().max(b.abs()));
-    for (a, b) in found.edges.iter().zip(&twin.edges) {
+    for (a, b) in found.edges.iter().zip(&cpu.edges) {
         let same = a.to_array().into_iter().zip(b.to_array()).all(|(a, b)| near(a, b));
-        assert!(same, "{what}: {found:?} is not {twin:?}");
+        assert!(same, "{what}: {found:?} is not {cpu:?}");
     }
-    let depths = found.depths.to_array().into_iter().zip(twin.depths.to_array());
-    assert!(depths.into_iter().all(|(a, b)| near(a, b)), "{what}: {found:?} is not {twin:?}");
-    assert_eq!((found.material, found.id), (twin.material, twin.id), "{what}");
-    assert_eq!(found.uvs, twin.uvs, "{what}");
-    assert_eq!(found.ties, twin.ties, "{what}");
+    let depths = found.depths.to_array().into_iter().zip(cpu.depths.to_array());
+    assert!(depths.into_iter().all(|(a, b)| near(a, b)), "{what}: {found:?} is not {cpu:?}");
+    assert_eq!((found.material, found.id), (cpu.material, cpu.id), "{what}");
+    assert_eq!(found.uvs, cpu.uvs, "{what}");
+    assert_eq!(found.ties, cpu.ties, "{what}");
 }

@@ -1,4 +1,4 @@
-//! Softening with curves: the twin against closed forms, kernels against the twin.
+//! Softening with curves: the CPU reference against closed forms, kernels against the CPU reference.
 use crate::common::{
     TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},
@@ -166,8 +166,8 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
 type Case = (Pattern, Transfer, bool, u32);
 
 #[test]
-fn gpu_matches_twin() {
-    matches_twin(&[
+fn gpu_matches_reference() {
+    matches_reference(&[
         (Pattern::Bayer4, Transfer::Filter, false, 8),
         (Pattern::Hashed, Transfer::Filter, true, 8),
     ]);
@@ -175,14 +175,14 @@ fn gpu_matches_twin() {
 
 #[test]
 #[ignore = "kernels of other curves: make test-all"]
-fn gpu_matches_twin_of_every_curve() {
-    matches_twin(&[
+fn gpu_matches_reference_of_every_curve() {
+    matches_reference(&[
         (Pattern::Blue, Transfer::Over, false, 4),
         (Pattern::Bayer8, Transfer::Gain, true, 16),
     ]);
 }
 
-fn matches_twin(cases: &[Case]) {
+fn matches_reference(cases: &[Case]) {
     for &(pattern, transfer, colored, nodes) in cases {
         let mut scene = curved(mixture(pattern, transfer), nodes);
         scene.shadow.colored = colored;

@@ -104,7 +104,7 @@ fn check(gpu: &Gpu, shape: Shape, pairs: &[Pair], bits: Range<u32>) {
 }
 
 #[test]
-fn twin_is_a_stable_sort() {
+fn reference_is_a_stable_sort() {
     for bits in [0..12, 0..24, 0..32, 3..17, 8..8, 20..32] {
         let pairs = with_keys(5000, |i| i.wrapping_mul(0x9e37_79b9) & 0xff0f_f00f);
         let mut expected = pairs.clone();

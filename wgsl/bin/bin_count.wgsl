@@ -1,5 +1,5 @@
 // bin, count: number of pairs of each run of the depth-sorted footprints. One invocation per run. The sort
-// has put footprints without tiles at the end. CPU twin: src/reference/bin.rs. Host: src/stage/bin.rs.
+// has put footprints without tiles at the end. CPU reference: src/reference/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};
 import package::bind::loaded::{rects, sorted};

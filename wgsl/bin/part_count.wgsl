@@ -1,5 +1,5 @@
 // bin, where pairs did not fit: number of pairs of every tile of the batch, and the bands of tiles that each
-// footprint may touch. One workgroup per 32 footprints in depth order. Host: src/shadows/batch/parts.rs.
+// footprint may touch. One workgroup per 32 footprints in depth order. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::part_band::{BANDS, band_of};
 import package::bind::changed::tile_pairs;

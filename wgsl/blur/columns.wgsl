@@ -1,5 +1,5 @@
-// blur, columns: the filter map, blurred, and the nearest depth of the window. CPU twin:
-// src/reference/blur.rs. Host: src/stage/blur.rs.
+// blur, columns: the filter map, blurred, and the nearest depth of the window. CPU reference:
+// src/reference/blur.rs. Rust: src/stage/blur.rs.
 
 import package::bind::sampled::{near_around, rows};
 import package::bind::stored::{filters, nearests};

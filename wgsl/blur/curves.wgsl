@@ -1,5 +1,5 @@
-// blur, curves: the mean curve of a row's window, then of a column's. CPU twin: src/reference/blur.rs.
-// Host: src/stage/blur.rs.
+// blur, curves: the mean curve of a row's window, then of a column's. CPU reference: src/reference/blur.rs.
+// Rust: src/stage/blur.rs.
 
 import choice::below::{open_child, store_nodes, window_texels};
 import package::bind::sampled::near_around;

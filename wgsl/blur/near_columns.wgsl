@@ -1,5 +1,5 @@
-// blur, nearest depths, columns: the nearest depth of the whole window. CPU twin: src/reference/blur.rs.
-// Host: src/stage/blur.rs.
+// blur, nearest depths, columns: the nearest depth of the whole window. CPU reference: src/reference/blur.rs.
+// Rust: src/stage/blur.rs.
 
 import package::bind::sampled::near_rows;
 import package::bind::stored::near_around;

@@ -1,5 +1,5 @@
-// blur, rows: the sum of the filter over each row's window, and its weight. CPU twin:
-// src/reference/blur.rs. Host: src/stage/blur.rs.
+// blur, rows: the sum of the filter over each row's window, and its weight. CPU reference:
+// src/reference/blur.rs. Rust: src/stage/blur.rs.
 
 import package::bind::sampled::{filters, near_around};
 import package::bind::stored::rows;

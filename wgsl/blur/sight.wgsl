@@ -1,4 +1,4 @@
-// Texels that count in a blur. CPU twin: src/reference/blur.rs.
+// Texels that count in a blur. CPU reference: src/reference/blur.rs.
 
 import package::bind::sampled::opaques;
 import package::records::view::GpuView;

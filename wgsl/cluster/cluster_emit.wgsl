@@ -1,6 +1,6 @@
 // cluster, emit: `clusters`, first two texels per cluster with start and length of its list, then the
-// lists: indices of lights, ascending. One invocation per cluster. CPU twin: src/reference/cluster.rs.
-// Host: src/stage/cluster.rs.
+// lists: indices of lights, ascending. One invocation per cluster. CPU reference: src/reference/cluster.rs.
+// Rust: src/stage/cluster.rs.
 
 import package::bind::changed::offsets;
 import package::bind::sampled::masks;

@@ -3,7 +3,7 @@
 
 import package::curve::volumes::rest_steps;
 import package::records::view::GpuView;
-import choice::store::open_rest;
+import choice::output::open_rest;
 import choice::visit::{join_waiting, waiting_steps};
 
 fn steps_behind() -> u32 {

@@ -1,4 +1,4 @@
-// Insertion of a hit between a texel's nodes. CPU twin: src/reference/curve/mod.rs.
+// Insertion of a hit between a texel's nodes. CPU reference: src/reference/curve/mod.rs.
 
 import package::curve::bodies::new_place;
 import package::curve::light4::{

@@ -1,6 +1,6 @@
 // Bodies in the curves of four texels: puffs, and stretches of volumes, in which light falls exponentially.
 // Ramps are linear, so while a curve has a free node, its ramp that bends most becomes two, with the light
-// in the middle right. CPU twin: src/reference/curve/bodies.rs.
+// in the middle right. CPU reference: src/reference/curve/bodies.rs.
 
 import package::curve::light4::{
     Light4, decode_light, encode_lights, encode_means, plus, root4, scaled, selected, white4,
@@ -11,9 +11,9 @@ import package::features::{HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODE
 
 // Least difference between the square roots of the light in front of a body and behind it at which it is
 // worth two nodes: in its middle, the line is off by half of its square.
-const LEAST_BEND: f32 = 0.0625;
+const MIN_BEND: f32 = 0.0625;
 const SHORTEST: u32 = 4u; // ramp that becomes two, in fixed point
-const LEAST_ROOT: f32 = 0.022097087; // of light: black counts as 1/2048
+const MIN_ROOT: f32 = 0.022097087; // of light: black counts as 1/2048
 
 var<private> alone: vec4<u32>;     // bit i: node i is a single hit, not merged
 var<private> new_place: vec4<u32>; // index of the inserted node
@@ -61,7 +61,7 @@ fn split_bodies() {
     loop {
         find_bent();
         let free = select(spans[0], spans[1], HAS_SOFTENING) == vec4(0u);
-        let is = free & (bend > vec4(LEAST_BEND));
+        let is = free & (bend > vec4(MIN_BEND));
         halve_bent(is);
         if !any(is) {
             break;
@@ -109,7 +109,7 @@ fn compare(i: u32) {
     let long = (spans[i] & vec4(0xffffu)) >= (spans[i] >> vec4(16u)) + SHORTEST;
     let single = ((alone >> vec4(i)) & vec4(1u)) == vec4(1u);
     let is = long & single & (next >= middle_of(spans[i])) & (most > bend);
-    let least = vec4(LEAST_ROOT);
+    let least = vec4(MIN_ROOT);
     let behind = Light4(max(own.red, least), max(own.green, least), max(own.blue, least));
     bend = select(bend, most, is);
     bent = select(bent, vec4(i), is);

@@ -1,4 +1,4 @@
-// State: curves of four texels in a column. CPU twin: src/reference/curve/tile.rs.
+// Accumulator: curves of four texels in a column. CPU reference: src/reference/curve/tile.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::light4::{Light4, black4, fixed, minus, plus, scaled, selected, white4};

@@ -1,4 +1,4 @@
-// Light at a depth of a texel's curve. CPU twin: src/reference/curve/mod.rs, `light_at`.
+// Light at a depth of a texel's curve. CPU reference: src/reference/curve/mod.rs, `light_at`.
 
 import package::bind::sampled::curves;
 import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};

@@ -1,4 +1,4 @@
-// Light of four texels, a component each. CPU twin: src/reference/curve/mod.rs.
+// Light of four texels, a component each. CPU reference: src/reference/curve/mod.rs.
 
 import package::curve::node::DEPTHS;
 import package::features::{HAS_GAIN, HAS_OVER, HAS_VOLUMES};

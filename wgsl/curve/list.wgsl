@@ -1,5 +1,5 @@
 // Curves of four texels in a column during insertion: one node more than a curve has, each texel's in a
-// component. CPU twin, with the merge rule and its reasons: src/reference/curve/mod.rs, `Streaming`.
+// component. CPU reference, with the merge rule and its reasons: src/reference/curve/mod.rs, `Streaming`.
 //
 // Indices are literals, so that the arrays become registers: software drivers read arrays with an
 // unknown index one lane at a time.

@@ -1,4 +1,4 @@
-// A node of four texels, from a map or a segment. CPU twin: src/reference/curve/mod.rs, `unpack`.
+// A node of four texels, from a map or a segment. CPU reference: src/reference/curve/mod.rs, `unpack`.
 
 import package::curve::light4::Light4;
 import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};

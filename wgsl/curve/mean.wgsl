@@ -1,4 +1,4 @@
-// Mean of several curves in a few nodes: their depths are cut at the longest gaps. CPU twin:
+// Mean of several curves in a few nodes: their depths are cut at the longest gaps. CPU reference:
 // src/reference/curve/mean.rs.
 
 import choice::below::{child_ramp, child_share, start_child};

@@ -1,4 +1,4 @@
-// The cheapest merge of two neighbours among the nodes of four texels. CPU twin:
+// The cheapest merge of two neighbours among the nodes of four texels. CPU reference:
 // src/reference/curve/mod.rs.
 
 import package::curve::light4::level;

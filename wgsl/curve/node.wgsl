@@ -1,4 +1,4 @@
-// Format of a curve in a map: nodes of 8 bytes, nearest first. CPU twin: src/reference/curve/mod.rs. Start
+// Format of a curve in a map: nodes of 8 bytes, nearest first. CPU reference: src/reference/curve/mod.rs. Start
 // (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts at 0 is
 // unused.
 

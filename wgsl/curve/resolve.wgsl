@@ -1,5 +1,5 @@
-// Store: curves, filter and nearest depth of tiles with several segments, whose curves are appended to each
-// other. CPU twin: src/reference/curve/tile.rs.
+// Output: curves, filter and nearest depth of tiles with several segments, whose curves are appended to each
+// other. CPU reference: src/reference/curve/tile.rs.
 
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
@@ -20,8 +20,8 @@ import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 import package::records::tile::Tile;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
-import package::walk::lane::sum_index;
-import choice::state::ROWS;
+import package::traversal::lane::sum_index;
+import choice::accumulator::ROWS;
 
 fn ordered() -> bool {
     return false;
@@ -79,15 +79,15 @@ fn behind(light: Light4, own: Light4, scale: Light4) -> Light4 {
 }
 
 // Least rest of 1 minus an added colour from which the scale can be recovered from light through white.
-const LEAST_REST: f32 = 0.0625;
+const MIN_REST: f32 = 0.0625;
 
 // Scale up to a depth behind which white light has become `light`, for a segment with `scale` and `all`
-// behind it. CPU twin: src/reference/curve/mod.rs, `Affine`.
+// behind it. CPU reference: src/reference/curve/mod.rs, `Affine`.
 fn scale_share(light: vec4<f32>, scale: vec4<f32>, all: vec4<f32>, part: f32) -> vec4<f32> {
     let lost = 1.0 - scale;
     let rest = 1.0 - (all - scale) / max(lost, vec4(1e-3));
-    let known = 1.0 - (1.0 - light) / max(rest, vec4(LEAST_REST));
-    let share = select(1.0 - lost * part, known, rest >= vec4(LEAST_REST));
+    let known = 1.0 - (1.0 - light) / max(rest, vec4(MIN_REST));
+    let share = select(1.0 - lost * part, known, rest >= vec4(MIN_REST));
     return min(max(share, scale), vec4(1.0));
 }
 

@@ -1,4 +1,4 @@
-// Store: the curves of one segment of a long tile; `resolve` combines a tile's segments in order. CPU twin:
+// Output: the curves of one segment of a long tile; `resolve` combines a tile's segments in order. CPU reference:
 // src/reference/curve/tile.rs.
 
 import package::bind::changed::{counters, partials};
@@ -10,7 +10,7 @@ import package::curve::volumes::{crossed, density, last_face, surface_light, sur
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 import package::records::tile::Segment;
 import package::records::view::{GpuView, TILE_SIZE};
-import package::walk::lane::sum_index;
+import package::traversal::lane::sum_index;
 
 fn open_rest(view: GpuView, step: u32) {}
 

@@ -1,4 +1,4 @@
-// Nodes in the format of a map. CPU twin: src/reference/curve/mod.rs.
+// Nodes in the format of a map. CPU reference: src/reference/curve/mod.rs.
 
 import package::curve::light4::decode;
 import package::curve::list::{node_lights, node_means, spans};

@@ -1,4 +1,4 @@
-// Store: the curves, filter and nearest depth of a tile that one workgroup finishes. CPU twin:
+// Output: the curves, filter and nearest depth of a tile that one workgroup finishes. CPU reference:
 // src/reference/curve/tile.rs.
 
 import package::bind::changed::counters;
@@ -18,7 +18,7 @@ import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 import package::records::view::GpuView;
 import package::sums::sums::blackened;
-import package::walk::lane::sum_index;
+import package::traversal::lane::sum_index;
 
 var<private> own_tile: u32;
 var<private> first_sum: u32;

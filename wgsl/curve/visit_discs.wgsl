@@ -1,5 +1,5 @@
 // Visits the four texels with a soft disc of the `filter` transfer; hits stay open until the end of their
-// slab. CPU twin: src/reference/curve/tile.rs.
+// slab. CPU reference: src/reference/curve/tile.rs.
 
 import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
 import package::curve::light4::{Light4, minus, white4};

@@ -13,8 +13,8 @@ import package::hit::hit_order::{Hit4, WAITING, hits_of, next_waiting, pass_on};
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
-import package::walk::candidate::Offer;
-import package::walk::kinds::visited;
+import package::traversal::candidate::Offer;
+import package::traversal::kinds::visited;
 
 fn ordered() -> bool {
     return false;

@@ -1,11 +1,11 @@
-// Volumes on the rays of four texels, face by face, as ramps. CPU twin: src/reference/curve/volumes.rs.
+// Volumes on the rays of four texels, face by face, as ramps. CPU reference: src/reference/curve/volumes.rs.
 
 import package::curve::light4::{Light4, black4, light4, plus, quotient, scaled, selected, white4};
 import package::curve::list::disordered;
 import package::features::{HAS_GAIN, HAS_VOLUMES};
 import package::sums::sums::{MAX_TAU, light};
 
-const LEAST_TAU: f32 = 0.0000152587890625; // least optical depth of a ramp: 2^-16
+const MIN_TAU: f32 = 0.0000152587890625; // least optical depth of a ramp: 2^-16
 // Rounding between light as fixed-point sums and as products: smaller differences are ignored.
 const ROUNDING: f32 = 0.00048828125;
 
@@ -56,7 +56,7 @@ fn change_density(depth: vec4<f32>, change: Light4) -> Ramp4 {
         start,
         end,
         Light4(stretch_light(tau.red), stretch_light(tau.green), stretch_light(tau.blue)),
-        most >= vec4(LEAST_TAU),
+        most >= vec4(MIN_TAU),
     );
 }
 

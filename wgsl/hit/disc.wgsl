@@ -1,9 +1,9 @@
-// A soft disc of the `filter` transfer, set up for texels. CPU twin: src/reference/hit.rs.
+// A soft disc of the `filter` transfer, set up for texels. CPU reference: src/reference/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::records::footprint::{Footprint, footprint_color, opacity_slope};
 import package::records::tile_rect::SLACK;
-import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
+import package::records::view::{GpuView, MIN_DISTANCE, is_beside};
 
 struct Disc {
     center: vec2<f32>,   // [texels]; for a disc beside the view the map's centre
@@ -40,7 +40,7 @@ fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
         if is_beside(place) {
             // Delta from the map's centre: q^2 = (|ray|^2 - t^2) / (radius t)^2, t = n . ray.
             let center = place.xyw;
-            let distance = max(length(center), LEAST_DISTANCE);
+            let distance = max(length(center), MIN_DISTANCE);
             let n = center / distance;
             let per_radius = distance / radius;
             disc.center = view.size * 0.5;

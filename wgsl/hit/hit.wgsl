@@ -1,10 +1,10 @@
-// Geometry and optics of one ray's hit. CPU twin: src/reference/hit.rs.
+// Geometry and optics of one ray's hit. CPU reference: src/reference/hit.rs.
 
 import package::records::material::{
     MAX_GAIN, PROFILE_SOFT, SHAPE_DISC, SHAPE_QUAD, TRANSFER_DITHER, TRANSFER_FILTER,
     TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE, TRANSFER_STAIN,
 };
-import package::records::view::{GpuView, LEAST_DISTANCE, is_beside};
+import package::records::view::{GpuView, MIN_DISTANCE, is_beside};
 
 // A particle set up for texels: q = (frame * delta + offset) / (start + tilt . delta), where delta is the
 // vector from the reference to the texel's centre [texels]. The reference is the particle's centre, where q
@@ -38,7 +38,7 @@ fn facing(view: GpuView, place: vec4<f32>, rotation: f32) -> Facing {
     var tilt = vec2(0.0);
     var distance = view.near + place.w * (view.far - view.near);
     if beside {
-        distance = max(length(place.xyw), LEAST_DISTANCE);
+        distance = max(length(place.xyw), MIN_DISTANCE);
         ray = place.xyw / distance;
         k = distance / -place.z;
         per_texel = 1.0 / view.scale;

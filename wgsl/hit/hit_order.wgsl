@@ -1,6 +1,6 @@
 // Sorting of four rays' hits by depth: casters come sorted by their nearest points, so their hits are
 // nearly sorted. The last few wait in a sorted buffer; a late one is inserted among them.
-// CPU twin: src/reference/order.rs.
+// CPU reference: src/reference/order.rs.
 //
 // Indices are literals, so that the arrays become registers.
 

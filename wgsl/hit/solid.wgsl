@@ -1,4 +1,4 @@
-// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones. CPU twin:
+// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones. CPU reference:
 // src/reference/occlude.rs.
 
 import package::bind::uniform::materials;

@@ -1,4 +1,4 @@
-// Images of materials: one layer each, bilinear, repeating. CPU twin: src/reference/texture.rs.
+// Images of materials: one layer each, bilinear, repeating. CPU reference: src/reference/texture.rs.
 
 fn sample_texture(
     images: texture_2d_array<f32>,

@@ -1,7 +1,7 @@
-// Walks a tile's soft discs like wgsl/walk/subgroup.wgsl, for subgroups of eight lanes on a software
+// Walks a tile's soft discs like wgsl/traversal/subgroup.wgsl, for subgroups of eight lanes on a software
 // adapter, where branches, reductions and writes within loops are expensive and lanes are neighbours in a
 // row. In crowded tiles the discs that touch the subgroup's block are collected in a queue; eight at a time
-// are multiplied in, with no branch in between. CPU twin: src/reference/accumulate.rs.
+// are multiplied in, with no branch in between. CPU reference: src/reference/accumulate.rs.
 
 import package::bind::loaded::{footprints, pairs};
 import package::hit::disc::{Disc, broadcast_disc, disc_touches, prepare_disc};
@@ -9,9 +9,9 @@ import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::{load_footprint, load_place};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::state::discs::{corner, seeks, settled, visit_disc};
-import package::walk::subgroup_block::Block;
-import choice::state::ROWS;
+import package::accumulator::discs::{corner, seeks, settled, visit_disc};
+import package::traversal::subgroup_block::Block;
+import choice::accumulator::ROWS;
 
 // Tiles have many discs.
 override DENSE: bool = true;

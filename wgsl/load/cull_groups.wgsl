@@ -1,6 +1,6 @@
 // cull: groups of host casters that each view of a batch may see -> chunks for `project`, view by view, in
-// order. One workgroup: every invocation takes consecutive (view, group) combinations. CPU twin: `Frustum`
-// in src/shadows/cull/frustum.rs. Host: src/stage/load.rs.
+// order. One workgroup: every invocation takes consecutive (view, group) combinations. CPU reference: `Frustum`
+// in src/shadows/cull/frustum.rs. Rust: src/stage/load.rs.
 
 import package::bind::changed::{chunks, listed, listed_counts};
 import package::bind::read::host_groups;

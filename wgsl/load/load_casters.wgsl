@@ -1,6 +1,6 @@
 // load: casters in the host's buffers -> records as if they had been uploaded, and a box around each group.
 // One invocation per caster, a workgroup per group. Invalid casters are counted; valid ones are compacted,
-// in order. CPU twin: `Caster::new` in src/records/caster.rs. Host: src/stage/load.rs.
+// in order. CPU reference: `Caster::new` in src/records/caster.rs. Rust: src/stage/load.rs.
 
 import package::bind::changed::{host_counters, host_groups};
 import package::bind::read::host_counts;

@@ -18,7 +18,7 @@ fn packed_look(caster: Caster) -> vec4<u32> {
     let levels = vec3<u32>(floor(0.5 + 65535.0 * color));
     let turns = caster.rotation / TURN;
     let part = turns - floor(turns);
-    // Halves are rounded up, as in the twin.
+    // Halves are rounded up, as in the CPU reference.
     let angle = u32(floor(part * 65536.0 + 0.5)) & 0xffffu;
     return vec4(
         levels.r | (levels.g << 16u),
@@ -30,8 +30,8 @@ fn packed_look(caster: Caster) -> vec4<u32> {
 
 // f16 of a number in 0..32768, rounded to nearest even: `pack2x16float` may round otherwise.
 fn half_bits(x: f32) -> u32 {
-    const LEAST_NORMAL: f32 = 6.1035156e-5;
-    if x < LEAST_NORMAL {
+    const MIN_NORMAL: f32 = 6.1035156e-5;
+    if x < MIN_NORMAL {
         return u32(round(x * 16777216.0));
     }
     let bits = bitcast<u32>(x);

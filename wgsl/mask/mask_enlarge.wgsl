@@ -1,5 +1,5 @@
 // mask, enlarge: masks of half the picture's size to its full size, from those of four neighbours that are
-// on the same surface. One invocation per pixel and group of masks. CPU twin: src/reference/mask.rs. Host:
+// on the same surface. One invocation per pixel and group of masks. CPU reference: src/reference/mask.rs. Host:
 // src/stage/mask.rs.
 
 import package::bind::loaded::{half_surfaces, mask_surfaces};
@@ -9,7 +9,7 @@ import package::mask::mask_pixel::{mask_plane, plane_error, shown_pixel, surface
 import package::records::mask::{surface_depth, surface_normal, surface_offset, unpack_surface};
 
 // Sum of four weights below which only the best neighbour is used.
-const LEAST_WEIGHT: f32 = 1e-3;
+const MIN_WEIGHT: f32 = 1e-3;
 // Error of a right angle between two normals, in units of the blur's tolerance in depth.
 const TURNED: f32 = 8.0;
 
@@ -47,5 +47,5 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
         least = min(least, error);
     }
     let mean = divided(sum, max(weights, 1e-9));
-    store_group(id.xy, id.z, either_group(best, mean, weights > LEAST_WEIGHT));
+    store_group(id.xy, id.z, either_group(best, mean, weights > MIN_WEIGHT));
 }

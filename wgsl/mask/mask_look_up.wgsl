@@ -1,5 +1,5 @@
 // mask, look up: the share of each light of some masks that reaches a pixel. One invocation per pixel and
-// group of masks. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
+// group of masks. CPU reference: src/reference/mask.rs. Rust: src/stage/mask.rs.
 
 import choice::joined::host_shadow;
 import package::bind::loaded::{mask_points, mask_surfaces};

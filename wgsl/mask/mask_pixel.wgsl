@@ -4,7 +4,7 @@ import package::bind::uniform::{mask_params, views};
 import package::records::mask::{MaskSurface, surface_depth, surface_normal, surface_offset};
 
 // Cosine of the steepest slant that counts, times the length of the pixel's ray; negative towards the eye.
-const LEAST_FACING: f32 = -1e-3;
+const MIN_FACING: f32 = -1e-3;
 
 // Centre of the picture's pixel for a pixel of the masks.
 fn shown_pixel(at: vec2<u32>, step: u32, offset: vec2<u32>) -> vec2<f32> {
@@ -62,7 +62,7 @@ fn upright_shares(plane: MaskPlane, face: vec3<f32>) -> vec2<f32> {
     let ray = vec3(slope.x, -slope.y, -1.0);
     let normal = (view.view_from_world * vec4(face, 0.0)).xyz;
     // A step changes the distance along the axis by so much.
-    let turn = normal.xy / min(dot(normal, ray), LEAST_FACING);
+    let turn = normal.xy / min(dot(normal, ray), MIN_FACING);
     let square = 1.0 - 2.0 * turn * ray.xy + turn * turn * dot(ray, ray);
     return inverseSqrt(max(square, vec2(1.0)));
 }

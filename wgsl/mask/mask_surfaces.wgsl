@@ -1,5 +1,5 @@
 // mask, surfaces: visible opaque surfaces in the format of masks. One invocation per pixel of a band, after
-// `shade_surfaces`. CPU twin: src/reference/mask.rs. Host: src/stage/mask.rs.
+// `shade_surfaces`. CPU reference: src/reference/mask.rs. Rust: src/stage/mask.rs.
 
 import choice::keep::keep_surface;
 import package::bind::sampled::seen_pixels;
@@ -11,7 +11,7 @@ import package::records::point::{POINT_SOLID, load_point};
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::view::TILE_SIZE;
 import package::shade::band::band_pixel;
-import package::walk::lane::LANES;
+import package::traversal::lane::LANES;
 
 // Light depth at a pixel, clamped to the picture; `index`: that of `pixel` in the band.
 fn seen_depth(at: vec2<u32>, pixel: vec2<u32>, index: u32) -> f32 {

@@ -1,5 +1,5 @@
 // project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and
-// view; a workgroup takes a chunk. CPU twin: src/reference/project.rs. Host: src/stage/project.rs.
+// view; a workgroup takes a chunk. CPU reference: src/reference/project.rs. Rust: src/stage/project.rs.
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;
@@ -10,7 +10,7 @@ import package::records::dispatch::workgroup_number;
 import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
-import package::records::view::LEAST_DISTANCE;
+import package::records::view::MIN_DISTANCE;
 
 override WORKGROUP_SIZE: u32;
 
@@ -92,7 +92,7 @@ fn project_particles(
         texel = half_size;
         grow = max(MIN_RADIUS * distance / (caster_radius * view.scale), 1.0);
         radius = caster_radius * grow;
-        let away = max(length(center), LEAST_DISTANCE);
+        let away = max(length(center), MIN_DISTANCE);
         let reach = radius * corner;
         let sphere = select(reach / sqrt(1.0 + reach / away * (reach / away)), radius, is_puff);
         let x = tangents(center.x, distance, sphere);

@@ -1,5 +1,5 @@
 // project: triangles -> footprints, depth keys, tile rectangles and setups. One invocation per
-// triangle and view; a workgroup takes a chunk. CPU twin: src/reference/project.rs. Host:
+// triangle and view; a workgroup takes a chunk. CPU reference: src/reference/project.rs. Host:
 // src/stage/project.rs.
 
 import package::bind::read::chunks;
@@ -12,7 +12,7 @@ import package::records::octahedral::octahedral;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::setup::{BACK_BIT, SETUP_TEXELS};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
-import package::records::view::LEAST_DISTANCE;
+import package::records::view::MIN_DISTANCE;
 
 override WORKGROUP_SIZE: u32;
 
@@ -35,11 +35,11 @@ fn least_distance(corners: array<vec3<f32>, 3>) -> f32 {
     for (var i = 0u; i < 3u; i += 1u) {
         let start = points[i];
         let along = points[(i + 1u) % 3u] - start;
-        let part = clamp(-dot(start, along) / max(dot(along, along), LEAST_DISTANCE), 0.0, 1.0);
+        let part = clamp(-dot(start, along) / max(dot(along, along), MIN_DISTANCE), 0.0, 1.0);
         least = min(least, length(start + along * part));
         over = over && dot(normal, cross(along, -start)) >= 0.0;
     }
-    return select(least, abs(dot(normal, points[0])) / max(length(normal), LEAST_DISTANCE), over);
+    return select(least, abs(dot(normal, points[0])) / max(length(normal), MIN_DISTANCE), over);
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)

@@ -32,4 +32,4 @@ fn is_beside(place: vec4<f32>) -> bool {
     return place.z < 0.0;
 }
 
-const LEAST_DISTANCE: f32 = 1.17549435e-38; // [m]
+const MIN_DISTANCE: f32 = 1.17549435e-38; // [m]

@@ -4,7 +4,7 @@
 import package::bind::uniform::band;
 import choice::order::tile_number;
 import package::records::view::TILE_SIZE;
-import package::walk::lane::lane_texel;
+import package::traversal::lane::lane_texel;
 
 struct Band {
     origin: vec2<u32>, // in the picture [tiles]

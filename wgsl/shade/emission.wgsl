@@ -1,4 +1,4 @@
-// Emission of a triangle. CPU twin: src/reference/shade/mod.rs.
+// Emission of a triangle. CPU reference: src/reference/shade/mod.rs.
 
 import package::bind::sampled::images;
 import package::features::HAS_TEXTURES;

@@ -1,4 +1,4 @@
-// Radiance of the background or environment from a direction, prefiltered for reflections. CPU twin:
+// Radiance of the background or environment from a direction, prefiltered for reflections. CPU reference:
 // `from_around` in src/reference/shading/mod.rs; the maps are made in src/model/environment.rs.
 
 import package::bind::sampled::environment;

@@ -1,8 +1,8 @@
 // shade, light points: evaluates the light at points, which are surfaces, panes and particles of the
-// picture, or points of a host. One invocation per answer; the kernel chooses what is answered. CPU twin:
-// src/reference/shading/mod.rs. Host: src/stage/shade.rs.
+// picture, or points of a host. One invocation per answer; the kernel chooses what is answered. CPU reference:
+// src/reference/shading/mod.rs. Rust: src/stage/shade.rs.
 
-import choice::answer::{answer_count, store_answer};
+import choice::light_output::{answer_count, store_answer};
 
 override WORKGROUP_SIZE: u32;
 

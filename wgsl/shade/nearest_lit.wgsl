@@ -17,7 +17,7 @@ const EARLY: f32 = 0.1;
 // Share of the brightest channel below which a channel has no share of its own.
 const DIM: f32 = 0.01;
 // Least light to divide by.
-const LEAST_LIT: f32 = 1e-4;
+const MIN_LIT: f32 = 1e-4;
 
 // Light of a block behind its nodes so far; before the fade, and at the receiver.
 var<private> lit_left: vec3<f32>;
@@ -79,8 +79,8 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
                 let away = dot(off, off);
                 let open = max(lit_before.x, max(lit_before.y, lit_before.z));
                 let is_nearest = open > LIT && away < nearest;
-                let mean = vec3(max(lit_here.x, max(lit_here.y, lit_here.z)) / max(open, LEAST_LIT));
-                let own = lit_here / max(lit_before, vec3(LEAST_LIT));
+                let mean = vec3(max(lit_here.x, max(lit_here.y, lit_here.z)) / max(open, MIN_LIT));
+                let own = lit_here / max(lit_before, vec3(MIN_LIT));
                 let here = select(own, mean, lit_before < vec3(DIM * open));
                 share = select(share, here, is_nearest);
                 place = select(place, middle, is_nearest);

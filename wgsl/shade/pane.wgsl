@@ -1,4 +1,4 @@
-// Panes: thin surfaces that filter what is behind them, scatter some light and mirror some. CPU twin:
+// Panes: thin surfaces that filter what is behind them, scatter some light and mirror some. CPU reference:
 // src/reference/shade/mod.rs.
 
 import package::hit::caster_hit::Hit;

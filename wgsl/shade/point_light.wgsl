@@ -1,4 +1,4 @@
-// Light that a point scatters, mirrors and emits to the eye. CPU twin: src/reference/shading/mod.rs.
+// Light that a point scatters, mirrors and emits to the eye. CPU reference: src/reference/shading/mod.rs.
 
 import choice::mask::masked;
 import package::bind::uniform::picture_params;

@@ -1,5 +1,5 @@
 // shade, casters: centre of each visible translucent particle, as a point. One invocation per footprint of
-// the camera's view. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// the camera's view. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::loaded::rects;
 import package::bind::sampled::casters;

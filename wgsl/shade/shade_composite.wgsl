@@ -1,5 +1,5 @@
 // shade, composite: translucent layers over the opaque surface, and the tone curve. One invocation per
-// pixel of a band. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// pixel of a band. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};
@@ -14,7 +14,7 @@ import package::shade::air::air_at;
 import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::{to_srgb, tone_mapped};
-import package::walk::lane::LANES;
+import package::traversal::lane::LANES;
 
 fn light_of(point: u32) -> vec3<f32> {
     return textureLoad(lit, record_texel(point), 0).rgb;

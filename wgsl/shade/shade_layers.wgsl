@@ -1,6 +1,6 @@
 // shade, layers: translucent layers of each pixel of a band; one workgroup per tile that has translucent
 // casters, one invocation per pixel. Light L behind them becomes colour + passed * L. A long tile takes several rounds, each of which
-// continues where the one before ended. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// continues where the one before ended. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::changed::carried;
 import package::bind::read::layered_tiles;
@@ -18,11 +18,11 @@ import package::shade::camera::camera;
 import package::shade::cost::walked;
 import package::shade::fog::{inside, reached};
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, packed_pane, pane_of};
-import package::state::layers::{
+import package::accumulator::layers::{
     Waiting, color, far, finish, first_pane, near, passed, second_pane, start,
 };
-import package::walk::lane::LANES;
-import choice::walk::walk;
+import package::traversal::lane::LANES;
+import choice::traversal::walk;
 
 const CARRIED: u32 = 6u; // records of a pixel
 

@@ -1,6 +1,6 @@
 // shade, seen: nearest opaque caster of each pixel of a band; one workgroup per tile, one invocation per
 // pixel. A long tile takes several rounds, each of which continues where the one before ended: some drivers
-// bound the iterations of an invocation. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// bound the iterations of an invocation. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::changed::carried;
 import package::bind::sampled::tiles;
@@ -12,9 +12,9 @@ import package::shade::append_point::empty_lists;
 import package::shade::band::{ROUND_LENGTH, band_pixel};
 import package::shade::camera::camera;
 import package::shade::cost::walked;
-import package::state::seen::{nearest, seen, seen_setup, start};
-import package::walk::lane::LANES;
-import choice::walk::walk;
+import package::accumulator::seen::{nearest, seen, seen_setup, start};
+import package::traversal::lane::LANES;
+import choice::traversal::walk;
 
 @compute @workgroup_size(LANES)
 fn shade_seen(

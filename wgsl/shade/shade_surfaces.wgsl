@@ -1,5 +1,5 @@
 // shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
-// invocation per pixel of a band. CPU twin: src/reference/shade/mod.rs. Host: src/stage/shade.rs.
+// invocation per pixel of a band. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::stored::lit;
@@ -23,7 +23,7 @@ import package::shade::environment::from_around;
 import package::shade::shading::mirrored_solid;
 import package::shade::store_point::store_point;
 import package::shade::surface::{eye, normals_at, rounded, world_point};
-import package::walk::lane::LANES;
+import package::traversal::lane::LANES;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
     let ray = normalize(world_point(view, pixel, 1.0) - eye());

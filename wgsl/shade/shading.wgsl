@@ -1,4 +1,4 @@
-// Scattering and reflection towards the camera. CPU twin: src/reference/shading/mod.rs.
+// Scattering and reflection towards the camera. CPU reference: src/reference/shading/mod.rs.
 
 const PER_PI: f32 = 0.31830989;
 

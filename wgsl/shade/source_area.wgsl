@@ -21,11 +21,11 @@ import package::sums::sums::blackened;
 // Weight of a level's result per light before the level, up to a weight of 1.
 const EVIDENCE: f32 = 300.0;
 // Least light that a search for occluders relies on.
-const LEAST_OPEN: f32 = 0.25;
+const MIN_OPEN: f32 = 0.25;
 // Distance of texels' centres from the middle of a block of the first level [blocks].
 const AROUND: f32 = 0.25;
 // Least light to divide by.
-const LEAST: f32 = 1e-4;
+const MIN: f32 = 1e-4;
 
 fn relied_on(before: vec3<f32>) -> vec3<f32> {
     return clamp(before * EVIDENCE, vec3(0.0), vec3(1.0));
@@ -80,7 +80,7 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
             rest_next = select(NEVER, cue, is_known);
             loop {
                 let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0);
-                is_known = is_known || (cue != NEVER && least_open < LEAST_OPEN);
+                is_known = is_known || (cue != NEVER && least_open < MIN_OPEN);
                 let is_none = next == NEVER && !is_known;
                 cue = select(cue, next, next != NEVER && !is_known);
                 let found = min(level_of(spot_at(cue), last), number);
@@ -101,7 +101,7 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, 
             evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
             let known = relied_on(level_light.before);
             let left = min(level_light.before - level_light.taken, level_light.most);
-            let share = max(left / max(level_light.before, vec3(LEAST)), vec3(0.0));
+            let share = max(left / max(level_light.before, vec3(MIN)), vec3(0.0));
             let unknown = passed * (1.0 - known);
             let is_hidden = any(unknown > vec3(0.0));
             hidden_since = select(hidden_since, since, is_hidden && all(hidden == vec3(0.0)));
@@ -161,7 +161,7 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, poin
             }
         }
     }
-    let share = behind / max(before, vec3(LEAST));
+    let share = behind / max(before, vec3(MIN));
     let known = select(vec3(1.0), relied_on(before), leveled.is_near);
     let at_map = select(vec3(1.0), select(min(share, vec3(1.0)), share, HAS_GAIN), leveled.is_near);
     let unknown = leveled.passed * (1.0 - known);

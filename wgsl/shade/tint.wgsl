@@ -1,4 +1,4 @@
-// Depth of a receiver with respect to translucent casters. CPU twin: src/reference/shading/receive.rs,
+// Depth of a receiver with respect to translucent casters. CPU reference: src/reference/shading/receive.rs,
 // `Plane`.
 
 import package::records::view::GpuView;

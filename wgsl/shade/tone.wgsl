@@ -1,4 +1,4 @@
-// Tone curve from linear light to the screen. CPU twin: src/reference/shading/tone.rs.
+// Tone curve from linear light to the screen. CPU reference: src/reference/shading/tone.rs.
 
 // Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn tone_mapped(light: vec3<f32>) -> vec3<f32> {

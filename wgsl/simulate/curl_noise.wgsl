@@ -1,4 +1,4 @@
-// Velocity of whirling air (curl noise). CPU twin: src/model/emitter.rs.
+// Velocity of whirling air (curl noise). CPU reference: src/model/emitter.rs.
 
 import package::hit::hash::pcg;
 

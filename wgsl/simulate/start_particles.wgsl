@@ -1,6 +1,6 @@
 // simulate, start: particles that start in some time steps of an emitter. Particle n is put in slot n modulo
-// `capacity`, whose former particle ends before n starts. One invocation per particle. CPU twin:
-// src/model/emitter.rs. Host: src/stage/simulate.rs.
+// `capacity`, whose former particle ends before n starts. One invocation per particle. CPU reference:
+// src/model/emitter.rs. Rust: src/stage/simulate.rs.
 
 import package::bind::changed::emitted;
 import package::bind::uniform::emitter_params;

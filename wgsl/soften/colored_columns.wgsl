@@ -1,5 +1,5 @@
 // colored, columns: second pass of the blur, and the maps with a coloured filter instead of holes. CPU
-// reference: src/reference/filter.rs. Host: src/stage/colored.rs.
+// reference: src/reference/filter.rs. Rust: src/stage/colored.rs.
 
 import package::bind::sampled::{filters, nearests, opaques, rows};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};

@@ -1,5 +1,5 @@
 // colored, rows: share of each row's window that dithered surfaces block per channel, and the depth behind
-// them. CPU reference: src/reference/filter.rs. Host: src/stage/colored.rs.
+// them. CPU reference: src/reference/filter.rs. Rust: src/stage/colored.rs.
 
 import package::bind::sampled::colored;
 import package::bind::stored::rows;

@@ -1,5 +1,5 @@
 // soften, curve columns: curves of four texels in a column per invocation, multiplied by the visibility
-// through dithered surfaces over a window. CPU twin: src/reference/curve/soften.rs. Host:
+// through dithered surfaces over a window. CPU reference: src/reference/curve/soften.rs. Host:
 // src/stage/filter.rs.
 
 import package::bind::sampled::{raw_curves, rows};

@@ -1,5 +1,5 @@
-// soften, curve rows: summary of the dithered surfaces in each row's window. CPU twin:
-// src/reference/curve/soften.rs. Host: src/stage/filter.rs.
+// soften, curve rows: summary of the dithered surfaces in each row's window. CPU reference:
+// src/reference/curve/soften.rs. Rust: src/stage/filter.rs.
 
 import package::bind::sampled::colored;
 import package::bind::stored::rows;

@@ -1,4 +1,4 @@
-// Summary of the dithered surfaces in a run of texels, for curves. CPU twin: src/reference/curve/soften.rs.
+// Summary of the dithered surfaces in a run of texels, for curves. CPU reference: src/reference/curve/soften.rs.
 
 struct CurveRun {
     blocked: vec3<f32>, // share of the window, per channel

@@ -1,5 +1,5 @@
-// filter, columns: second pass of the blur, and the maps with a grey filter instead of holes. CPU twin:
-// src/reference/filter.rs. Host: src/stage/filter.rs.
+// filter, columns: second pass of the blur, and the maps with a grey filter instead of holes. CPU reference:
+// src/reference/filter.rs. Rust: src/stage/filter.rs.
 
 import package::bind::sampled::{filters, nearests, opaques, rows};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};

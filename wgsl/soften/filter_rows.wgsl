@@ -1,5 +1,5 @@
 // filter, rows: share of each row's window that dithered surfaces block, and the depth behind them. CPU
-// twin: src/reference/filter.rs. Host: src/stage/filter.rs.
+// reference: src/reference/filter.rs. Rust: src/stage/filter.rs.
 
 import package::bind::sampled::opaques;
 import package::bind::stored::rows;

@@ -1,5 +1,5 @@
 // sort_serial_scan: counts of runs -> pairs with the same digit in earlier runs, and the digit's
-// total. One invocation per digit. Host: src/stage/sort/mod.rs.
+// total. One invocation per digit. Rust: src/stage/sort/mod.rs.
 
 import package::bind::updated::histograms;
 import package::sort::serial::{WORKGROUP_SIZE, ceil_div, run_length};

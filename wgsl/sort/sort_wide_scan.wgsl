@@ -1,5 +1,5 @@
 // sort_wide_scan: counts of blocks -> pairs with the same digit in earlier blocks, and the digit's
-// total. One workgroup per digit. Host: src/stage/sort/mod.rs.
+// total. One workgroup per digit. Rust: src/stage/sort/mod.rs.
 
 import package::bind::updated::histograms;
 import package::sort::sort::{TOTAL_ROW, pair_count};

@@ -1,4 +1,4 @@
-// Light of casters so faint that 1 - a (1 - c) loses their absorption to rounding. CPU twin:
+// Light of casters so faint that 1 - a (1 - c) loses their absorption to rounding. CPU reference:
 // src/reference/hit.rs.
 
 import package::sums::sums::to_tau;

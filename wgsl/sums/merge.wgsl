@@ -1,4 +1,4 @@
-// Adds a caster or a segment to the sums of a texel. CPU twin: src/reference/accumulate.rs.
+// Adds a caster or a segment to the sums of a texel. CPU reference: src/reference/accumulate.rs.
 
 import package::features::HAS_GAIN;
 import package::sums::sums::SATURATED;

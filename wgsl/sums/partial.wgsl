@@ -1,8 +1,8 @@
 // Transfer of a segment to the light of one texel, for resolve to compose in order: L becomes L * scale +
-// added. CPU twin: src/reference/accumulate.rs, `Passed`.
+// added. CPU reference: src/reference/accumulate.rs, `Passed`.
 
 import package::features::HAS_GAIN;
-import package::walk::lane::sum_index;
+import package::traversal::lane::sum_index;
 
 struct Partial {
     scale: vec3<f32>,

@@ -13,7 +13,7 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::faint::absorbed_tau;
 import package::sums::merge::merge;
 import package::sums::sums::{FIXED_ONE, VISIBLE_OPACITY, depth_to_nearness};
-import package::walk::lane::sum_index;
+import package::traversal::lane::sum_index;
 import choice::sums::{add_to_sums, raise_nearness};
 
 // Dither added before rounding down, with channels a third apart: multiples of the golden ratio, whose sums

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/curve/bodies.wgsl`: bodies, puffs and stretches of volumes, in which light falls
+//! CPU reference of `wgsl/curve/bodies.wgsl`: bodies, puffs and stretches of volumes, in which light falls
 //! exponentially.
 //!
 //! Ramps are linear. While a curve has a free node, its ramp that bends most becomes two, with the light in
@@ -10,11 +10,11 @@ use glam::Vec3;
 
 /// Least difference between the square roots of the light in front of a body and behind it at which it is
 /// worth two nodes: in its middle, the line is off by half of its square.
-pub const LEAST_BEND: f32 = 0.0625;
+pub const MIN_BEND: f32 = 0.0625;
 /// Shortest ramp that becomes two [fixed point].
 pub const SHORTEST: u32 = 4;
 /// Square root of the light that black counts as, 1/2048.
-pub const LEAST_ROOT: f32 = 0.022_097_087;
+pub const MIN_ROOT: f32 = 0.022_097_087;
 
 impl Streaming {
     /// Splits bodies while more than `spare` nodes are free.
@@ -38,7 +38,7 @@ impl Streaming {
     /// Index of the body that bends most, and the light in its middle.
     fn most_bent(&self) -> Option<(usize, Vec3)> {
         let mut most = None;
-        let (mut bend, mut before) = (LEAST_BEND, Vec3::ONE);
+        let (mut bend, mut before) = (MIN_BEND, Vec3::ONE);
         for (i, node) in self.nodes[..self.count].iter().enumerate() {
             let root = self.light_of(node).map(f32::sqrt);
             // No ramp may start in the front half.
@@ -46,7 +46,7 @@ impl Streaming {
             let is_long = node.span & 0xffff >= (node.span >> 16) + SHORTEST;
             let own = (before - root).abs().max_element();
             if node.is_alone && is_long && next >= middle(node.span) && own > bend {
-                most = Some((i, before * root.max(Vec3::splat(LEAST_ROOT))));
+                most = Some((i, before * root.max(Vec3::splat(MIN_ROOT))));
                 bend = own;
             }
             before = root;

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/curve/mean.wgsl`: the mean of several curves, in a few nodes. Depths are cut at the
+//! CPU reference of `wgsl/curve/mean.wgsl`: the mean of several curves, in a few nodes. Depths are cut at the
 //! longest gaps; each part becomes a ramp of the same mean depth and spread.
 use super::{DEPTHS, packed, unpack};
 use crate::records::PackedNode;

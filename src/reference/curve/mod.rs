@@ -1,4 +1,4 @@
-//! Twin of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance as a
+//! CPU reference of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance as a
 //! function of depth, along the ray of one texel.
 //!
 //! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from
@@ -87,15 +87,15 @@ impl Affine {
     fn share(self, light: Vec3, part: f32) -> Vec3 {
         let lost = Vec3::ONE - self.scale;
         let rest = Vec3::ONE - self.added / lost.max(Vec3::splat(1e-3));
-        let known = Vec3::ONE - (Vec3::ONE - light) / rest.max(Vec3::splat(LEAST_REST));
+        let known = Vec3::ONE - (Vec3::ONE - light) / rest.max(Vec3::splat(MIN_REST));
         let even = Vec3::ONE - lost * part;
-        let share = Vec3::select(rest.cmpge(Vec3::splat(LEAST_REST)), known, even);
+        let share = Vec3::select(rest.cmpge(Vec3::splat(MIN_REST)), known, even);
         share.max(self.scale).min(Vec3::ONE)
     }
 }
 
 /// Least `1 - added colour` from which the scale can be recovered from light through white.
-pub const LEAST_REST: f32 = 1.0 / 16.0;
+pub const MIN_REST: f32 = 1.0 / 16.0;
 
 /// Curve of one texel during insertion.
 #[derive(Clone, Debug)]

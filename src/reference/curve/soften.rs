@@ -1,4 +1,4 @@
-//! Twin of `wgsl/soften/curve_*.wgsl`: softening of curves under dithered shadows.
+//! CPU reference of `wgsl/soften/curve_*.wgsl`: softening of curves under dithered shadows.
 //!
 //! The light of a texel becomes `C(z) V(z)`. `V` is the visibility through dithered surfaces over one
 //! window of their pattern, as one ramp with the mean and variance of their depths. `C` is the texel's own

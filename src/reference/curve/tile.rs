@@ -1,4 +1,4 @@
-//! Twin of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
+//! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
 //! it: the curves of a tile.
 //!
 //! In general every hit is inserted into its texel's curve as it comes. A tile of soft discs may have

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/curve/volumes.wgsl`: volumes on a ray, face by face, as ramps.
+//! CPU reference of `wgsl/curve/volumes.wgsl`: volumes on a ray, face by face, as ramps.
 use crate::reference::{accumulate::MAX_TAU, caster_hit::Face};
 use glam::{IVec3, Vec3};
 

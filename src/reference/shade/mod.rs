@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
+//! CPU reference of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
 //! shaded instead of summed.
 mod composite;
 mod layers;

@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade/taps.wgsl`: texels of a look-up, and their weights.
+//! CPU reference of `wgsl/shade/taps.wgsl`: texels of a look-up, and their weights.
 use super::Lighting;
 use crate::records::{
     FILTER_BOX, FILTER_DISC, FILTER_SPLINE, GpuLight, RADIUS_STEPS, SPLINE_REACH,

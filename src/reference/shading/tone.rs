@@ -1,4 +1,4 @@
-//! Twin of `wgsl/shade/tone.wgsl`: tone curve from linear light to the screen.
+//! CPU reference of `wgsl/shade/tone.wgsl`: tone curve from linear light to the screen.
 use glam::Vec3;
 
 /// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.

@@ -159,9 +159,9 @@ impl ListPlan {
     /// Parts of the tiles that are recorded, with room for so many pairs in each.
     pub(crate) fn most_parts(&self, room: u32, tile_count: u32) -> u32 {
         /// Each is recorded, needed or not. The pairs of the host's casters have no useful bound.
-        const MOST: u64 = 512;
-        const MOST_OF_HOST: u64 = 32;
-        let most = if self.host.is_some() { MOST_OF_HOST } else { MOST };
+        const MAX: u64 = 512;
+        const MAX_OF_HOST: u64 = 32;
+        let most = if self.host.is_some() { MAX_OF_HOST } else { MAX };
         // Two parts that follow each other have more pairs than there is room for in one.
         let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
         enough.min(u64::from(tile_count) + 1).min(most) as u32

@@ -12,9 +12,9 @@ use glam::Vec3;
 use std::{ops::Range, sync::atomic::AtomicU64};
 
 /// Least casters of a group that ends early.
-const LEAST: u32 = 32;
+const MIN: u32 = 32;
 /// Most objects with groups of their own. With more, small ones share groups.
-const MOST_OBJECTS: usize = 1024;
+const MAX_OBJECTS: usize = 1024;
 /// Growth of particles' groups from which they are formed anew: four times the surface.
 const SPREAD: u64 = 2 * DOUBLED;
 
@@ -192,7 +192,7 @@ impl Groups {
                 let caster = &members.casters[(start + i) as usize];
                 (Bounds::EMPTY.with_sphere(caster.center, caster.radius), false)
             };
-            let cut = order::cut(end - start, box_of, LEAST, CHUNK_SIZE);
+            let cut = order::cut(end - start, box_of, MIN, CHUNK_SIZE);
             let group = |group| Group::of_particles(class, shift(group, start), members);
             groups.extend(cut.into_iter().map(group));
             let of_class = emitted.iter().zip(&mut of_emitters).filter(|((of, _), _)| *of == class);
@@ -203,7 +203,7 @@ impl Groups {
                 *groups_of_emitter = first..groups.len();
             }
         }
-        let few_objects = members.triangles.chunk_by(|a, b| a.id == b.id).count() <= MOST_OBJECTS;
+        let few_objects = members.triangles.chunk_by(|a, b| a.id == b.id).count() <= MAX_OBJECTS;
         for &(class, Range { start, end }) in triangle_ranges {
             let box_of = |i: u32| {
                 let triangle = members.triangle(start + i);
@@ -212,7 +212,7 @@ impl Groups {
                 let starts = i > 0 && triangle.id != members.triangle(start + i - 1).id;
                 (bounds, starts && few_objects)
             };
-            let cut = order::cut(end - start, box_of, LEAST, CHUNK_SIZE);
+            let cut = order::cut(end - start, box_of, MIN, CHUNK_SIZE);
             let group = |group| Group::of_triangles(class, shift(group, start), members);
             groups.extend(cut.into_iter().map(group));
         }
@@ -382,7 +382,7 @@ fn bounds(groups: &[Group]) -> Vec<Bounds> {
 /// Sorts the particles of one class, given by index, so that neighbours are close in space.
 pub(in crate::shadows) fn sort_by_place(particles: &mut [u32], center: impl Fn(u32) -> Vec3) {
     // Fewer particles make one or two groups in any order.
-    const FEW: usize = 2 * LEAST as usize;
+    const FEW: usize = 2 * MIN as usize;
     if particles.len() > FEW {
         let centers: Vec<Vec3> = particles.iter().map(|&i| center(i)).collect();
         let sorted: Vec<u32> =

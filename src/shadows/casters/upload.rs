@@ -100,7 +100,7 @@ fn write_rows(queue: &wgpu::Queue, texture: &wgpu::Texture, first_row: u32, byte
 }
 
 /// Most texels of the texture array that holds all images: 4 GiB.
-const MOST_TEXELS: u64 = 1 << 30;
+const MAX_TEXELS: u64 = 1 << 30;
 
 pub(super) fn upload_images(
     allocator: &mut Allocator<'_>,
@@ -112,12 +112,12 @@ pub(super) fn upload_images(
     let size = [width, height, textures.len().max(1) as u32].map(u64::from);
     // A layer is as wide as the widest image, and as high as the highest.
     let need = size.iter().product();
-    if need > MOST_TEXELS {
+    if need > MAX_TEXELS {
         let remedy =
             "make the textures smaller, or alike in size: each takes the largest width and height";
         return Err(Error::Limit {
             limit: "texels of all textures",
-            have: MOST_TEXELS,
+            have: MAX_TEXELS,
             need,
             remedy,
         });

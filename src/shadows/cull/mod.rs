@@ -18,6 +18,6 @@ mod tile_load;
 mod tree;
 
 pub use frustum::{Frustum, widened};
-pub use occluders::{MOST_OCCLUDERS, OccluderPolygons, Occluders};
+pub use occluders::{MAX_OCCLUDERS, OccluderPolygons, Occluders};
 pub use tile_load::{PairBound, TileLoadBound};
 pub use tree::{DOUBLED, GroupTree, typical_size};

@@ -15,11 +15,11 @@ use crate::{
 use glam::{DVec2, DVec3, Vec3};
 
 /// Most occluders of a view.
-pub const MOST_OCCLUDERS: usize = 16;
+pub const MAX_OCCLUDERS: usize = 16;
 /// Most polygons of a scene, from which views choose.
-const MOST_POLYGONS: usize = 256;
+const MAX_POLYGONS: usize = 256;
 /// Least area of an occluder in the map [texels²].
-const LEAST_AREA: f64 = 1024.0;
+const MIN_AREA: f64 = 1024.0;
 /// Cosine between the normals of two triangles that make one occluder polygon. It bounds no rounding: a
 /// view keeps both planes.
 const FLAT: f32 = 0.9999;
@@ -89,14 +89,14 @@ impl OccluderPolygons {
                 before = None;
                 continue;
             }
-            if polygons.len() >= 2 * MOST_POLYGONS {
-                keep_largest(&mut polygons, MOST_POLYGONS, |polygon| f64::from(polygon.area));
+            if polygons.len() >= 2 * MAX_POLYGONS {
+                keep_largest(&mut polygons, MAX_POLYGONS, |polygon| f64::from(polygon.area));
             }
             let polygon = triangle.and_then(Polygon::of_triangle);
             polygons.extend(polygon);
             before = polygon.and(triangle);
         }
-        keep_largest(&mut polygons, MOST_POLYGONS, |polygon| f64::from(polygon.area));
+        keep_largest(&mut polygons, MAX_POLYGONS, |polygon| f64::from(polygon.area));
         Self(polygons)
     }
 }
@@ -154,7 +154,7 @@ impl Occluders {
         let Some(frame) = Frame::new(view) else { return Self::default() };
         let mut occluders: Vec<Occluder> =
             polygons.0.iter().filter_map(|polygon| frame.occluder(polygon)).collect();
-        keep_largest(&mut occluders, MOST_OCCLUDERS, |occluder| occluder.area);
+        keep_largest(&mut occluders, MAX_OCCLUDERS, |occluder| occluder.area);
         occluders.sort_by(|a, b| b.area.total_cmp(&a.area));
         Self {
             occluders,
@@ -285,7 +285,7 @@ impl Frame {
         let inside = high.min(self.size) - low.max(DVec2::ZERO);
         let whole = (2..n).map(|i| (map[i - 1] - map[0]).perp_dot(map[i] - map[0])).sum::<f64>();
         let area = (whole * 0.5).min(inside.x * inside.y);
-        if !(inside.min_element() > 0.0 && area >= LEAST_AREA) {
+        if !(inside.min_element() > 0.0 && area >= MIN_AREA) {
             return None;
         }
         // Largest distance between corners [texels].

@@ -50,7 +50,7 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
 /// Bits of a digit with 64 values.
 pub const FEW_BITS: u32 = 6;
 /// Bits of a digit with 256 values.
-pub const MOST_BITS: u32 = 8;
+pub const MAX_BITS: u32 = 8;
 /// Pairs from which kernels with more counters repay their longer compilation: they need fewer digits, and
 /// each is faster. If they need as many digits, from twice as many [pairs].
 const FEW_PAIRS: u32 = 1 << 19;
@@ -118,12 +118,12 @@ impl Shape {
 
     /// Most bits of a digit of these keys [bits].
     pub fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
-        let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MOST_BITS).len();
+        let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MAX_BITS).len();
         match self {
             Self::Serial if capacity <= FEW_PAIRS || (as_few && capacity <= 2 * FEW_PAIRS) => {
                 FEW_BITS
             }
-            _ => MOST_BITS,
+            _ => MAX_BITS,
         }
     }
 }

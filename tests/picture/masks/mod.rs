@@ -1,4 +1,4 @@
-//! Shadow masks: look-up and half size, against the twin and by their meaning.
+//! Shadow masks: look-up and half size, against the CPU reference and by their meaning.
 mod blur;
 mod slots;
 
@@ -80,7 +80,7 @@ fn apart(a: [u8; 4], b: [u8; 4]) -> u8 {
 }
 
 #[test]
-fn kernels_make_the_masks_of_the_twin() {
+fn kernels_make_the_masks_of_the_reference() {
     for glass in [false, true] {
         let cases = [
             (false, 1, false),
@@ -95,16 +95,16 @@ fn kernels_make_the_masks_of_the_twin() {
             let (ours, _) = masks_of(&scene);
             let views = shadow_views(&scene);
             let (maps, _) = reference::render_maps(&scene, &views);
-            let twin = reference::picture_masks(&scene, &views, &maps).unwrap().bytes();
-            assert_eq!(ours.len(), twin.len());
+            let cpu = reference::picture_masks(&scene, &views, &maps).unwrap().bytes();
+            assert_eq!(ours.len(), cpu.len());
             assert_eq!(ours.len() / (96 * 64), if glass { 2 } else { 1 });
             // Channels without a light are shown black.
             let used = if glass { [1, 1, 1, 0] } else { [1, 1, 0, 0] };
             let shown = |texel: [u8; 4]| std::array::from_fn(|i| texel[i] * used[i]);
-            let twin: Vec<[u8; 4]> = twin.into_iter().map(shown).collect();
-            let dark = twin.iter().filter(|texel| texel[0].min(texel[1]) < 100).count();
+            let cpu: Vec<[u8; 4]> = cpu.into_iter().map(shown).collect();
+            let dark = cpu.iter().filter(|texel| texel[0].min(texel[1]) < 100).count();
             assert!(dark > 30, "{dark}: nothing is in the shadow");
-            let far = ours.iter().zip(&twin).filter(|&(&a, &b)| apart(a, b) > 3).count();
+            let far = ours.iter().zip(&cpu).filter(|&(&a, &b)| apart(a, b) > 3).count();
             let few = ours.len() / 300;
             assert!(far <= few, "glass {glass} half {half} taps {taps}: {far}");
         }

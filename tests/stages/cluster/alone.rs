@@ -1,5 +1,5 @@
 //! Each kernel with poisoned outputs: every word of the lists is written, and none beyond them.
-use super::{grid, reaches, stage, twin};
+use super::{cpu, grid, reaches, stage};
 use crate::{
     common::{TIERS, gpu},
     stages::by_hand::{POISON, records, run_all},
@@ -19,10 +19,10 @@ fn every_word_of_the_lists_is_written_and_no_other() {
     // Two words of bits a cluster, the second not full; with room, and without.
     let mut scene = stage(43);
     scene.clusters.tile = 32;
-    let needed = twin(&scene).counters.needed;
+    let needed = cpu(&scene).counters.needed;
     for (tier, budget) in TIERS.into_iter().zip([1 << 20, needed / 2]) {
         scene.clusters.budget = budget;
-        let (gpu, grid, expected) = (gpu(tier), grid(&scene), twin(&scene));
+        let (gpu, grid, expected) = (gpu(tier), grid(&scene), cpu(&scene));
         let params = grid.params(&scene.clusters, scene.lights.len());
         assert_eq!(params.word_count, 2);
         let count = params.cluster_count as usize;
@@ -92,5 +92,5 @@ fn every_word_of_the_lists_is_written_and_no_other() {
 fn assign_all(scene: &Scene) -> Vec<Vec<u32>> {
     let mut scene = scene.clone();
     scene.clusters.budget = 1 << 20;
-    twin(&scene).lists.into_iter().map(Option::unwrap).collect()
+    cpu(&scene).lists.into_iter().map(Option::unwrap).collect()
 }

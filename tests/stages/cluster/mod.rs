@@ -1,4 +1,4 @@
-//! Light clusters: kernels against the twin, and the picture against the one that evaluates all lights.
+//! Light clusters: kernels against the CPU reference, and the picture against the one that evaluates all lights.
 mod alone;
 mod reach;
 
@@ -104,7 +104,7 @@ fn reaches(scene: &Scene) -> Vec<Reach> {
     scene.lights.iter().map(|light| Reach::new(light, &camera)).collect()
 }
 
-fn twin(scene: &Scene) -> Clusters {
+fn cpu(scene: &Scene) -> Clusters {
     let grid = grid(scene);
     assign(&grid, &reaches(scene), grid.capacity(&scene.clusters, scene.lights.len()))
 }
@@ -166,12 +166,12 @@ fn stage(light_count: usize) -> Scene {
 }
 
 #[test]
-fn kernels_match_the_twin() {
+fn kernels_match_the_reference() {
     let mut scene = stage(75);
     for (tile, slices, near) in [(32, 24, None), (16, 64, Some(3.0)), (256, 1, None)] {
         scene.clusters.tile = tile;
         (scene.clusters.slices, scene.clusters.near) = (slices, near);
-        let expected = twin(&scene);
+        let expected = cpu(&scene);
         assert_eq!(expected.counters.overflowed, 0);
         for tier in TIERS {
             let shot = shoot(tier, &scene);
@@ -206,14 +206,14 @@ fn a_picture_is_that_of_all_lights() {
 #[test]
 fn clusters_that_do_not_fit_ask_all_lights() {
     let mut scene = stage(40);
-    let needed = twin(&scene).counters.needed;
+    let needed = cpu(&scene).counters.needed;
     for tier in TIERS {
         scene.clusters.budget = 1 << 22;
         let shot = shoot(tier, &scene);
         for budget in [needed, needed - 1, needed / 3] {
             scene.clusters.budget = budget;
             let less = shoot(tier, &scene);
-            let expected = twin(&scene);
+            let expected = cpu(&scene);
             assert_eq!(less.lists, expected.lists);
             assert_eq!(less.counters, expected.counters);
             assert_eq!(less.counters.needed, needed);
@@ -317,7 +317,7 @@ fn too_many_lights_are_refused() {
     let error = try_shoot(Tier::Core, &scene).err().expect("more than fit");
     assert!(matches!(error, Error::Limit { have: 4096, need: 4097, .. }), "{error}");
     scene.lights.truncate(4096);
-    assert_eq!(shoot(Tier::Core, &scene).lists.len(), twin(&scene).lists.len());
+    assert_eq!(shoot(Tier::Core, &scene).lists.len(), cpu(&scene).lists.len());
 }
 
 /// A grid stays within its memory for any settings.

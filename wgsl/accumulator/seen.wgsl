@@ -1,4 +1,4 @@
-// State: the nearest opaque caster of a pixel. CPU twin: src/reference/shade/mod.rs.
+// Accumulator: the nearest opaque caster of a pixel. CPU reference: src/reference/shade/mod.rs.
 
 import package::hit::caster_hit::{Faced, Hit, caster_hit, faced_hit};
 import package::hit::solid::is_solid;

@@ -1,6 +1,6 @@
 // Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup makes a candidate of one
 // footprint and tests it against the subgroup's block of texels; all lanes visit those that touch it. CPU
-// twin: src/reference/curve/tile.rs, `walk`.
+// reference: src/reference/curve/tile.rs, `walk`.
 //
 // Drivers of software adapters take both sides of branches, but they leave loops, at their end only:
 // insertion into the curves is outside of the loop that visits, rare work has loops of its own, and loops
@@ -14,8 +14,8 @@ import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
-import package::walk::kinds::kinds_apart;
-import package::walk::subgroup_block::{
+import package::traversal::kinds::kinds_apart;
+import package::traversal::subgroup_block::{
     ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
 import choice::candidate::{Offer, candidate_of, offer_of, touches};

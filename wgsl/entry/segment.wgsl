@@ -1,15 +1,15 @@
-// Driver: one segment of a long tile. One workgroup per segment, a column of texels per invocation. A state
+// Entry: one segment of a long tile. One workgroup per segment, a column of texels per invocation. A state
 // defines what is gathered per texel, a store where it goes: to the tile's sums by atomics, because
-// segments of a tile run in parallel, or to the segment's own record. Host: src/stage/mod.rs.
+// segments of a tile run in parallel, or to the segment's own record. Rust: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;
 import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
 import package::records::tile::segment_view;
-import package::walk::lane::{LANES, lane_texel, tile_texel};
-import choice::state::start;
-import choice::store::store_segment;
-import choice::walk::walk;
+import package::traversal::lane::{LANES, lane_texel, tile_texel};
+import choice::accumulator::start;
+import choice::output::store_segment;
+import choice::traversal::walk;
 
 @compute @workgroup_size(LANES)
 fn walk_segment(

@@ -1,8 +1,8 @@
-// Store: filter and nearest depth with order-dependent blending. A segment of a long tile stores its
+// Output: filter and nearest depth with order-dependent blending. A segment of a long tile stores its
 // transfer to the light of its texels; a tile's segments are composed front to back, then the scattered
 // casters. The only segment of a tile is a plain factor of the casters scattered there, and is added to the
 // sums; so are segments past the capacity of `partials`, which takes more scattered tiles than the pair
-// budget has segments. CPU twin: src/reference/accumulate.rs, src/reference/resolve.rs.
+// budget has segments. CPU reference: src/reference/accumulate.rs, src/reference/resolve.rs.
 
 import package::bind::changed::partials;
 import package::bind::sampled::tiles;
@@ -12,7 +12,7 @@ import package::records::owner::{NO_OWNER, tagged_alpha, tagged_depth};
 import package::records::record::record_texel;
 import package::records::tile::{Segment, Tile, segment_count, segment_record, tile_of};
 import package::records::view::{GpuView, TILE_SIZE};
-import package::state::filter::{
+import package::accumulator::filter::{
     ROWS, added_texel, crossed, finish, nearest, nearest_texel, owner, passed,
 };
 import package::sums::merge::merge;
@@ -20,7 +20,7 @@ import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_c
 import package::sums::sums::{
     FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
 };
-import package::walk::lane::sum_index;
+import package::traversal::lane::sum_index;
 import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {

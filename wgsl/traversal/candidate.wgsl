@@ -4,8 +4,8 @@ import package::hit::reach::touches_box;
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
-import package::walk::kinds::visited;
-import choice::state::visit;
+import package::traversal::kinds::visited;
+import choice::accumulator::visit;
 
 struct Candidate {
     id: u32,

@@ -1,4 +1,4 @@
-// State: nearest opaque depth per channel of four texels. CPU twin: src/reference/occlude.rs.
+// Accumulator: nearest opaque depth per channel of four texels. CPU reference: src/reference/occlude.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::{colored, opaques};
@@ -11,7 +11,7 @@ import package::records::footprint::Footprint;
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{depth_to_nearness, nearness_to_depth};
-import package::walk::lane::sum_index;
+import package::traversal::lane::sum_index;
 import choice::sums::{clear_sums, load_sums, raise_channels};
 
 const ROWS: u32 = 4u; // texels that an invocation holds, in a column

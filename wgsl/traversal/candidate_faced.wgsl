@@ -7,8 +7,8 @@ import package::hit::reach::touches_box;
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
-import package::walk::kinds::visited;
-import choice::state::visit_faced;
+import package::traversal::kinds::visited;
+import choice::accumulator::visit_faced;
 
 struct Candidate {
     id: u32,

@@ -1,5 +1,5 @@
-// Store: opaque depth. Tiles go straight to the map, segments and scattered casters to sums, from which the
-// map is resolved. CPU twin: src/reference/occlude.rs, src/reference/resolve.rs.
+// Output: opaque depth. Tiles go straight to the map, segments and scattered casters to sums, from which the
+// map is resolved. CPU reference: src/reference/occlude.rs, src/reference/resolve.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::opaques;
@@ -10,8 +10,8 @@ import package::records::footprint::Footprint;
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{depth_to_nearness, nearness_to_depth};
-import package::walk::lane::sum_index;
-import choice::state::{ROWS, nearest_texel};
+import package::traversal::lane::sum_index;
+import choice::accumulator::{ROWS, nearest_texel};
 import choice::sums::{clear_sums, load_nearness, raise_nearness};
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {}

@@ -3,7 +3,7 @@
 // loads and stores are runs of a row.
 
 import package::records::view::{GpuView, TILE_SIZE};
-import choice::state::ROWS;
+import choice::accumulator::ROWS;
 
 const LANES: u32 = 256u / ROWS;
 

@@ -1,5 +1,5 @@
-// Store: filter and nearest depth. Tiles go straight to the maps, segments and scattered casters to sums,
-// from which the maps are resolved. CPU twin: src/reference/accumulate.rs, src/reference/resolve.rs.
+// Output: filter and nearest depth. Tiles go straight to the maps, segments and scattered casters to sums,
+// from which the maps are resolved. CPU reference: src/reference/accumulate.rs, src/reference/resolve.rs.
 
 import package::bind::stored::{filters, nearests};
 import package::features::HAS_OWNERS;
@@ -12,9 +12,9 @@ import package::sums::scatter::scatter;
 import package::sums::sums::{
     FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
 };
-import package::walk::lane::sum_index;
+import package::traversal::lane::sum_index;
 import choice::maps::{plain_alpha, store_map};
-import choice::state::{ROWS, finish, nearest_texel, owner_texel, passed_texel};
+import choice::accumulator::{ROWS, finish, nearest_texel, owner_texel, passed_texel};
 import choice::sums::{clear_sums, load_nearness, load_sums, raise_nearness};
 
 var<private> alpha_of_none: f32;

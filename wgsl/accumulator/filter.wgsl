@@ -1,4 +1,4 @@
-// State: transmittance and nearest depth of four texels, front to back, in registers. CPU twin:
+// Accumulator: transmittance and nearest depth of four texels, front to back, in registers. CPU reference:
 // src/reference/accumulate.rs.
 
 import package::bind::changed::counters;

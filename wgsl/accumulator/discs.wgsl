@@ -1,5 +1,5 @@
-// State: transmittance and nearest depth of eight texels in a column, for soft discs of the `filter`
-// transfer. CPU twin: src/reference/accumulate.rs.
+// Accumulator: transmittance and nearest depth of eight texels in a column, for soft discs of the `filter`
+// transfer. CPU reference: src/reference/accumulate.rs.
 
 import package::bind::sampled::opaques;
 import package::features::{FAINT, HAS_OPAQUE, PERSPECTIVE};

@@ -1,4 +1,4 @@
-// State: layers of translucent casters over a pixel, blended front to back. CPU twin:
+// Accumulator: layers of translucent casters over a pixel, blended front to back. CPU reference:
 // src/reference/shade/layers.rs.
 //
 // Casters come in order of their nearest corner. A pane reaches from there far back, so it waits until the

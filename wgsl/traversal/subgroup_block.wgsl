@@ -1,7 +1,7 @@
 // A subgroup that walks pairs: its block of texels, and the lanes of a ballot.
 
 import package::features::WIDE;
-import choice::state::{ROWS, corner};
+import choice::accumulator::{ROWS, corner};
 
 const ALL_LANES: vec2<u32> = vec2(0xffffffffu);
 

@@ -1,4 +1,4 @@
-// State: nearest opaque depth of four texels. CPU twin: src/reference/occlude.rs.
+// Accumulator: nearest opaque depth of four texels. CPU reference: src/reference/occlude.rs.
 
 import package::features::ROLLED;
 import package::hit::blocks::{blocks, stored_depth};

@@ -1,4 +1,4 @@
-// Driver: resolves the tiles that several workgroups or the scatter path added to. One workgroup per tile,
+// Entry: resolves the tiles that several workgroups or the scatter path added to. One workgroup per tile,
 // a column of texels per invocation; the store makes maps from the sums and resets these to zero. Host:
 // src/stage/mod.rs.
 
@@ -8,8 +8,8 @@ import package::bind::uniform::views;
 import package::records::dispatch::{MERGED_DISPATCH, workgroup_number};
 import package::records::record::record_texel;
 import package::records::tile::{tile_number_of, tile_of};
-import package::walk::lane::{LANES, lane_texel};
-import choice::store::resolve;
+import package::traversal::lane::{LANES, lane_texel};
+import choice::output::resolve;
 
 @compute @workgroup_size(LANES)
 fn resolve_tile(

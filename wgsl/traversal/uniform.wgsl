@@ -7,8 +7,8 @@ import package::records::footprint::front_depth;
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::walk::kinds::{kinds_apart, visited};
-import choice::state::{settled, visit};
+import package::traversal::kinds::{kinds_apart, visited};
+import choice::accumulator::{settled, visit};
 
 struct Run {
     pair: u32,  // next to visit

@@ -1,4 +1,4 @@
-// Driver: one segment of a long tile with order-dependent blending. Like wgsl/driver/segment.wgsl, but a
+// Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/segment.wgsl, but a
 // segment takes the hits behind its front from the last pairs of the previous segment, and leaves its own
 // behind the next one's front to that. CPU reference: src/reference/accumulate.rs, which sorts all hits of a ray.
 
@@ -13,10 +13,10 @@ import package::records::footprint::front_depth;
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::tile::{segment_record, segment_view, tile_of};
-import package::state::filter::{own_before, own_faces, own_from, start};
-import package::walk::lane::{LANES, lane_texel, tile_texel};
-import choice::store::store_segment;
-import choice::walk::walk;
+import package::accumulator::filter::{own_before, own_faces, own_from, start};
+import package::traversal::lane::{LANES, lane_texel, tile_texel};
+import choice::output::store_segment;
+import choice::traversal::walk;
 
 // Pairs at the end of a segment whose hits go to the next one if they are behind its front.
 const OVERLAP: u32 = 256u;

@@ -1,4 +1,4 @@
-// Driver: every tile that one workgroup finishes. One workgroup per tile, a column of texels per
+// Entry: every tile that one workgroup finishes. One workgroup per tile, a column of texels per
 // invocation, no atomics. A state defines what is gathered per texel, a store where it goes. Host:
 // src/stage/mod.rs.
 
@@ -7,11 +7,11 @@ import package::bind::uniform::views;
 import package::records::record::record_texel;
 import package::records::tile::{tile_number_of, tile_of};
 import package::records::view::TILE_SIZE;
-import package::walk::lane::{LANES, lane_texel};
+import package::traversal::lane::{LANES, lane_texel};
 import choice::order::tile_number;
-import choice::state::start;
-import choice::store::{before_tile, store_tile};
-import choice::walk::walk;
+import choice::accumulator::start;
+import choice::output::{before_tile, store_tile};
+import choice::traversal::walk;
 
 @compute @workgroup_size(LANES)
 fn walk_tile(

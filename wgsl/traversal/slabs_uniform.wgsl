@@ -1,5 +1,5 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
-// core tier, without subgroups. CPU twin: src/reference/curve/tile.rs, `walk`.
+// core tier, without subgroups. CPU reference: src/reference/curve/tile.rs, `walk`.
 
 import package::curve::behind::{open_behind, steps_behind};
 import package::curve::gather::{end_count, flush, is_counting, settled};
@@ -8,7 +8,7 @@ import package::features::HAS_PARTICLES;
 import package::records::footprint::{footprint_key, front_depth, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
-import package::walk::kinds::{kinds_apart, visited};
+import package::traversal::kinds::{kinds_apart, visited};
 import choice::pairs::pair_footprint;
 import choice::visit::{count_hits, slabbed, visit};
 

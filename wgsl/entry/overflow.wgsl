@@ -1,7 +1,7 @@
-// Driver: footprints whose pairs did not fit, added straight to the sums. One workgroup per footprint and
+// Entry: footprints whose pairs did not fit, added straight to the sums. One workgroup per footprint and
 // slice of its tiles (the 65,536 tiles of a large map are more than llvmpipe lets one invocation walk), one
 // invocation per texel of a tile. The store defines `add`, which is called for every texel of the view that
-// the footprint may touch. Host: src/stage/mod.rs.
+// the footprint may touch. Rust: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, overflow};
 import package::bind::sampled::rects;
@@ -10,7 +10,7 @@ import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES, workgrou
 import package::records::footprint_sampled::sample_footprint;
 import package::records::record::record_texel;
 import package::records::view::TILE_SIZE;
-import choice::store::add;
+import choice::output::add;
 
 const OVERFLOW_LANES: u32 = 256u; // one per texel of a tile
 

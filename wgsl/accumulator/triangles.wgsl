@@ -1,5 +1,5 @@
-// State: nearest opaque depth of eight texels in a column, for opaque triangles, the usual casters of
-// ground and walls. CPU twin: src/reference/occlude.rs.
+// Accumulator: nearest opaque depth of eight texels in a column, for opaque triangles, the usual casters of
+// ground and walls. CPU reference: src/reference/occlude.rs.
 
 import package::records::footprint::{Footprint, setup_of};
 import package::records::opaque_depth::whole_depths;

@@ -8,12 +8,12 @@ import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::walk::kinds::kinds_apart;
-import package::walk::subgroup_block::{
+import package::traversal::kinds::kinds_apart;
+import package::traversal::subgroup_block::{
     ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
 import choice::candidate::{Offer, candidate_of, offer_of, touches, visit_lane};
-import choice::state::settled;
+import choice::accumulator::settled;
 
 // Pairs that wait for their visit, one per lane.
 struct Stretch {
