@@ -8,15 +8,18 @@
 use super::{
     Part, Projection, View,
     fit::{light_up, looking},
+    window::{Extent, rounded_up, snapped, stepped},
 };
 use crate::model::{Bounds, Camera, Cascades};
-use glam::{DVec2, DVec3, Mat4, UVec2, Vec3};
+use glam::{Mat4, UVec2, Vec3};
 
 /// Share of the range below which distances to the eye do not influence a split.
 const NEAREST: f64 = 1e-3;
 /// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping
 /// [texels].
 const BORDER: f64 = 3.0;
+/// Steps of an octave in which windows along the camera's axis grow.
+const STEPS: f64 = 16.0;
 
 /// End of each cascade [m from the eye, along its axis]; the last is `range` (Zhang et al. 2006,
 /// "Parallel-Split Shadow Maps", section 3: the practical split).
@@ -37,18 +40,11 @@ pub fn splits(cascades: &Cascades, range: f32) -> Vec<f32> {
 /// changes in steps, so that the windows keep their size while the camera moves [m].
 pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
     let farthest = bounds.corners().iter().fold(0f32, |far, c| far.max(c.distance(camera.eye)));
-    let mut range = (2.0 * bounds.radius()).clamp(1e-3, 1e8);
+    let mut range = stepped(2.0 * bounds.radius()).clamp(1e-3, 1e8);
     while range < farthest && range < 1e8 {
         range *= 2.0;
     }
     range
-}
-
-/// Length rounded up to sixteenths of a power of two: products with integers are exact, and rounding errors
-/// in the last bit do not change it.
-fn rounded_up(length: f64) -> f64 {
-    let unit = length.log2().floor().exp2() / 16.0;
-    (length / unit).ceil() * unit
 }
 
 /// Bounding sphere of the camera's frustum up to `split` [m from the eye]: distance of its centre from the
@@ -61,11 +57,6 @@ fn frustum_sphere(camera: &Camera) -> (f64, f64) {
     } else {
         ((1.0 + slope * slope) * 0.5, (1.0 + slope * slope) * 0.5)
     }
-}
-
-/// Edge of the window that holds the whole scene [m].
-fn window_of(min: Vec3, max: Vec3, margin: f32) -> f32 {
-    (max - min).truncate().max_element() + 2.0 * margin
 }
 
 /// Properties that all cascades of a light share.
@@ -87,8 +78,7 @@ impl Fit<'_> {
     pub(super) fn views(&self, cascades: &Cascades, size_of: &dyn Fn(usize) -> u32) -> Vec<View> {
         // From the split where a window would be as large as the scene, the last one holds the whole scene.
         let (_, radius) = frustum_sphere(self.camera);
-        let (min, max, margin) = self.in_light_space();
-        let covering = f64::from(window_of(min, max, margin)) / (2.0 * radius);
+        let covering = self.extent().stepped_edge() / (2.0 * radius);
         let range = cascades.range.unwrap_or_else(|| usual_range(self.camera, self.bounds));
         let range = range.min(covering as f32);
         let splits = splits(cascades, range);
@@ -105,18 +95,13 @@ impl Fit<'_> {
         looking(Vec3::ZERO, self.direction, light_up(self.direction))
     }
 
-    /// Bounds of the scene in [`Self::axes`], and the margin to a window's border [m].
-    fn in_light_space(&self) -> (Vec3, Vec3, f32) {
-        let axes = self.axes();
-        let corners = self.bounds.corners().map(|corner| axes.transform_point3(corner));
-        let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
-        let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
-        (min, max, (self.bounds.radius() * 0.01).max(1e-4))
+    fn extent(&self) -> Extent {
+        Extent::new(&self.axes(), self.bounds)
     }
 
     fn view(&self, cascades: &Cascades, index: usize, split: f64, last: bool, size: u32) -> View {
         let axes = self.axes();
-        let (min, max, margin) = self.in_light_space();
+        let extent = self.extent();
         let (ahead, radius) = frustum_sphere(self.camera);
         let (forward, eye) = (self.camera.target - self.camera.eye, self.camera.eye);
         let center = eye.as_dvec3() + forward.as_dvec3().normalize() * (ahead * split);
@@ -124,20 +109,17 @@ impl Fit<'_> {
         let inner = if last { 1.0 - f64::from(cascades.fade) } else { 1.0 };
         let whole = f64::from(size);
         let texel = 2.0 * radius * split / (whole * inner - 2.0 * BORDER).max(1.0);
-        let of_scene = f64::from(window_of(min, max, margin)) / whole;
+        let (of_scene, middle_of_scene) = extent.window(size);
         let (texel, middle, fade) = if texel < of_scene {
-            let texel = rounded_up(texel);
+            let texel = rounded_up(texel, STEPS);
             let in_light = axes.as_dmat4().transform_point3(center);
-            let snapped = (DVec2::new(in_light.x, in_light.y) / texel + 0.5).floor() * texel;
-            (texel, snapped, cascades.fade)
+            (texel, snapped(in_light.truncate(), texel), cascades.fade)
         } else {
             // No window need be larger than the scene.
-            let middle = (min + max).as_dvec3() * 0.5;
-            (of_scene, middle.truncate(), 0.0)
+            (of_scene, middle_of_scene, 0.0)
         };
         let near = self.near.unwrap_or(0.0);
-        let deepest = (max.z - min.z + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3));
-        let shift = -DVec3::new(middle.x, middle.y, f64::from(max.z + margin)).as_vec3();
+        let shift = -middle.as_vec2().extend(extent.front());
         View {
             light: Some(self.light),
             name: self.names[index],
@@ -145,7 +127,7 @@ impl Fit<'_> {
             projection: Projection::Orthographic,
             size: UVec2::splat(size),
             near,
-            far: self.far.unwrap_or(deepest),
+            far: self.far.unwrap_or_else(|| extent.far(extent.min.z, near)),
             view_from_world: Mat4::from_translation(shift) * axes,
             scale: (1.0 / texel) as f32,
         }

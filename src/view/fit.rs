@@ -4,7 +4,10 @@ use crate::{
     model::{
         Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, ReceiverPoint, Scene, Shadow,
     },
-    view::atlas::{AtlasLimits, Wish, shrink_to_fit},
+    view::{
+        atlas::{AtlasLimits, Wish, shrink_to_fit},
+        window::{Extent, stepped},
+    },
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
 
@@ -212,27 +215,20 @@ impl Owner<'_> {
     }
 
     /// A view fitted to the casters: a square window, with planes that enclose them and every receiver
-    /// within it. Outside the window there is light.
+    /// within it. Outside the window there is light. Casters that move leave the texels of others where they are,
+    /// until the window grows by a step.
     fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, cover: &Cover<'_>) -> View {
-        let box_ = &cover.casters;
         let axes = looking(Vec3::ZERO, direction, light_up(direction));
-        let corners = box_.corners().map(|corner| axes.transform_point3(corner));
-        let min = corners.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
-        let max = corners.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
-        // The margin keeps points on the box off the window's border and off depths 0 and 1.
-        let margin = (box_.radius() * 0.01).max(1e-4);
-        let window = (max - min).truncate().max_element() + 2.0 * margin;
-        let middle = (min + max) * 0.5;
-        let reach = Vec2::splat(window * 0.5);
-        let edges = [middle.truncate() - reach, middle.truncate() + reach];
-        let deepest = cover.deepest(&axes, edges[0], edges[1]).min(min.z);
+        let extent = Extent::new(&axes, &cover.casters);
+        let (texel, middle) = extent.window(size);
+        let (middle, reach) =
+            (middle.as_vec2(), Vec2::splat((texel * f64::from(size) * 0.5) as f32));
+        let deepest = cover.deepest(&axes, middle - reach, middle + reach).min(extent.min.z);
         let near = shadow.near.unwrap_or(0.0);
-        let far = shadow.far.unwrap_or_else(|| {
-            (max.z - deepest + 2.0 * margin).max(near + margin.max(near.abs() * 1e-3))
-        });
-        let shift = Mat4::from_translation(-Vec3::new(middle.x, middle.y, max.z + margin));
+        let far = shadow.far.unwrap_or_else(|| extent.far(deepest, near));
+        let shift = Mat4::from_translation(-middle.extend(extent.front()));
         let base = self.base(self.names.1[0], self.part, size, shift * axes);
-        let scale = size as f32 / window;
+        let scale = (1.0 / texel) as f32;
         View { projection: Projection::Orthographic, near, far, scale, ..base }
     }
 }
@@ -242,7 +238,7 @@ fn perspective(mut view: View, shadow: &Shadow, angle: f32, bounds: &Bounds) -> 
     let (_, deepest) = depth_range(&view.view_from_world, bounds);
     let margin = (bounds.radius() * 0.01).max(1e-4);
     let beyond = shadow.near.map_or(margin, |near| near * 2.0);
-    view.far = shadow.far.unwrap_or_else(|| (deepest + margin).max(beyond));
+    view.far = shadow.far.unwrap_or_else(|| stepped(deepest + margin).max(beyond));
     view.near = shadow.near.unwrap_or(view.far * 1e-4);
     view.scale = view.size.x as f32 * 0.5 / (angle * 0.5).tan();
     view

@@ -4,6 +4,7 @@ mod cascades;
 mod cover;
 mod fit;
 mod importance;
+mod window;
 
 pub use cascades::splits;
 pub use fit::{fitted_views, light_views, shadow_views, views_around};

@@ -154,7 +154,8 @@ fn cascades_grow_up_to_the_scene() {
     assert_eq!(names, ["0", "1", "2", "3"]);
     let far = Cascades { range: Some(1e5), ..Cascades::default() };
     let last = shadow_views(&ground(far, Vec3::NEG_Y)).pop().unwrap();
-    assert!(last.size.x as f32 / last.scale < 210.0, "wider than the scene");
+    // The scene is 204 m wide with its margins; windows grow by a quarter of an octave.
+    assert!(last.size.x as f32 / last.scale < 1.001 * 224.0, "wider than the scene");
 }
 
 /// A pane far above and outside of what the camera sees darkens every cascade.

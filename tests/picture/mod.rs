@@ -9,3 +9,4 @@ mod renderer;
 mod samples;
 mod shade;
 mod specks;
+mod steady;
