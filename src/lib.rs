@@ -34,7 +34,7 @@
 //!
 //! let counters = prepared.counters()?;
 //! assert_eq!(counters.visible, 5);
-//! shadows.grow_from(counters);
+//! shadows.grow_from(&counters);
 //! let maps = prepared.maps(); // textures, and the rectangle of each view in them
 //! assert_eq!(maps.nodes, 8);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

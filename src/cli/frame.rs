@@ -72,7 +72,7 @@ fn prepared(gpu: &Gpu, scene: &Scene) -> Result<Prepared, Error> {
     prepared.record_counts(&mut encoder)?;
     gpu.queue.submit([encoder.finish()]);
     gpu.check()?;
-    made.grow_from(prepared.counters()?);
+    made.grow_from(&prepared.counters()?);
     made.prepare(&casters, &views, &scene.shadow)
 }
 
@@ -106,7 +106,7 @@ impl Recording<'_> {
         for (name, texture) in &textures {
             self.texture(name, texture)?;
         }
-        let commands = self.commands(&prepared.commands()?)?;
+        let commands = self.commands(prepared.commands())?;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         prepared.record(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);

@@ -183,9 +183,10 @@ impl Plan {
             not_blocked.for_each(|(view, _)| host.hide(view));
         }
         let dense = filtering.footprint_count >= DENSE * tile_count;
-        let features = filtering.features.of_walk(dense, config.queued);
-        let softening = config.soften && config.nodes > 0;
-        let features = Features { nodes: config.nodes, softening, ..features };
+        let features = filtering.features.of_walk(dense, config.toggles.queued);
+        let nodes = config.nodes();
+        let softening = config.settings.soften && nodes > 0;
+        let features = Features { nodes, softening, ..features };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }

@@ -31,7 +31,7 @@ enum Of<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joined<'a> {
+pub(crate) struct Joined<'a> {
     pub function: &'a ShadowFunction,
     pub bindings: &'a BindGroup,
     pub lights: &'a [usize],
