@@ -112,7 +112,7 @@ pub mod internals {
 /// What hosts need beyond the root: devices, receivers in shaders of their own, masks, simulations.
 pub mod host {
     pub use crate::{
-        gpu::{Backend, Missing, Need, Profiler, Requirement, Selection},
+        gpu::{Backend, Missing, Need, Profiler, Requirement, Selection, error::Input},
         shadows::{
             ConvertedMaps, EMITTED_WGSL, FilterFormat, LightBindings, LightMasks, LightPoints,
             MapLayout, MaskSlot, MaskView, PointBuffers, ShadowFunction, Simulation,

@@ -11,6 +11,7 @@ use super::{
 };
 use gobo::{
     Error, Gpu, Prepared, Shadows,
+    host::Input,
     internals::{
         frame::{Command, Commands, Dispatch, Work},
         gpu::{Kernel, OwnedResource, Selection, Tier},
@@ -192,8 +193,7 @@ impl Recording<'_> {
                     if view.texture().mip_level_count() > 1 {
                         let problem =
                             "its maps have smaller levels, of which one is bound at a time";
-                        let what = "frame to be exported";
-                        return Err(Error::Invalid { what, index: 0, problem }.into());
+                        return Err(Error::Invalid { what: Input::Frame, index: 0, problem }.into());
                     }
                     self.texture(name, view.texture())?
                 }

@@ -13,7 +13,7 @@ use crate::{
         AreaLevels, Shadows,
         masks::{MaskMemory, MaskTextures},
     },
-    stage::features::Features,
+    stage::features::{Features, Flags},
 };
 use wgpu::Texture;
 
@@ -46,10 +46,10 @@ impl Lighting {
     ) -> Result<Self, Error> {
         let &PictureRequest { scene, camera, prepared, .. } = request;
         let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
-        let filters = records.is_filtered();
-        let features = Features { nodes: maps.nodes, gain: maps.gain, filters, ..Features::NONE };
+        let features = Features::of_maps(maps.nodes, maps.gain)
+            .with(Flags::HAS_FILTERS, records.is_filtered());
         let levels = AreaLevels::new(allocator, queue, kernels, records, &resources, features)?;
-        let features = Features { areas: levels.is_some(), ..features };
+        let features = features.with(Flags::HAS_AREAS, levels.is_some());
         let (levels, mut before_lists) =
             levels.map_or_else(Default::default, |it| (Some(it.texture), it.commands));
         let resources = levels.iter().fold(resources, |all, levels| all.with("levels", levels));
@@ -67,8 +67,9 @@ impl Lighting {
             masking = memory.dispatches(kernels, queue, features, &resources, None)?;
             masks = Some(memory);
         }
-        let shadows = !prepared.views().is_empty();
-        let features = Features { masks: masks.is_some(), shadows, ..features };
+        let features = features
+            .with(Flags::HAS_MASKS, masks.is_some())
+            .with(Flags::HAS_SHADOWS, !prepared.views().is_empty());
         let environment = environment_texture(allocator, queue, scene, &mut kept.environment)?;
         Ok(Self { levels, air, environment, masks, slots, features, before_lists, masking })
     }

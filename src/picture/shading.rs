@@ -12,7 +12,7 @@ use crate::{
     model::Scene,
     shadows::masks::MaskMemory,
     stage::{
-        features::Features,
+        features::{Features, Flags},
         shade::{self, NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
     },
 };
@@ -32,6 +32,9 @@ pub(super) struct ShadeFeatures {
     /// Features of particles.
     casters: Features,
     composite: Features,
+    has_layers: bool,
+    /// Whether some translucent casters are triangles.
+    has_panes: bool,
     /// Kernel that stores the surfaces for masks, if lights have masks.
     masks: Option<&'static KernelDesc>,
 }
@@ -48,25 +51,33 @@ impl ShadeFeatures {
         let masks = lighting.masks.as_ref();
         // Some light without a mask casts shadows.
         let unmasked = masks.is_none_or(|masks| masks.slots.unmasked > 0);
-        let (air, environment) = (scene.air.is_some(), scene.environment.is_some());
-        let Features { particles, triangles, textures, .. } = solid.features;
+        let shown = |features: Features| {
+            let environment = scene.environment.is_some();
+            features.with(Flags::HAS_ENVIRONMENT, environment)
+        };
+        let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
+        let aired =
+            |features: Features| counted(features).with(Flags::HAS_AIR, scene.air.is_some());
+        let kinds = Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::HAS_TEXTURES;
+        let of_kinds = |flags| Features::NONE.with(flags, true);
         let has_layers = blended.list.footprint_count > 0;
-        let panes = has_layers && blended.features.triangles;
+        let panes = has_layers && blended.features.has(Flags::HAS_TRIANGLES);
+        let pane_kinds = blended.features.flags & Flags::HAS_TEXTURES | Flags::HAS_TRIANGLES;
+        let shadows = light.has(Flags::HAS_SHADOWS) && (unmasked || panes);
         Self {
-            solid: Features { cost, nodes: 0, ..solid.features },
-            layers: Features { cost, air, nodes: 0, ..blended.features },
-            surfaces: Features { particles, triangles, textures, environment, ..Features::NONE },
-            panes: Features {
-                triangles: true,
-                textures: blended.features.textures,
-                environment,
-                ..Features::NONE
-            },
+            solid: counted(Features { nodes: 0, ..solid.features }),
+            layers: aired(Features { nodes: 0, ..blended.features }),
+            surfaces: shown(of_kinds(solid.features.flags & kinds)),
+            panes: shown(of_kinds(pane_kinds)),
             // Panes read the maps, with or without masks.
-            light: Features { shadows: light.shadows && (unmasked || panes), ..light },
+            light: light.with(Flags::HAS_SHADOWS, shadows),
             casters: light,
             masks: masks.map(MaskMemory::of_surfaces),
-            composite: Features { cost, air, layers: has_layers, panes, ..Features::NONE },
+            has_layers,
+            has_panes: panes,
+            composite: aired(Features::NONE)
+                .with(Flags::HAS_LAYERS, has_layers)
+                .with(Flags::HAS_PANES, panes),
         }
     }
 }
@@ -147,7 +158,7 @@ impl ToShade<'_, '_> {
             let band = self.uniform("band", &rect.band(round, self.memory.tiles));
             let of_solid = of_solid.clone().with("band", &band);
             surfaces.push(self.run(&shade::SEEN, features.solid, &of_solid, groups)?);
-            if features.composite.layers {
+            if features.has_layers {
                 let of_blended = of_blended.clone().with("band", &band);
                 let tiles = Work::indirect(self.memory.layered_tiles(), 0);
                 layers.push(self.run(&shade::LAYERS, features.layers, &of_blended, tiles)?);
@@ -160,12 +171,12 @@ impl ToShade<'_, '_> {
         let of_masks = |desc| self.run(desc, Features::NONE, &of_solid, groups);
         let masks = features.masks.map(of_masks).transpose()?;
         let mut pixels = Vec::new();
-        if features.composite.layers {
+        if features.has_layers {
             let groups = point_grid(rect.size.element_product());
             pixels.push(self.run(&shade::LAYERED, Features::NONE, &of_blended, groups)?);
             pixels.extend(layers);
         }
-        if features.composite.panes {
+        if features.has_panes {
             let of_panes = of_blended.with("point_batch", panes);
             let points = Work::indirect(self.memory.point_lists(), list_offset(PANE_LIST));
             pixels.push(self.run(&shade::PANES, features.panes, &of_panes, points)?);
@@ -211,7 +222,7 @@ impl Shading {
             .map(|list| to.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles))));
         let mut light = Vec::new();
         for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
-            if list == SURFACE_LIST || features.composite.panes {
+            if list == SURFACE_LIST || features.has_panes {
                 let listed = resources.clone().with("point_batch", batch);
                 let points = Work::indirect(to.memory.point_lists(), list_offset(list));
                 let kernel = shade::light_points(features.light);

@@ -20,6 +20,7 @@ use crate::{
     frame::{Commands, Kernels},
     gpu::{Allocator, Memory},
     model::{Class, View},
+    stage::features::Flags,
 };
 use std::sync::Arc;
 
@@ -123,7 +124,7 @@ impl<'a> Request<'a> {
     }
 
     fn gain(&self) -> bool {
-        self.casters.span(Class::LISTS[1].clone()).features.gain
+        self.casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_GAIN)
     }
 
     /// Allocates maps and scratch memory and makes the commands, whose kernels may not be compiled yet. With
@@ -222,7 +223,7 @@ impl<'a> Request<'a> {
         let &Self { queue, kernels, casters, views, .. } = self;
         let mut commands = Commands::new();
         if let Some(soften) = soften {
-            let over = casters.span(Class::LISTS[1].clone()).features.over;
+            let over = casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_OVER);
             commands.append(soften.commands(allocator, queue, kernels, plans, maps, over)?);
         }
         if let Some(blur) = blur {

@@ -1,7 +1,7 @@
 //! Maps of a frame in the host's hands.
 use super::{Maps, statistics::Counted};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::{Commands, Kernels},
     gpu::{Memory, Timeline},
     model::{Counters, ShadowSettings, View},
@@ -75,7 +75,7 @@ impl Prepared {
         self.check_current()?;
         let host = self.counted.host.as_ref();
         let problem = "there is none, or it has no caster";
-        let none = Error::Invalid { what: "set of host casters", index: set, problem };
+        let none = Input::HostCasters.invalid(set, problem);
         host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
     }
 

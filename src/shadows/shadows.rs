@@ -5,7 +5,7 @@ use super::{
     views::host_depths::depth_inputs,
 };
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::Kernels,
     gpu::{FETCH_FEATURES, Kernel, KernelCache, KernelDesc, Tier, check_alive, missing},
     model::{
@@ -158,7 +158,7 @@ impl Shadows {
         let depths = depth_inputs(views, inputs.depths)?;
         if settings.colored && !inputs.depths.is_empty() {
             let problem = "coloured dithering has depths by channel, which it cannot lower";
-            return Err(Error::Invalid { what: "depth map of the host's", index: 0, problem });
+            return Err(Input::HostDepth.invalid(0, problem));
         }
         self.upload(casters, inputs)?;
         let device = self.kernels.device();
@@ -272,7 +272,7 @@ impl Shadows {
 
 /// Checks views and settings against the contracts of their fields.
 pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
-    let invalid = |index, problem| Err(Error::Invalid { what: "view", index, problem });
+    let invalid = |index, problem| Err(Input::View.invalid(index, problem));
     for (index, view) in views.iter().enumerate() {
         let sizes = MIN_MAP_SIZE..=MAX_MAP_SIZE;
         if !(sizes.contains(&view.size.x) && sizes.contains(&view.size.y)) {
@@ -289,11 +289,11 @@ pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Err
     }
     if settings.blur > MAX_BLUR || settings.mips > MAX_MIPS {
         let problem = "a blur reaches 16 texels at most, and a filter map has 4 smaller levels";
-        return Err(Error::Invalid { what: "setting", index: 0, problem });
+        return Err(Input::Setting.invalid(0, problem));
     }
     if !matches!(settings.curve_nodes(), 0 | 4 | 8 | 16) {
         let problem = "a curve has 4, 8 or 16 nodes";
-        return Err(Error::Invalid { what: "setting", index: 0, problem });
+        return Err(Input::Setting.invalid(0, problem));
     }
     Ok(())
 }

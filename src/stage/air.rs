@@ -5,7 +5,7 @@
 //! the eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers
 //! read it at their own depth (`shade`).
 use super::{
-    features::Features,
+    features::{Features, Flags},
     levels::{BLOCKS_LOADED, OF_AREA, OF_POINT},
 };
 use crate::gpu::{KernelDesc, Tier};
@@ -28,7 +28,7 @@ pub const AREA_SCATTER: KernelDesc =
 
 /// The kernel that scatters the light of a scene.
 pub fn scatter(features: Features) -> &'static KernelDesc {
-    if features.areas { &AREA_SCATTER } else { &SCATTER }
+    if features.has(Flags::HAS_AREAS) { &AREA_SCATTER } else { &SCATTER }
 }
 
 pub const SUM: KernelDesc = KernelDesc {

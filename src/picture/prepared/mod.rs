@@ -22,7 +22,7 @@ use crate::{
         Shadows,
         batch::{context::view_uniform, plan::Plan},
     },
-    stage::{bin::BatchCounters, shade::PictureParams},
+    stage::{bin::BatchCounters, features::Flags, shade::PictureParams},
 };
 use glam::UVec2;
 use parts::Parts;
@@ -204,7 +204,7 @@ fn band_memory(
     let at_once = parts == 1 && rounds == 1;
     let tiles = band_tiles(camera.tiles(), scene.mask.is_some(), at_once);
     let has_layers = blended.list.footprint_count > 0;
-    let panes = has_layers && blended.features.triangles;
+    let panes = has_layers && blended.features.has(Flags::HAS_TRIANGLES);
     let device = allocator.device;
     let band = BandMemory::take(&mut kept.band, device, rounds, tiles, has_layers, panes)?;
     allocator.memory.add_all(&band.memory);

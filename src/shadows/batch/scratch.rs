@@ -12,6 +12,7 @@ use crate::{
         accumulate::composed_texels,
         bin::{self, Dispatch, Segment},
         curve::{partial_bytes, partial_count},
+        features::Flags,
         sort::{PAIR_FORMAT, pair_limit},
     },
 };
@@ -99,7 +100,8 @@ impl ScratchSizes {
             (likely * 5 + 65536).max(FREE_PAIRS)
         };
         let guess = u32::try_from(guess).unwrap_or(u32::MAX);
-        let changes = lists().any(|list| list.features.over || list.features.volumes);
+        let changing = Flags::HAS_OVER | Flags::HAS_VOLUMES;
+        let changes = lists().any(|list| list.features.flags.intersects(changing));
         let segment_bytes = partial_bytes(nodes, changes);
         let limit = match nodes {
             0 => limit,

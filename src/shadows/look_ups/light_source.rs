@@ -2,7 +2,7 @@
 //! area lights.
 use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     gpu::{Allocator, Resources, write_records},
     model::{Light, View},
     records::LightRecords,
@@ -48,8 +48,8 @@ impl Prepared {
         camera: Option<&View>,
     ) -> Result<LightSource, Error> {
         for &index in chosen {
-            let (what, problem) = ("light", "it is not among the lights");
-            lights.get(index).ok_or(Error::Invalid { what, index, problem })?.check(index)?;
+            let unknown = Input::Light.invalid(index, "it is not among the lights");
+            lights.get(index).ok_or(unknown)?.check(index)?;
         }
         let (_, queue) = self.device();
         let maps = self.maps();
@@ -70,7 +70,7 @@ impl Prepared {
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
         let resources =
             maps.look_up_resources().with("lights", &lights).with("picture_params", &params);
-        let features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let features = Features::of_maps(maps.nodes, maps.gain);
         let levels = if with_areas {
             AreaLevels::new(allocator, queue, &self.kernels, &records, &resources, features)?
         } else {

@@ -1,7 +1,7 @@
 //! Shadow masks for a host: its depths, normals and shadow functions in, textures out.
 use super::{MaskMemory, MaskTextures, camera::MaskCamera};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::Commands,
     gpu::{Allocator, HostText, Kernel, KernelError, Memory, Tier, Timeline},
     model::{Light, MaskSettings},
@@ -11,7 +11,10 @@ use crate::{
     shadows::{
         Prepared, Shadows, batch::context::view_uniform, look_ups::light_source::LightSource,
     },
-    stage::{features::Features, mask},
+    stage::{
+        features::{Features, Flags},
+        mask,
+    },
 };
 use std::{
     collections::HashMap,
@@ -258,13 +261,9 @@ impl Inputs<'_> {
         let [x, y] = camera.view.size.to_array().map(|size| size.div_ceil(mask::GROUP_SIZE));
         let of_host = resources.clone().and(&memory.resources());
         let mut dispatches = vec![kernels.dispatch(seen, Features::NONE, &of_host, [x, y, 1])?];
-        let features = Features {
-            nodes: maps.nodes,
-            gain: maps.gain,
-            areas: source.levels.is_some(),
-            filters: source.is_filtered,
-            ..Features::NONE
-        };
+        let features = Features::of_maps(maps.nodes, maps.gain)
+            .with(Flags::HAS_AREAS, source.levels.is_some())
+            .with(Flags::HAS_FILTERS, source.is_filtered);
         let joined = view.joined.as_ref();
         dispatches.extend(memory.dispatches(kernels, queue, features, &resources, joined)?);
         let levels = source.levels.as_ref();
@@ -276,7 +275,7 @@ impl Inputs<'_> {
 
 fn check(settings: &MaskSettings) -> Result<(), Error> {
     let MaskSettings { taps, depth_scale, sensitivity, limit, .. } = *settings;
-    let invalid = |problem| Err(Error::Invalid { what: "mask setting", index: 0, problem });
+    let invalid = |problem| Err(Input::MaskSetting.invalid(0, problem));
     if taps % 2 == 0 || taps > MaskSettings::MAX_TAPS {
         return invalid("taps must be odd, 1 to 15");
     }
