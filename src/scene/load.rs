@@ -108,9 +108,8 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
     scene.camera = match &document.camera {
         Some(table) => {
-            scene.exposure = tables::exposure(&source, table)?;
-            scene.samples = tables::samples(&source, table)?;
-            tables::camera(&source, table, model_camera, &bounds)?
+            (scene.exposure, scene.samples) = (table.get_ref().exposure, table.get_ref().samples);
+            tables::placed_camera(&source, table, model_camera, &bounds)?
         }
         None => usual,
     };
