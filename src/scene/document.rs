@@ -2,16 +2,13 @@
 use super::{
     SceneError,
     displace::Displace,
-    emitters, environment,
     generate::Generate,
     keys::Keys,
-    light_tables,
     noise::Noise,
     numbers::exactly,
     particles::FARTHEST,
     rig::Placement,
     shapes::{self, KindOfShape},
-    tables,
     track::Mode,
 };
 use crate::model::{
@@ -44,33 +41,6 @@ pub(super) struct Document {
     pub mesh: Vec<Spanned<MeshTable>>,
     pub animate: Vec<Spanned<AnimateTable>>,
     pub camera: Option<Spanned<CameraTable>>,
-}
-
-impl Document {
-    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
-        let mut lights = 0..;
-        Ok(Self {
-            shadow: keys
-                .one("shadow", tables::shadow)?
-                .map(Spanned::into_inner)
-                .unwrap_or_default(),
-            mask: keys.one("mask", tables::mask)?.map(Spanned::into_inner),
-            clusters: (keys.one("clusters", tables::clusters)?)
-                .map(Spanned::into_inner)
-                .unwrap_or_default(),
-            environment: keys.one("environment", environment::table)?,
-            air: keys.one("air", tables::air)?.and_then(Spanned::into_inner),
-            light: keys
-                .many("light", |keys| light_tables::light(keys, lights.next().unwrap_or(0)))?,
-            material: keys.many("material", tables::material)?,
-            particles: keys.many("particles", ParticlesTable::read)?,
-            emitter: keys.many("emitter", emitters::table)?,
-            shape: keys.many("shape", ShapeTable::read)?,
-            mesh: keys.many("mesh", MeshTable::read)?,
-            animate: keys.many("animate", Keys::all)?,
-            camera: keys.one("camera", tables::camera)?,
-        })
-    }
 }
 
 #[derive(Clone, Debug)]
@@ -117,7 +87,7 @@ pub(super) struct ParticlesTable {
 }
 
 impl ParticlesTable {
-    fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
         Ok(Self {
             file: keys.given("file")?,
             generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
@@ -148,7 +118,7 @@ pub(super) struct ShapeTable {
 }
 
 impl ShapeTable {
-    fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
         let most = shapes::MAX_LEVEL;
         let help = format!("at most {most}");
         let kind = keys.required("kind")?;
@@ -177,7 +147,7 @@ pub(super) struct MeshTable {
 }
 
 impl MeshTable {
-    fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
         Ok(Self {
             name: keys.given("name")?,
             file: keys.required("file")?,

@@ -37,11 +37,10 @@ impl<'a> Keys<'a> {
     /// Reads the whole file.
     pub(super) fn of_file<T>(
         source: &'a SceneText<'a>,
-        table: &'a DeTable<'a>,
         read: impl FnOnce(&Self) -> Result<T, SceneError>,
     ) -> Result<T, SceneError> {
-        let keys =
-            Self { source, path: String::new(), table, span: 0..0, known: RefCell::default() };
+        let (path, table, known) = (String::new(), source.tree(), RefCell::default());
+        let keys = Self { source, path, table, span: 0..0, known };
         keys.finished(read)
     }
 

@@ -2,9 +2,7 @@
 //! positions.
 use super::{
     SceneError,
-    document::Document,
     error::quoted,
-    keys::Keys,
     plain::{explained, nearest},
 };
 use std::{borrow::Cow, ops::Range, path::Path};
@@ -68,8 +66,8 @@ impl<'a> SceneText<'a> {
         self.path
     }
 
-    pub(super) fn document(&self) -> Result<Document, SceneError> {
-        Keys::of_file(self, &self.tree, Document::read)
+    pub(super) fn tree(&self) -> &DeTable<'a> {
+        &self.tree
     }
 
     /// An error at `span`, bytes of the text.
