@@ -6,16 +6,14 @@ mod common;
 use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
+    Shadows,
     glam::{UVec2, Vec3},
     internals::{
         frame::{Commands, Kernels, Sort, SortCount},
         gpu::{Gpu, KernelCache},
         records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
         reference::{self, Pair, project::ProjectParams},
-        shadows::{
-            CasterSet, Config, Pipeline,
-            cull::{Frustum, GroupTree, order, widened},
-        },
+        shadows::cull::{Frustum, GroupTree, order, widened},
         stage::{
             profile::Profile,
             sort::{PAIR_FORMAT, pair_texture_size},
@@ -197,21 +195,14 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
 
 fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
     let mut timeline = timeline(gpu);
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))
-        .expect("the kernels are made");
-    let Gpu { device, queue, .. } = gpu;
     for footprint in FOOTPRINTS {
         for count in COUNTS {
             let particles = particles(count, footprint);
             let materials = [Material::default()];
-            let casters = CasterSet::new(
-                device,
-                queue,
-                &Casters { particles: &particles, materials: &materials, ..Casters::default() },
-            )
-            .expect("the casters fit");
-            let prepared = pipeline
-                .prepare(device, queue, &casters, &[view()], None)
+            let casters =
+                Casters { particles: &particles, materials: &materials, ..Casters::default() };
+            let prepared = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)
+                .and_then(|mut shadows| shadows.prepare(&casters, &[view()], &Default::default()))
                 .expect("the device has the memory");
             for stage in ["project", "bin", "accumulate"] {
                 let mut group = criterion.benchmark_group(format!("gpu/{stage}"));
@@ -219,7 +210,7 @@ fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
                 group.bench_function(BenchmarkId::new(footprint.to_string(), count), |bencher| {
                     bencher.iter_custom(|frames| {
                         stage_time(gpu, &mut timeline, stage, frames, |encoder, timeline| {
-                            prepared.record(encoder, timeline);
+                            prepared.record_timed(encoder, timeline).expect("it is the last");
                         })
                     });
                 });

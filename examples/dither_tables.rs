@@ -3,11 +3,9 @@
 mod measure;
 
 use gobo::{
+    Counters, ShadowSettings, Shadows,
     glam::{Mat4, UVec2},
-    internals::{
-        gpu::{Gpu, Timeline},
-        shadows::{CasterSet, Config, Pipeline},
-    },
+    internals::gpu::Gpu,
     model::{Casters, Material, Part, Pattern, Projection, Transfer, View},
     wgpu,
 };
@@ -96,20 +94,21 @@ fn runs(count: u32) -> usize {
 
 fn cost() -> Result<String, Box<dyn std::error::Error>> {
     let gpu = Gpu::headless()?;
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
-    let mut frames = |transfer: Transfer, count: u32| -> Result<_, Box<dyn std::error::Error>> {
+    let frames = |transfer: Transfer, count: u32| -> Result<_, Box<dyn std::error::Error>> {
         let material = Material { transfer, ..measure::duplicated() };
         let particles = measure::duplicates(count);
-        let casters = CasterSet::new(
-            &gpu.device,
-            &gpu.queue,
-            &Casters { particles: &particles, materials: &[material], ..Casters::default() },
-        )?;
-        let pairs = Some(count.saturating_mul(120).max(1 << 16));
-        let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &[view()], pairs)?;
+        let casters =
+            Casters { particles: &particles, materials: &[material], ..Casters::default() };
+        let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)?;
+        let full = Counters {
+            pairs_needed: count.saturating_mul(120).max(1 << 16),
+            ..Counters::default()
+        };
+        shadows.grow_from(&full);
+        let prepared = shadows.prepare(&casters, &[view()], &ShadowSettings::default())?;
         let frame = || -> Result<f64, Box<dyn std::error::Error>> {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            prepared.record(&mut encoder, &mut Timeline::untimed());
+            prepared.record(&mut encoder)?;
             let clock = Clock::start(&gpu);
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
@@ -118,7 +117,7 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
         (0..runs(count)).map(|_| frame()).collect::<Result<Vec<f64>, _>>()
     };
     // Other load on the machine only adds time.
-    let mut fastest = |transfer, count| -> Result<f64, Box<dyn std::error::Error>> {
+    let fastest = |transfer, count| -> Result<f64, Box<dyn std::error::Error>> {
         Ok(frames(transfer, count)?.into_iter().fold(f64::INFINITY, f64::min))
     };
     let mut table = format!(

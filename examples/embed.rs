@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             prepared.maps().filters.size(),
             prepared.memory().total()
         );
-        shadows.grow_from(counters);
+        shadows.grow_from(&counters);
     }
     Ok(())
 }

@@ -3,10 +3,10 @@
 //!
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
+    Shadows,
     internals::{
         gpu::{Gpu, Timeline},
         picture::{PictureCapacity, PictureRequest, PreparedPicture},
-        shadows::{CasterSet, Config, Pipeline},
         view::shadow_views,
     },
     model::View,
@@ -30,29 +30,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let gpu = Gpu::headless()?;
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let mut pipeline = Pipeline::new(device, Config::new(gpu.tier, &gpu.adapter))?;
-    let casters = CasterSet::new(device, queue, &scene.casters())?;
+    let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
     let views = shadow_views(&scene);
-    let prepared = pipeline.prepare(device, queue, &casters, &views, None)?;
+    let prepared = &shadows.prepare(&scene.casters(), &views, &scene.shadow)?;
     let mut encoder = device.create_command_encoder(&Default::default());
-    prepared.record(&mut encoder, &mut Timeline::untimed());
+    prepared.record(&mut encoder)?;
     queue.submit([encoder.finish()]);
 
     println!("{}; {path}: {} lights, {} views", gpu.adapter.name, scene.lights.len(), views.len());
     let mut pictures = Vec::new();
     for (name, budget) in [("clusters", scene.clusters.budget), ("all lights", 0)] {
         scene.clusters.budget = budget;
-        let request = PictureRequest {
-            device,
-            queue,
-            casters: &casters,
-            scene: &scene,
-            camera: &View::from_camera(&scene.camera, &scene.bounds()),
-            views: &views,
-            maps: &prepared.maps,
-            capacity: PictureCapacity::default(),
-        };
-        let picture = pipeline.prepare_picture(&request, &mut Default::default())?;
+        let camera = &View::from_camera(&scene.camera, &scene.bounds());
+        let capacity = PictureCapacity::default();
+        let request = PictureRequest { scene: &scene, camera, prepared, capacity };
+        let picture = shadows.prepare_picture(&request, &mut Default::default())?;
         let mut times: Vec<[f64; 3]> = Vec::new();
         for _ in 0..=RUNS {
             times.push(frame(&gpu, &picture)?);

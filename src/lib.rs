@@ -34,7 +34,7 @@
 //!
 //! let counters = prepared.counters()?;
 //! assert_eq!(counters.visible, 5);
-//! shadows.grow_from(counters);
+//! shadows.grow_from(&counters);
 //! let maps = prepared.maps(); // textures, and the rectangle of each view in them
 //! assert_eq!(maps.nodes, 8);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -112,7 +112,7 @@ pub mod internals {
 /// What hosts need beyond the root: devices, receivers in shaders of their own, masks, simulations.
 pub mod host {
     pub use crate::{
-        gpu::{Backend, Missing, Need, Profiler, Requirement, Selection},
+        gpu::{Backend, Missing, Need, Profiler, Requirement, Selection, error::Input},
         shadows::{
             ConvertedMaps, EMITTED_WGSL, FilterFormat, LightBindings, LightMasks, LightPoints,
             MapLayout, MaskSlot, MaskView, PointBuffers, ShadowFunction, Simulation,

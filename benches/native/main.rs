@@ -12,13 +12,14 @@ use accumulate::{Lists, Texel};
 use common::{SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
+    Counters, Prepared, ShadowSettings, Shadows,
     glam::UVec2,
     internals::{
         frame::{Commands, Kernels, Sort, SortCount},
         gpu::{Gpu, KernelCache, Timeline},
         records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
         reference::{self, Pair, project::ProjectParams},
-        shadows::{CasterSet, Config, Pipeline, PreparedMaps, cull::order},
+        shadows::cull::order,
         stage::{
             profile::Profile,
             sort::{PAIR_FORMAT, pair_texture_size},
@@ -136,9 +137,9 @@ fn level() -> Level {
 }
 
 /// Maps of the kernels.
-fn kernel_map(gpu: &Gpu, prepared: &PreparedMaps) -> Vec<Texel> {
-    let filters: Vec<[u16; 4]> = gpu.read_texture(&prepared.maps.filters);
-    let nearests: Vec<f32> = gpu.read_texture(&prepared.maps.nearests);
+fn kernel_map(gpu: &Gpu, prepared: &Prepared) -> Vec<Texel> {
+    let filters: Vec<[u16; 4]> = gpu.read_texture(&prepared.maps().filters);
+    let nearests: Vec<f32> = gpu.read_texture(&prepared.maps().nearests);
     let texel = |(filter, &depth): (&[u16; 4], &f32)| {
         let [red, green, blue, _] = filter.map(|bits| f16::from_bits(bits).to_f32());
         [red, green, blue, depth]
@@ -157,8 +158,6 @@ fn compare_accumulate(gpu: &Gpu) {
         "{:>8} {:>6} {:>8} {:>8} {:>24} {:>24} {:>6}",
         "casters", "texels", "pairs", "max |dF|", "kernel", "native", "ratio"
     );
-    let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))
-        .expect("the kernels are made");
     let mut timeline = timeline(gpu);
     for (count, footprint) in CASES {
         let particles = particles(count, footprint);
@@ -169,29 +168,27 @@ fn compare_accumulate(gpu: &Gpu) {
             .map(|i| Caster::new(&particles[i as usize], &materials[0]))
             .collect();
         let lists = lists(&uploaded);
-        let Gpu { device, queue, .. } = gpu;
-        let casters = CasterSet::new(
-            device,
-            queue,
-            &Casters { particles: &particles, materials: &materials, ..Casters::default() },
-        )
-        .expect("the casters fit");
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
         let pair_count = lists.pairs.len() as u32;
-        let prepared = pipeline
-            .prepare(device, queue, &casters, &[view()], Some(pair_count))
+        let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)
+            .expect("the device runs the kernels");
+        shadows.grow_from(&Counters { pairs_needed: pair_count, ..Counters::default() });
+        let prepared = shadows
+            .prepare(&casters, &[view()], &ShadowSettings::default())
             .expect("the device has the memory");
         let mut map = vec![[f32::NAN; 4]; (SIZE * SIZE) as usize];
         let (mut kernel, mut native) = (Times::default(), Times::default());
         for run in 0..WARM_UP + RUNS {
             let record = |encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline| {
-                prepared.record(encoder, timeline);
+                prepared.record_timed(encoder, timeline).expect("it is the last");
             };
             kernel.add(run, stage_time(gpu, &mut timeline, "accumulate", 1, record));
             native.add(run, timed(|| accumulate::accumulate(level, threads, &lists, &mut map)));
         }
-        let counters = prepared.read_counters(device, queue).expect("the device works").1;
-        assert_eq!(counters.pair_count, pair_count, "both have the same pairs");
-        assert_eq!(counters.scattered + counters.overflowed, 0);
+        let counters = prepared.counters().expect("the device works");
+        assert_eq!(counters.pairs, u64::from(pair_count), "both have the same pairs");
+        assert_eq!(counters.scattered, 0);
         let ours = kernel_map(gpu, &prepared);
         let difference =
             compare(&ours, &map).unwrap_or_else(|wrong| panic!("{count} casters: {wrong}"));

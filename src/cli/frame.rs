@@ -11,6 +11,7 @@ use super::{
 };
 use gobo::{
     Error, Gpu, Prepared, Shadows,
+    host::Input,
     internals::{
         frame::{Command, Commands, Dispatch, Work},
         gpu::{Kernel, OwnedResource, Selection, Tier},
@@ -72,7 +73,7 @@ fn prepared(gpu: &Gpu, scene: &Scene) -> Result<Prepared, Error> {
     prepared.record_counts(&mut encoder)?;
     gpu.queue.submit([encoder.finish()]);
     gpu.check()?;
-    made.grow_from(prepared.counters()?);
+    made.grow_from(&prepared.counters()?);
     made.prepare(&casters, &views, &scene.shadow)
 }
 
@@ -106,7 +107,7 @@ impl Recording<'_> {
         for (name, texture) in &textures {
             self.texture(name, texture)?;
         }
-        let commands = self.commands(&prepared.commands()?)?;
+        let commands = self.commands(prepared.commands())?;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         prepared.record(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
@@ -192,8 +193,7 @@ impl Recording<'_> {
                     if view.texture().mip_level_count() > 1 {
                         let problem =
                             "its maps have smaller levels, of which one is bound at a time";
-                        let what = "frame to be exported";
-                        return Err(Error::Invalid { what, index: 0, problem }.into());
+                        return Err(Error::Invalid { what: Input::Frame, index: 0, problem }.into());
                     }
                     self.texture(name, view.texture())?
                 }

@@ -28,8 +28,9 @@ pub enum Error {
     Light(#[from] InvalidLight),
     #[error(transparent)]
     Kernel(#[from] crate::gpu::KernelError),
+    /// An input that does not keep the contract of its fields; `index` among those of its kind, 0 of a single one.
     #[error("{what} {index} cannot be used: {problem}")]
-    Invalid { what: &'static str, index: usize, problem: &'static str },
+    Invalid { what: Input, index: usize, problem: &'static str },
     #[error("a later `prepare` has taken these maps over; use what it returned")]
     Superseded,
     #[error("the device refused a command: {0}")]
@@ -38,6 +39,51 @@ pub enum Error {
     Memory(String),
     #[error("the device stopped answering: {0}")]
     Lost(String),
+}
+
+/// Kind of an input that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum Input {
+    #[error("particle")]
+    Particle,
+    #[error("triangle")]
+    Triangle,
+    #[error("material")]
+    Material,
+    #[error("texture")]
+    Texture,
+    #[error("light")]
+    Light,
+    #[error("view")]
+    View,
+    #[error("setting")]
+    Setting,
+    #[error("set of host casters")]
+    HostCasters,
+    #[error("depth map of the host's")]
+    HostDepth,
+    #[error("map layout")]
+    MapLayout,
+    #[error("prefix")]
+    Prefix,
+    #[error("point")]
+    Point,
+    #[error("view of masks")]
+    MaskView,
+    #[error("mask setting")]
+    MaskSetting,
+    #[error("emitter")]
+    Emitter,
+    #[error("frame to be exported")]
+    Frame,
+}
+
+impl Input {
+    /// The error of the input `index` of this kind.
+    pub(crate) fn invalid(self, index: usize, problem: &'static str) -> Error {
+        Error::Invalid { what: self, index, problem }
+    }
 }
 
 fn joined(missing: &[Missing]) -> String {

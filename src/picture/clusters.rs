@@ -1,8 +1,8 @@
 //! Lights of a picture on the GPU, and the light lists of its camera's clusters.
 use crate::{
     error::Error,
-    frame::Kernels,
-    gpu::{Allocator, Gpu, Resources, Timeline, write_records},
+    frame::{Commands, Kernels},
+    gpu::{Allocator, Gpu, Resources, write_records},
     model::{Scene, View},
     records::{
         ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, LightRecords, MAX_LIGHTS,
@@ -12,7 +12,7 @@ use crate::{
     stage::{cluster, features::Features},
 };
 use wgpu::{
-    BindGroup, Buffer, BufferUsages, Texture,
+    Buffer, BufferUsages, Texture,
     TextureFormat::{R32Uint, Rg32Float, Rgba32Uint},
     TextureUsages,
 };
@@ -26,9 +26,8 @@ pub(super) struct Clusters {
     /// Two texels per cluster, then the lists.
     pub lists: Texture,
     counters: Buffer,
-    count: BindGroup,
-    scan: BindGroup,
-    emit: BindGroup,
+    /// Fills the lists.
+    pub commands: Commands,
 }
 
 impl Clusters {
@@ -72,7 +71,6 @@ impl Clusters {
         let counters =
             allocator.storage::<ClusterCounters>("cluster_counters", 1, BufferUsages::COPY_SRC)?;
 
-        let device = allocator.device;
         let resources = Resources::new()
             .with("cluster_params", &params_buffer)
             .with("cluster_counters", &counters)
@@ -81,25 +79,18 @@ impl Clusters {
             .with("masks", &masks)
             .with("offsets", &offsets)
             .with("clusters", &lists);
-        let count = kernels.get(&cluster::COUNT, Features::NONE)?.bind(device, &resources)?;
-        let scan = kernels.get(&cluster::SCAN, Features::NONE)?.bind(device, &resources)?;
-        let emit = kernels.get(&cluster::EMIT, Features::NONE)?.bind(device, &resources)?;
-        Ok(Self { grid, lights, lists, counters, count, scan, emit })
-    }
-
-    pub(super) fn record(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        encoder.clear_buffer(&self.counters, 0, None);
-        let known = |desc| kernels.get(desc, Features::NONE).expect("it is bound");
-        let mut pass = timeline.pass(encoder, "gobo cluster");
-        let groups = [self.grid.cluster_count().div_ceil(cluster::LANES), 1, 1];
-        known(&cluster::COUNT).record(&mut pass, &self.count, groups);
-        known(&cluster::SCAN).record(&mut pass, &self.scan, [1, 1, 1]);
-        known(&cluster::EMIT).record(&mut pass, &self.emit, groups);
+        let run =
+            |desc, groups: [u32; 3]| kernels.dispatch(desc, Features::NONE, &resources, groups);
+        let groups = [grid.cluster_count().div_ceil(cluster::LANES), 1, 1];
+        let passes = [
+            run(&cluster::COUNT, groups)?,
+            run(&cluster::SCAN, [1, 1, 1])?,
+            run(&cluster::EMIT, groups)?,
+        ];
+        let mut commands = Commands::new();
+        commands.clear("gobo cluster", &counters);
+        commands.pass("gobo cluster", passes);
+        Ok(Self { grid, lights, lists, counters, commands })
     }
 
     /// Reads the counters. Blocks.

@@ -2,20 +2,20 @@
 use super::bands::TileRect;
 use crate::{
     error::Error,
-    frame::Kernels,
-    gpu::{Allocator, Resources, Timeline, view},
+    frame::{Commands, Dispatch},
+    gpu::{Allocator, Resources, view},
     shadows::{
-        CasterSet, Config, context::Context, kernels::Variant, list::List, plan::Plan,
-        scratch::Scratch,
+        Shadows,
+        batch::{context::Context, list::List, plan::Plan, scratch::Scratch},
     },
     stage::{
         features::Features,
-        shade::{NO_LIST, PointBatch, point_grid},
+        shade::{CLIP, NO_LIST, PointBatch, point_grid},
         sort::PAIR_FORMAT,
     },
 };
 use std::sync::Arc;
-use wgpu::{BindGroup, Buffer, TextureUsages};
+use wgpu::{Buffer, TextureUsages};
 
 #[derive(Debug)]
 pub(super) struct CameraList {
@@ -24,23 +24,21 @@ pub(super) struct CameraList {
     pub features: Features,
     /// Footprint of the first triangle.
     pub first_setup: u32,
-    /// Bindings of each part, if the list is binned in parts.
-    clips: Vec<BindGroup>,
+    /// The clipping to each part, if the list is binned in parts.
+    clips: Vec<Dispatch>,
 }
 
 impl CameraList {
-    #[expect(clippy::too_many_arguments, reason = "each is another owner's")]
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
-        kernels: &Kernels,
-        config: &Config,
-        casters: &CasterSet,
+        shadows: &Shadows,
         plan: &Plan,
         views: &Buffer,
         pairs: Option<u32>,
         parts: &[TileRect],
     ) -> Result<Self, Error> {
+        let (queue, kernels) = (shadows.queue(), shadows.kernels());
+        let config = shadows.config();
         let plans = std::slice::from_ref(plan);
         let scratch = Arc::new(Scratch::new(allocator, queue, config, plans, pairs, 0)?);
         let own = &plan.lists[0];
@@ -58,7 +56,7 @@ impl CameraList {
             queue,
             kernels,
             config,
-            casters,
+            casters: shadows.casters()?,
             scratch: &scratch,
             camera: true,
             binned_rects: clipped.as_ref(),
@@ -69,6 +67,7 @@ impl CameraList {
             let batch =
                 PointBatch { first: 0, count: own.footprint_count, has_normals: 0, list: NO_LIST };
             let batch = context.uniform("point_batch", &batch);
+            let groups = point_grid(own.footprint_count);
             for part in parts {
                 let band = context.uniform("band", &part.band(0, 0));
                 let resources = Resources::new()
@@ -76,40 +75,28 @@ impl CameraList {
                     .with("clipped_rects", clipped)
                     .with("point_batch", &batch)
                     .with("band", &band);
-                let device = context.allocator.device;
-                let kernel = context.kernels.of(Variant::ShadeClip, Features::NONE)?;
-                clips.push(kernel.bind(device, &resources)?);
+                clips.push(kernels.dispatch(&CLIP, Features::NONE, &resources, groups)?);
             }
         }
         let (features, first_setup) = (own.features, own.first_setup);
         Ok(Self { list, scratch, features, first_setup, clips })
     }
 
-    /// Records the footprints, front to back.
-    pub(super) fn record_footprints(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        self.list.project.record(encoder, timeline);
-        self.list.sort.record(encoder, timeline);
+    /// The footprints, front to back.
+    pub(super) fn footprints(&self) -> Commands {
+        let mut commands = self.list.project.clone();
+        commands.append(self.list.sort.clone());
+        commands
     }
 
-    /// Records the pairs of a part of the tiles.
-    pub(super) fn record_pairs(
-        &self,
-        part: usize,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        self.list.clear.record(encoder, timeline);
+    /// The pairs of a part of the tiles.
+    pub(super) fn pairs(&self, part: usize) -> Commands {
+        let mut commands = self.list.clear.clone();
         if let Some(clip) = self.clips.get(part) {
-            let mut pass = timeline.pass(encoder, "gobo bin");
-            let groups = point_grid(self.list.footprint_count);
-            kernels.known(Variant::ShadeClip, Features::NONE).record(&mut pass, clip, groups);
+            commands.pass("gobo bin", [clip.clone()]);
         }
-        self.list.pairs.record(encoder, timeline);
-        self.list.tiles.record(encoder, timeline);
+        commands.append(self.list.pairs.clone());
+        commands.append(self.list.tiles.clone());
+        commands
     }
 }

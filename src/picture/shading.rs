@@ -1,21 +1,24 @@
-//! Shade kernels of a picture, bound for each band of tiles and for the particles.
+//! Shade kernels of a picture, for each band of tiles and for the particles.
 use super::{
     band_memory::BandMemory,
     bands::{TileRect, pixels_of},
+    lighting::Lighting,
     lists::CameraList,
 };
 use crate::{
     error::Error,
-    frame::Kernels,
-    gpu::{Allocator, Resources, Timeline},
+    frame::{Commands, Dispatch, Kernels, Work},
+    gpu::{Allocator, KernelDesc, Resources},
     model::Scene,
-    shadows::kernels::Variant,
+    shadows::masks::MaskMemory,
     stage::{
-        features::Features,
-        shade::{NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
+        features::{Features, Flags},
+        shade::{self, NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
     },
 };
-use wgpu::{BindGroup, Buffer, Texture};
+use wgpu::{Buffer, Texture};
+
+const LABEL: &str = "gobo shade";
 
 /// Features that the kernels are specialised to.
 #[derive(Clone, Copy, Debug)]
@@ -29,79 +32,73 @@ pub(super) struct ShadeFeatures {
     /// Features of particles.
     casters: Features,
     composite: Features,
+    has_layers: bool,
+    /// Whether some translucent casters are triangles.
+    has_panes: bool,
     /// Kernel that stores the surfaces for masks, if lights have masks.
-    masks: Option<Variant>,
+    masks: Option<&'static KernelDesc>,
 }
 
 impl ShadeFeatures {
-    /// `masks`: the kernel of [`MaskMemory::of_surfaces`](super::masks::MaskMemory::of_surfaces);
-    /// `unmasked`: some light without a mask casts shadows.
+    /// `lists`: opaque and blended; `cost`: whether the cost of each pixel is counted.
     pub(super) fn new(
-        solid: &CameraList,
-        blended: &CameraList,
-        light: Features,
-        masks: Option<Variant>,
-        unmasked: bool,
+        [solid, blended]: &[CameraList; 2],
+        lighting: &Lighting,
         cost: bool,
         scene: &Scene,
     ) -> Self {
-        let (air, environment) = (scene.air.is_some(), scene.environment.is_some());
-        let Features { particles, triangles, textures, .. } = solid.features;
+        let light = lighting.features;
+        let masks = lighting.masks.as_ref();
+        // Some light without a mask casts shadows.
+        let unmasked = masks.is_none_or(|masks| masks.slots.unmasked > 0);
+        let shown = |features: Features| {
+            let environment = scene.environment.is_some();
+            features.with(Flags::HAS_ENVIRONMENT, environment)
+        };
+        let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
+        let aired =
+            |features: Features| counted(features).with(Flags::HAS_AIR, scene.air.is_some());
+        let kinds = Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::HAS_TEXTURES;
+        let of_kinds = |flags| Features::NONE.with(flags, true);
         let has_layers = blended.list.footprint_count > 0;
-        let panes = has_layers && blended.features.triangles;
+        let panes = has_layers && blended.features.has(Flags::HAS_TRIANGLES);
+        let pane_kinds = blended.features.flags & Flags::HAS_TEXTURES | Flags::HAS_TRIANGLES;
+        let shadows = light.has(Flags::HAS_SHADOWS) && (unmasked || panes);
         Self {
-            solid: Features { cost, nodes: 0, ..solid.features },
-            layers: Features { cost, air, nodes: 0, ..blended.features },
-            surfaces: Features { particles, triangles, textures, environment, ..Features::NONE },
-            panes: Features {
-                triangles: true,
-                textures: blended.features.textures,
-                environment,
-                ..Features::NONE
-            },
+            solid: counted(Features { nodes: 0, ..solid.features }),
+            layers: aired(Features { nodes: 0, ..blended.features }),
+            surfaces: shown(of_kinds(solid.features.flags & kinds)),
+            panes: shown(of_kinds(pane_kinds)),
             // Panes read the maps, with or without masks.
-            light: Features { shadows: light.shadows && (unmasked || panes), ..light },
+            light: light.with(Flags::HAS_SHADOWS, shadows),
             casters: light,
-            masks,
-            composite: Features { cost, air, layers: has_layers, panes, ..Features::NONE },
+            masks: masks.map(MaskMemory::of_surfaces),
+            has_layers,
+            has_panes: panes,
+            composite: aired(Features::NONE)
+                .with(Flags::HAS_LAYERS, has_layers)
+                .with(Flags::HAS_PANES, panes),
         }
     }
 }
 
-/// Bindings of a band.
+/// Dispatches of a band.
 #[derive(Debug)]
-pub(super) struct ShadedBand {
-    groups: [u32; 3],
-    /// Bindings of each round.
-    seen: Vec<BindGroup>,
-    layers: Vec<BindGroup>,
-    /// Bindings that list the tiles with translucent casters, if there are any, and their number of workgroups.
-    layered: Option<(BindGroup, [u32; 3])>,
-    surfaces: BindGroup,
-    /// Bindings with masks, if lights have masks.
-    masks: Option<BindGroup>,
-    panes: Option<BindGroup>,
-    composite: BindGroup,
+struct Band {
+    /// Visible opaque surfaces: the rounds of their walk, and their points.
+    surfaces: Vec<Dispatch>,
+    /// Stores the surfaces for masks, if lights have masks.
+    masks: Option<Dispatch>,
+    /// Layers, panes, light and the blended pixels.
+    pixels: Vec<Dispatch>,
 }
 
-/// Bindings for a run of particles.
-#[derive(Debug)]
-struct LitCasters {
-    groups: [u32; 3],
-    points: BindGroup,
-    light: BindGroup,
-}
-
-/// Bindings of all shade kernels.
+/// Dispatches of all shade kernels.
 #[derive(Debug)]
 pub(super) struct Shading {
-    features: ShadeFeatures,
-    bands: Vec<Vec<ShadedBand>>,
-    casters: Vec<LitCasters>,
-    /// Bindings for the light of the surfaces and of the panes.
-    light: Vec<(u32, BindGroup)>,
-    point_lists: Buffer,
-    layered_tiles: Buffer,
+    casters: Vec<Dispatch>,
+    /// Bands of each part.
+    bands: Vec<Vec<Band>>,
     /// Whether surfaces stored for the masks are still there for the shading.
     keeps_surfaces: bool,
 }
@@ -112,8 +109,8 @@ pub(super) struct ToShade<'a, 'b> {
     pub queue: &'a wgpu::Queue,
     pub kernels: &'a Kernels,
     pub features: ShadeFeatures,
-    pub solid: &'a CameraList,
-    pub blended: &'a CameraList,
+    /// Opaque and blended casters.
+    pub lists: &'a [CameraList; 2],
     pub rounds: u32,
     pub memory: &'a BandMemory,
     /// Light of the particles.
@@ -127,25 +124,26 @@ impl ToShade<'_, '_> {
         buffer
     }
 
-    fn bind(
-        &mut self,
-        variant: Variant,
+    fn run(
+        &self,
+        desc: &KernelDesc,
         features: Features,
         resources: &Resources<'_>,
-    ) -> Result<BindGroup, Error> {
-        let device = self.allocator.device;
-        Ok(self.kernels.of(variant, features)?.bind(device, resources)?)
+        work: impl Into<Work>,
+    ) -> Result<Dispatch, Error> {
+        Ok(self.kernels.dispatch(desc, features, resources, work)?)
     }
 
-    /// `panes`: the batch of the panes.
+    /// `panes`: the batch of the panes; `light`: the light of the band's points.
     fn band(
         &mut self,
         rect: &TileRect,
         resources: &Resources<'_>,
         panes: &Buffer,
-    ) -> Result<ShadedBand, Error> {
-        let features = self.features;
-        let (solid, blended) = (self.solid, self.blended);
+        light: &[Dispatch],
+    ) -> Result<Band, Error> {
+        let (features, groups) = (self.features, rect.groups());
+        let [solid, blended] = self.lists;
         let of_solid = resources
             .clone()
             .and(&solid.scratch.resources())
@@ -155,65 +153,58 @@ impl ToShade<'_, '_> {
             .and(&blended.scratch.resources())
             .with("pairs", &blended.scratch.pairs[blended.list.sorted_pairs])
             .with("lit", self.lit_casters);
-        let (mut seen, mut layers) = (Vec::new(), Vec::new());
+        let (mut surfaces, mut layers) = (Vec::new(), Vec::new());
         for round in 0..self.rounds {
             let band = self.uniform("band", &rect.band(round, self.memory.tiles));
             let of_solid = of_solid.clone().with("band", &band);
-            seen.push(self.bind(Variant::ShadeSeen, features.solid, &of_solid)?);
-            if features.composite.layers {
+            surfaces.push(self.run(&shade::SEEN, features.solid, &of_solid, groups)?);
+            if features.has_layers {
                 let of_blended = of_blended.clone().with("band", &band);
-                layers.push(self.bind(Variant::ShadeLayers, features.layers, &of_blended)?);
+                let tiles = Work::indirect(self.memory.layered_tiles(), 0);
+                layers.push(self.run(&shade::LAYERS, features.layers, &of_blended, tiles)?);
             }
         }
         let band = self.uniform("band", &rect.band(0, self.memory.tiles));
         let of_solid = of_solid.with("band", &band).with("blended_tiles", &blended.scratch.tiles);
         let of_blended = of_blended.with("band", &band);
-        let surfaces = self.bind(Variant::ShadeSurfaces, features.surfaces, &of_solid)?;
-        let bind_masks = |variant| self.bind(variant, Features::NONE, &of_solid);
-        let masks = features.masks.map(bind_masks).transpose()?;
-        let panes = if features.composite.panes {
-            let of_panes = of_blended.clone().with("point_batch", panes);
-            Some(self.bind(Variant::ShadePanes, features.panes, &of_panes)?)
-        } else {
-            None
-        };
-        let layered = if features.composite.layers {
-            let bound = self.bind(Variant::ShadeLayered, Features::NONE, &of_blended)?;
-            Some((bound, point_grid(rect.size.element_product())))
-        } else {
-            None
-        };
-        let composite = self.bind(Variant::ShadeComposite, features.composite, &of_solid)?;
-        let groups = rect.groups();
-        Ok(ShadedBand { groups, seen, layers, layered, surfaces, masks, panes, composite })
+        surfaces.push(self.run(&shade::SURFACES, features.surfaces, &of_solid, groups)?);
+        let of_masks = |desc| self.run(desc, Features::NONE, &of_solid, groups);
+        let masks = features.masks.map(of_masks).transpose()?;
+        let mut pixels = Vec::new();
+        if features.has_layers {
+            let groups = point_grid(rect.size.element_product());
+            pixels.push(self.run(&shade::LAYERED, Features::NONE, &of_blended, groups)?);
+            pixels.extend(layers);
+        }
+        if features.has_panes {
+            let of_panes = of_blended.with("point_batch", panes);
+            let points = Work::indirect(self.memory.point_lists(), list_offset(PANE_LIST));
+            pixels.push(self.run(&shade::PANES, features.panes, &of_panes, points)?);
+        }
+        pixels.extend_from_slice(light);
+        pixels.push(self.run(&shade::COMPOSITE, features.composite, &of_solid, groups)?);
+        Ok(Band { surfaces, masks, pixels })
     }
 
     /// Runs of particles, as many at a time as the band's memory holds points.
-    fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<LitCasters>, Error> {
+    fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel();
+        let ([_, blended], features) = (self.lists, self.features.casters);
         // Triangles follow the particles.
-        let count = self.blended.first_setup;
-        let blended = self.blended;
-        let features = self.features;
+        let count = blended.first_setup;
         let mut runs = Vec::new();
         for first in (0..count).step_by(at_a_time as usize) {
-            let batch = PointBatch {
-                first,
-                count: at_a_time.min(count - first),
-                has_normals: 0,
-                list: NO_LIST,
-            };
+            let count = at_a_time.min(count - first);
+            let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
             let buffer = self.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
                 .and(&blended.scratch.resources())
                 .with("lit", self.lit_casters)
                 .with("point_batch", &buffer);
-            runs.push(LitCasters {
-                groups: point_grid(batch.count),
-                points: self.bind(Variant::ShadeCasters, Features::NONE, &resources)?,
-                light: self.bind(Variant::LightPoints, features.casters, &resources)?,
-            });
+            let groups = point_grid(count);
+            runs.push(self.run(&shade::CASTERS, Features::NONE, &resources, groups)?);
+            runs.push(self.run(shade::light_points(features), features, &resources, groups)?);
         }
         Ok(runs)
     }
@@ -226,109 +217,52 @@ impl Shading {
         parts: &[TileRect],
         resources: &Resources<'_>,
     ) -> Result<Self, Error> {
-        let features = to.features;
-        let tiles = to.memory.tiles;
+        let (features, tiles) = (to.features, to.memory.tiles);
         let [surfaces, panes] = [SURFACE_LIST, PANE_LIST]
             .map(|list| to.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles))));
         let mut light = Vec::new();
         for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
-            if list == SURFACE_LIST || features.composite.panes {
+            if list == SURFACE_LIST || features.has_panes {
                 let listed = resources.clone().with("point_batch", batch);
-                light.push((list, to.bind(Variant::LightPoints, features.light, &listed)?));
+                let points = Work::indirect(to.memory.point_lists(), list_offset(list));
+                let kernel = shade::light_points(features.light);
+                light.push(to.run(kernel, features.light, &listed, points)?);
             }
         }
         let mut bands = Vec::new();
         for part in parts {
-            let of_part: Result<Vec<_>, Error> =
-                part.bands(tiles).iter().map(|rect| to.band(rect, resources, &panes)).collect();
-            bands.push(of_part?);
+            let rects = part.bands(tiles);
+            let of_part = rects.iter().map(|rect| to.band(rect, resources, &panes, &light));
+            bands.push(of_part.collect::<Result<Vec<_>, _>>()?);
         }
         let casters = to.casters(resources)?;
         let keeps_surfaces =
             features.masks.is_some() && matches!(&bands[..], [part] if part.len() == 1);
-        let point_lists = to.memory.point_lists().clone();
-        let layered_tiles = to.memory.layered_tiles().clone();
-        Ok(Self { features, bands, casters, light, point_lists, layered_tiles, keeps_surfaces })
+        Ok(Self { casters, bands, keeps_surfaces })
     }
 
-    /// Records the light of the visible translucent particles.
-    pub(super) fn record_casters(
-        &self,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let mut pass = timeline.pass(encoder, "gobo shade");
-        for run in &self.casters {
-            let points = kernels.known(Variant::ShadeCasters, Features::NONE);
-            points.record(&mut pass, &run.points, run.groups);
-            let light = kernels.known(Variant::LightPoints, self.features.casters);
-            light.record(&mut pass, &run.light, run.groups);
-        }
+    /// The light of the visible translucent particles.
+    pub(super) fn casters(&self) -> Commands {
+        let mut commands = Commands::new();
+        commands.pass(LABEL, self.casters.iter().cloned());
+        commands
     }
 
-    /// Records the opaque surfaces in the bands of a part, for masks; its pairs have been recorded.
-    pub(super) fn record_surfaces(
-        &self,
-        part: usize,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let features = &self.features;
-        let mut pass = timeline.pass(encoder, "gobo shade");
-        for band in &self.bands[part] {
-            let mut record = |variant, features, bound| {
-                kernels.known(variant, features).record(&mut pass, bound, band.groups);
-            };
-            for round in &band.seen {
-                record(Variant::ShadeSeen, features.solid, round);
-            }
-            record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
-            if let (Some(variant), Some(masks)) = (features.masks, &band.masks) {
-                record(variant, Features::NONE, masks);
-            }
-        }
+    /// The opaque surfaces in the bands of a part, for masks, after its pairs.
+    pub(super) fn surfaces(&self, part: usize) -> Commands {
+        let bands = self.bands[part].iter();
+        let mut commands = Commands::new();
+        commands
+            .pass(LABEL, bands.flat_map(|band| band.surfaces.iter().chain(&band.masks).cloned()));
+        commands
     }
 
-    /// Records the bands of a part, whose pairs have been recorded.
-    pub(super) fn record_part(
-        &self,
-        part: usize,
-        kernels: &Kernels,
-        encoder: &mut wgpu::CommandEncoder,
-        timeline: &mut Timeline,
-    ) {
-        let features = &self.features;
-        let mut pass = timeline.pass(encoder, "gobo shade");
-        for band in &self.bands[part] {
-            let mut record = |variant, features, bound| {
-                kernels.known(variant, features).record(&mut pass, bound, band.groups);
-            };
-            if !self.keeps_surfaces {
-                for round in &band.seen {
-                    record(Variant::ShadeSeen, features.solid, round);
-                }
-                record(Variant::ShadeSurfaces, features.surfaces, &band.surfaces);
-            }
-            if let Some((layered, groups)) = &band.layered {
-                let kernel = kernels.known(Variant::ShadeLayered, Features::NONE);
-                kernel.record(&mut pass, layered, *groups);
-            }
-            for round in &band.layers {
-                let kernel = kernels.known(Variant::ShadeLayers, features.layers);
-                kernel.record_indirect(&mut pass, round, &self.layered_tiles, 0);
-            }
-            if let Some(panes) = &band.panes {
-                let kernel = kernels.known(Variant::ShadePanes, features.panes);
-                kernel.record_indirect(&mut pass, panes, &self.point_lists, list_offset(PANE_LIST));
-            }
-            let light = kernels.known(Variant::LightPoints, features.light);
-            for (list, points) in &self.light {
-                light.record_indirect(&mut pass, points, &self.point_lists, list_offset(*list));
-            }
-            let composite = kernels.known(Variant::ShadeComposite, features.composite);
-            composite.record(&mut pass, &band.composite, band.groups);
-        }
+    /// The bands of a part, after its pairs.
+    pub(super) fn part(&self, part: usize) -> Commands {
+        let surfaces = |band: &Band| if self.keeps_surfaces { 0 } else { band.surfaces.len() };
+        let of_band = |band: &Band| [&band.surfaces[..surfaces(band)], &band.pixels].concat();
+        let mut commands = Commands::new();
+        commands.pass(LABEL, self.bands[part].iter().flat_map(of_band));
+        commands
     }
 }

@@ -12,7 +12,7 @@ use crate::{
     },
     records::Picture,
     reference,
-    shadows::{Config, HostInputs, Maps, PointBuffers, Prepared, Shadows},
+    shadows::{Config, HostInputs, PointBuffers, Prepared, Shadows},
     stage::sort::pair_limit,
     view::{atlas::AtlasLimits, fitted_views, views_around},
 };
@@ -39,8 +39,14 @@ type Record = fn(&PreparedPicture, &mut wgpu::CommandEncoder, &mut Timeline);
 struct Lit<'a> {
     scene: &'a Scene,
     camera: View,
-    views: &'a [View],
-    maps: &'a Maps,
+    prepared: &'a Prepared,
+}
+
+impl Lit<'_> {
+    fn request(&self, capacity: PictureCapacity) -> PictureRequest<'_> {
+        let Self { scene, camera, prepared } = self;
+        PictureRequest { scene, camera, prepared, capacity }
+    }
 }
 
 impl GpuEngine {
@@ -79,15 +85,16 @@ impl GpuEngine {
             if options.maps_only || engine.capacity.is_some() {
                 return Ok(Vec::new());
             }
-            let lit = Lit { scene, camera: camera.clone(), views: &views, maps: prepared.maps() };
-            engine.plan_picture(&lit, PictureCapacity::default())?;
-            Ok(engine.shadows.kernels().pending())
+            let lit = Lit { scene, camera: camera.clone(), prepared };
+            let request = lit.request(PictureCapacity::default());
+            engine.shadows.plan_picture(&request, &mut engine.kept)?;
+            Ok(engine.shadows.kernels().cache().pending())
         };
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
         let mut stages = self.emitters.stages.clone();
         stages.extend(self.timeline.read(&self.gpu.device));
         let maps = if options.maps {
-            let owners = self.shadows.with_casters(|_, casters| Ok(casters.owners))?;
+            let owners = self.shadows.casters()?.owners;
             read_maps(&self.gpu, prepared.maps(), &views, owners, options)?
         } else {
             Vec::new()
@@ -103,7 +110,7 @@ impl GpuEngine {
         let mut memory = prepared.memory().clone();
         memory.add_all(&self.emitters.memory);
         if !options.maps_only {
-            let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
+            let lit = Lit { scene, camera, prepared: &prepared };
             self.add_picture(&mut frame, &mut memory, &lit, &whole, options)?;
         }
         frame.memory = memory.0;
@@ -159,13 +166,14 @@ impl GpuEngine {
         let (casters, slots) = (scene.casters(), self.emitters.slots.clone());
         let inputs = HostInputs::new().emitted(&slots);
         let count_first = !self.has_counted;
-        self.shadows.configure(|config| config.count_first = count_first);
+        self.shadows.configure(|config| config.toggles.count_first = count_first);
         // Planned twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
         self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
         let prepared = self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
-        let lit = Lit { scene, camera, views: &views, maps: prepared.maps() };
-        self.plan_picture(&lit, self.capacity.unwrap_or_default())?;
-        Ok(self.shadows.kernels().pending())
+        let lit = Lit { scene, camera, prepared: &prepared };
+        let request = lit.request(self.capacity.unwrap_or_default());
+        self.shadows.plan_picture(&request, &mut self.kept)?;
+        Ok(self.shadows.kernels().cache().pending())
     }
 
     pub(super) fn forget(&mut self) {
@@ -225,10 +233,10 @@ impl GpuEngine {
         let (casters, slots) = (scene.casters(), self.emitters.slots.clone());
         let inputs = HostInputs::new().emitted(&slots);
         let count_first = !self.has_counted;
-        self.shadows.configure(|config| config.count_first = count_first);
+        self.shadows.configure(|config| config.toggles.count_first = count_first);
         loop {
             let prepared = self.shadows.prepare_with(&casters, views, &scene.shadow, &inputs)?;
-            self.shadows.configure(|config| config.count_first = false);
+            self.shadows.configure(|config| config.toggles.count_first = false);
             self.has_counted = true;
             let jobs = ahead.take().map_or(Ok(Vec::new()), |ahead| ahead(self, &prepared))?;
             while_made(&jobs, || {
@@ -238,7 +246,7 @@ impl GpuEngine {
             })?;
             let counters = prepared.counters()?;
             self.gpu.check()?;
-            if !self.shadows.grow_from(counters.clone()) {
+            if !self.shadows.grow_from(&counters) {
                 return Ok((prepared, counters));
             }
         }
@@ -308,24 +316,7 @@ impl GpuEngine {
         lit: &Lit<'_>,
         capacity: PictureCapacity,
     ) -> Result<PreparedPicture, Error> {
-        let planned = self.plan_picture(lit, capacity)?;
-        self.shadows.kernels().finish()?;
-        Ok(planned)
-    }
-
-    fn plan_picture(
-        &mut self,
-        lit: &Lit<'_>,
-        capacity: PictureCapacity,
-    ) -> Result<PreparedPicture, Error> {
-        let Self { gpu, shadows, kept, .. } = self;
-        let &Lit { scene, ref camera, views, maps } = lit;
-        let Gpu { device, queue, .. } = &*gpu;
-        shadows.with_casters(|pipeline, casters| {
-            let request =
-                PictureRequest { device, queue, casters, scene, camera, views, maps, capacity };
-            pipeline.plan_picture(&request, kept)
-        })
+        self.shadows.prepare_picture(&lit.request(capacity), &mut self.kept)
     }
 
     fn submit_picture(&mut self, picture: &PreparedPicture, record: Record) {
@@ -342,16 +333,17 @@ impl GpuEngine {
         picture: &Picture,
         capacity: PictureCapacity,
     ) -> Result<Picture, Error> {
-        let &Lit { scene, views, maps, .. } = lit;
+        let &Lit { scene, prepared, .. } = lit;
+        let (views, maps) = (prepared.views(), prepared.maps());
         match mode {
             DebugMode::Clusters => debug::clusters(&self.gpu, shown, scene, picture),
             DebugMode::Cascades => debug::cascades(&self.gpu, shown, scene, views, picture),
             DebugMode::Atlas => debug::atlas(&self.gpu, maps, views),
             DebugMode::Masks => debug::masks(&self.gpu, shown, picture),
             DebugMode::Cost => {
-                self.shadows.configure(|config| config.count_cost = true);
+                self.shadows.configure(|config| config.toggles.count_cost = true);
                 let counting = self.prepare_picture(lit, capacity);
-                self.shadows.configure(|config| config.count_cost = false);
+                self.shadows.configure(|config| config.toggles.count_cost = false);
                 let counting = counting?;
                 self.submit_picture(&counting, PreparedPicture::record);
                 Ok(debug::cost(picture, &counting.read_costs(&self.gpu)?))

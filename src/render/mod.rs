@@ -7,7 +7,7 @@ mod read_maps;
 #[cfg(feature = "device")]
 use crate::gpu::{Backend, Selection};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     gpu::{Gpu, KernelJob},
     model::{Counters, ReceiverPoint, Scene, View},
     records::GpuEmitted,
@@ -201,7 +201,7 @@ impl Renderer {
 /// Checks that no emitter is left to a device.
 fn without_emissions(scene: &Scene) -> Result<(), Error> {
     let problem = "it is left to a device, and there is none";
-    let error = Error::Invalid { what: "emitter", index: 0, problem };
+    let error = Input::Emitter.invalid(0, problem);
     scene.emissions.is_empty().then_some(()).ok_or(error)
 }
 

@@ -1,19 +1,18 @@
 //! `[[animate]]`: keys of the camera, of lights, shapes, meshes, materials and of the air.
 use super::{
     Scene, SceneError,
-    document::Document,
-    document_motion::AnimateTable,
+    document::{AnimateTable, Document},
     error::quoted,
     particles::FARTHEST,
     plain::nearest,
     rig::{Moving, Placement},
     source::SceneText,
-    tables::Table,
-    track::{Channel, Mode, Track},
+    track::{Channel, Track},
 };
 use crate::model::{LightKind, Motion};
 use glam::{Vec3, Vec4};
 use std::{collections::HashMap, ops::RangeInclusive, sync::Arc};
+use toml::Spanned;
 
 /// A shape or mesh of the scene file that keys may name.
 pub(super) struct Placed {
@@ -150,7 +149,17 @@ impl Motion for Keyed {
     }
 }
 
-type Check<'a> = Table<'a, AnimateTable>;
+/// A table being checked.
+struct Check<'a> {
+    source: &'a SceneText<'a>,
+    table: &'a Spanned<AnimateTable>,
+}
+
+impl Check<'_> {
+    fn fault(&self, key: &str, message: impl Into<String>, help: &str) -> SceneError {
+        self.source.error_at(&self.table.span(), key, message, help)
+    }
+}
 
 /// Motions of the scene from the keys of a scene file's tables; those of one shape or mesh become one
 /// motion.
@@ -163,7 +172,7 @@ pub(super) fn animate(
     let mut placed = placed;
     let mut seen = HashMap::new();
     for table in &document.animate {
-        let check = Table { source, table };
+        let check = Check { source, table };
         let target = &table.get_ref().target;
         if seen.insert(target.clone(), ()).is_some() {
             let message = format!("a second table moves {}", quoted(target));
@@ -223,7 +232,7 @@ fn place(
     };
     let track = track(check, 3, &(-FARTHEST..=FARTHEST))?;
     let has_zero = |key: &Vec<f32>| key.contains(&0.0);
-    if field == "scale" && check.table.get_ref().values.iter().any(|key| has_zero(&key.0)) {
+    if field == "scale" && check.table.get_ref().values.iter().any(|key| has_zero(&key.values)) {
         let help = "use a small number to flatten a shape";
         return Err(check.fault("values", "scale has a 0", help));
     }
@@ -333,18 +342,18 @@ fn track(
     }
     let mut keys = Vec::with_capacity(values.len());
     for key in values {
-        let key = match key.0[..] {
+        let key = match key.values[..] {
             // A single number stands for all channels.
             [all] if count == 3 && *range.end() == 1e3 => vec![all; 3],
-            _ => key.0.clone(),
+            _ => key.values.clone(),
         };
         if key.len() != count {
             let message = format!("a value of {} numbers", key.len());
             return Err(check.fault("values", message, &format!("each value has {count} here")));
         }
-        for &v in &key {
-            let words = format!("from {:?} to {:?}", range.start(), range.end());
-            check.number("values", v, |v| range.contains(&v), &words)?;
+        if let Some(v) = key.iter().find(|v| !v.is_finite() || !range.contains(v)) {
+            let help = format!("values must be from {:?} to {:?}", range.start(), range.end());
+            return Err(check.fault("values", format!("values is {v}"), &help));
         }
         let part = |i: usize| key.get(i).copied().unwrap_or(0.0);
         keys.push(Vec4::new(part(0), part(1), part(2), part(3)));
@@ -353,6 +362,6 @@ fn track(
         let message = "alpha is above 1";
         return Err(check.fault("values", message, "alpha is from 0 to 1"));
     }
-    let track = Track::new(times.clone(), keys, mode.unwrap_or(Mode::Linear));
+    let track = Track::new(times.clone(), keys, *mode);
     track.ok_or_else(|| check.fault("values", "keys that are not finite", "use finite numbers"))
 }

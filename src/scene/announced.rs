@@ -4,17 +4,15 @@
 //! An invalid table or file announces nothing: it is refused when its turn comes.
 use super::{
     SceneError,
-    document::{Document, TextureSource},
+    document::{Document, ShapeTable, TextureSource},
     gltf_announced::{self, Announced},
     gltf_file::File,
     images,
     limits::Limit,
     loader::Loader,
     loader_files::MAX_SIDE,
-    noise::Noise,
     particles, shapes,
 };
-use crate::model::emitter::most_alive;
 use std::{
     collections::{HashMap, HashSet},
     ops::Range,
@@ -42,11 +40,8 @@ impl Loader<'_> {
             .shape
             .iter()
             .map(|table| {
-                let level = table.get_ref().level.unwrap_or(shapes::SPHERE_LEVEL);
-                let is_valid = level <= shapes::MAX_LEVEL;
-                let count =
-                    if is_valid { shapes::triangles_of(table.get_ref().kind, level) } else { 0 };
-                Part::new(table.span(), "level", count as u64)
+                let ShapeTable { kind, level, .. } = *table.get_ref();
+                Part::new(table.span(), "level", shapes::triangles_of(kind, level) as u64)
             })
             .collect();
         self.check_sum(Limit::Triangles, &triangles)?;
@@ -97,11 +92,7 @@ impl Loader<'_> {
             }
         });
         let of_emitters = document.emitter.iter().map(|table| {
-            let given = table.get_ref();
-            let life = given.lifetime.0.last().copied().unwrap_or(0.0);
-            let is_valid = (0.0..=1e6).contains(&given.rate) && (0.0..=600.0).contains(&life);
-            let most = if is_valid { most_alive(given.rate.into(), life) } else { 0 };
-            Part::new(table.span(), "rate", most.into())
+            Part::new(table.span(), "rate", table.get_ref().emitter.forces.most().into())
         });
         of_tables.chain(of_emitters).collect()
     }
@@ -112,9 +103,7 @@ impl Loader<'_> {
         let mut known = HashSet::new();
         for table in &document.material {
             let count = match &table.get_ref().texture {
-                Some(TextureSource::Noise(noise)) if noise.size <= Noise::MAX_SIZE => {
-                    u64::from(noise.size) * u64::from(noise.size)
-                }
+                Some(TextureSource::Noise(noise)) => u64::from(noise.size) * u64::from(noise.size),
                 Some(TextureSource::File(file)) if known.insert(file) => {
                     let size = images::size_of_file(&self.folder.join(file), MAX_SIDE);
                     size.map_or(0, |[width, height]| u64::from(width) * u64::from(height))

@@ -1,160 +1,189 @@
-//! Tables of the scene file in its own names, units and spellings, not validated yet.
-use crate::{
-    model::{Pattern, Profile, Receiver, Receives, Shape, Transfer},
-    scene::{
-        displace::Displace,
-        document_lights::{FilterTable, LightTable},
-        document_motion::{AnimateTable, EmitterTable, Shades},
-        generate::Generate,
-        noise::Noise,
-        numbers::{array, exactly},
-        shapes::KindOfShape,
-    },
+//! Tables of the scene file. What can be checked without the rest of the scene is.
+use super::{
+    SceneError,
+    displace::Displace,
+    generate::Generate,
+    keys::Keys,
+    noise::Noise,
+    numbers::exactly,
+    particles::FARTHEST,
+    rig::Placement,
+    shapes::{self, KindOfShape},
+    track::Mode,
 };
+use crate::model::{
+    Air, ClusterSettings, Light, MaskSettings, Material, ShadowSettings, Sky, emission::Emitter,
+};
+use glam::{UVec2, Vec3};
 use serde::{
     Deserialize, Deserializer,
-    de::{MapAccess, value::MapAccessDeserializer},
+    de::{
+        MapAccess, SeqAccess,
+        value::{MapAccessDeserializer, SeqAccessDeserializer},
+    },
 };
 use std::path::PathBuf;
 use toml::Spanned;
 
 /// The whole file.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug)]
 pub(super) struct Document {
-    pub camera: Option<Spanned<CameraTable>>,
-    #[serde(default)]
-    pub shadow: Option<Spanned<ShadowTable>>,
-    pub clusters: Option<Spanned<ClustersTable>>,
-    pub mask: Option<Spanned<MaskTable>>,
+    pub shadow: ShadowSettings,
+    pub mask: Option<MaskSettings>,
+    pub clusters: ClusterSettings,
     pub environment: Option<Spanned<EnvironmentTable>>,
-    pub air: Option<Spanned<AirTable>>,
-    #[serde(default)]
-    pub light: Vec<Spanned<LightTable>>,
-    #[serde(default)]
+    pub air: Option<Air>,
+    pub light: Vec<Spanned<Light>>,
     pub material: Vec<Spanned<MaterialTable>>,
-    #[serde(default)]
     pub particles: Vec<Spanned<ParticlesTable>>,
-    #[serde(default)]
-    pub shape: Vec<Spanned<ShapeTable>>,
-    #[serde(default)]
-    pub mesh: Vec<Spanned<MeshTable>>,
-    #[serde(default)]
-    pub animate: Vec<Spanned<AnimateTable>>,
-    #[serde(default)]
     pub emitter: Vec<Spanned<EmitterTable>>,
+    pub shape: Vec<Spanned<ShapeTable>>,
+    pub mesh: Vec<Spanned<MeshTable>>,
+    pub animate: Vec<Spanned<AnimateTable>>,
+    pub camera: Option<Spanned<CameraTable>>,
 }
 
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug)]
 pub(super) struct CameraTable {
-    #[serde(default, deserialize_with = "exactly")]
-    pub eye: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub target: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub up: Option<[f32; 3]>,
-    /// Vertical field of view [degrees].
+    pub eye: Option<Vec3>,
+    pub target: Option<Vec3>,
+    /// Unit vector.
+    pub up: Option<Vec3>,
+    /// Vertical field of view [radians].
     pub fov_y: Option<f32>,
     /// Size of the picture [pixels].
-    #[serde(default, deserialize_with = "exactly")]
-    pub size: Option<[u32; 2]>,
+    pub size: Option<UVec2>,
     /// Exposure [stops].
-    pub exposure: Option<f32>,
+    pub exposure: f32,
     /// Samples per pixel.
-    pub samples: Option<u32>,
+    pub samples: u32,
 }
 
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ShadowTable {
-    pub size: Option<u32>,
-    pub receiver: Option<Receiver>,
-    pub nodes: Option<u32>,
-    pub filter: Option<Spanned<FilterTable>>,
-    /// Depth bias [m].
-    pub bias: Option<f32>,
-    /// Slope-scaled bias [texels].
-    pub slope_bias: Option<f32>,
-    /// Normal offset [texels].
-    pub normal_bias: Option<f32>,
-    pub pair_budget: Option<u32>,
-    pub texel_budget: Option<u64>,
-    pub soften: Option<bool>,
-    pub colored: Option<bool>,
-    /// [texels]
-    pub blur: Option<u32>,
-}
-
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ClustersTable {
-    /// Edge of a cluster [pixels].
-    pub tile: Option<u32>,
-    pub slices: Option<u32>,
-    /// End of the first slice [m].
-    pub near: Option<f32>,
-    pub budget: Option<u32>,
-}
-
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MaskTable {
-    pub half: Option<bool>,
-    pub taps: Option<u32>,
-    /// Distance of the full blur width [m].
-    pub depth_scale: Option<f32>,
-    pub anisotropic: Option<bool>,
-    pub sensitivity: Option<f32>,
-    pub limit: Option<u32>,
-}
-
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug)]
 pub(super) struct EnvironmentTable {
-    #[serde(default, deserialize_with = "exactly")]
-    pub ambient: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub background: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub zenith: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub horizon: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub ground: Option<[f32; 3]>,
-    pub sun: Option<Spanned<SunTable>>,
+    pub ambient: Option<Vec3>,
+    pub background: Option<Vec3>,
+    pub sky: Option<Sky>,
     pub file: Option<PathBuf>,
-    /// Rotation about +y [degrees].
-    pub rotation: Option<f32>,
-    pub intensity: Option<f32>,
+    /// Rotation about +y [radians].
+    pub rotation: f32,
+    pub intensity: f32,
 }
 
-/// A sun disc in the sky.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SunTable {
-    #[serde(deserialize_with = "array")]
-    pub direction: [f32; 3],
-    #[serde(default, deserialize_with = "exactly")]
-    pub color: Option<[f32; 3]>,
-    /// Angular diameter [degrees].
-    pub angle: Option<f32>,
+#[derive(Clone, Debug)]
+pub(super) struct MaterialTable {
+    /// Without its texture.
+    pub material: Material,
+    pub texture: Option<TextureSource>,
+    /// Radius of particles whose file has none [m].
+    pub radius: Option<f32>,
 }
 
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug)]
+pub(super) struct ParticlesTable {
+    pub file: Option<PathBuf>,
+    pub generate: Option<Generate>,
+    pub material: String,
+}
+
+impl ParticlesTable {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            file: keys.given("file")?,
+            generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
+            material: keys.required("material")?,
+        })
+    }
+}
+
+/// A particle emitter.
+#[derive(Clone, Debug)]
+pub(super) struct EmitterTable {
+    pub material: String,
+    /// Without its material and ids.
+    pub emitter: Emitter,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct ShapeTable {
+    /// Name for keys.
+    pub name: Option<String>,
+    pub kind: KindOfShape,
+    pub material: String,
+    /// Subdivisions of a sphere.
+    pub level: u32,
+    /// Displacement, for spheres only.
+    pub displace: Option<Displace>,
+    pub placement: Placement,
+}
+
+impl ShapeTable {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        let most = shapes::MAX_LEVEL;
+        let help = format!("at most {most}");
+        let kind = keys.required("kind")?;
+        let displace: Option<Displace> = keys.one("displace", Keys::all)?.map(Spanned::into_inner);
+        if let Some((message, help)) = displace.and_then(|displace| displace.fault(kind)) {
+            return Err(keys.fault("displace", message, help));
+        }
+        Ok(Self {
+            name: keys.given("name")?,
+            kind,
+            material: keys.required("material")?,
+            level: keys.whole("level", shapes::SPHERE_LEVEL, 0..=most, &help)?,
+            displace,
+            placement: placement(keys)?,
+        })
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct MeshTable {
+    /// Name for keys.
+    pub name: Option<String>,
+    pub file: PathBuf,
+    pub casts: bool,
+    pub placement: Placement,
+}
+
+impl MeshTable {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            name: keys.given("name")?,
+            file: keys.required("file")?,
+            casts: keys.value("casts", true)?,
+            placement: placement(keys)?,
+        })
+    }
+}
+
+fn placement(keys: &Keys<'_>) -> Result<Placement, SceneError> {
+    let vector = |key, usual| {
+        let values = keys.array::<f32, 3>(key)?.unwrap_or([usual; 3]);
+        if values.iter().all(|v| v.abs() <= FARTHEST) {
+            return Ok(Vec3::from(values));
+        }
+        Err(keys.fault(key, format!("{key} is {values:?}"), "use finite numbers up to 1e7"))
+    };
+    let scale = vector("scale", 1.0)?;
+    if scale.to_array().contains(&0.0) {
+        let help = "use a small number to flatten a shape";
+        return Err(keys.fault("scale", "scale has a 0", help));
+    }
+    Ok(Placement::still(vector("translation", 0.0)?, vector("rotation", 0.0)?, scale))
+}
+
+/// Keys of one animated value.
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct AirTable {
-    /// Extinction coefficient of the density [1/m].
-    pub density: Option<f32>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub albedo: Option<[f32; 3]>,
-    /// Scattering coefficient [1/m].
-    pub scattering: Option<Shades>,
-    /// Extinction coefficient [1/m].
-    pub extinction: Option<Shades>,
-    pub ambient: Option<f32>,
-    pub anisotropy: Option<f32>,
-    pub steps: Option<u32>,
+pub(super) struct AnimateTable {
+    /// Animated value, such as `camera.eye`.
+    pub target: String,
+    /// Times of the keys [s].
+    pub times: Vec<f32>,
+    pub values: Vec<Numbers>,
+    #[serde(default)]
+    pub mode: Mode,
 }
 
 /// Source of a texture: a file, or generated.
@@ -186,77 +215,48 @@ impl<'de> Deserialize<'de> for TextureSource {
     }
 }
 
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MaterialTable {
-    pub name: String,
-    pub transfer: Option<Transfer>,
-    pub shape: Option<Shape>,
-    pub profile: Option<Profile>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub tint: Option<[f32; 4]>,
-    /// Radius of particles whose file has none [m].
-    pub radius: Option<f32>,
-    pub reflectivity: Option<f32>,
-    pub texture: Option<TextureSource>,
-    pub cutoff: Option<f32>,
-    pub pattern: Option<Pattern>,
-    /// Edge of a pattern's cells [texels].
-    pub scale: Option<u32>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub emission: Option<[f32; 3]>,
-    pub transmission: Option<f32>,
-    pub roughness: Option<f32>,
-    pub metallic: Option<f32>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub attenuation_color: Option<[f32; 3]>,
-    /// Distance of `attenuation_color` [m].
-    pub attenuation_distance: Option<f32>,
-    pub receives: Option<Receives>,
-    pub visible: Option<bool>,
-    pub casts: Option<bool>,
+/// One number, or a list of them.
+#[derive(Clone, Debug)]
+pub(super) struct Numbers {
+    pub values: Vec<f32>,
+    is_list: bool,
 }
 
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ParticlesTable {
-    pub file: Option<PathBuf>,
-    pub generate: Option<Generate>,
-    pub material: String,
+impl<'de> Deserialize<'de> for Numbers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = Numbers;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("f32")
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Numbers, E> {
+                Ok(Numbers { values: vec![value as f32], is_list: false })
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Numbers, E> {
+                Ok(Numbers { values: vec![value as f32], is_list: false })
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Numbers, A::Error> {
+                let values = Vec::deserialize(SeqAccessDeserializer::new(list))?;
+                Ok(Numbers { values, is_list: true })
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
 }
 
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ShapeTable {
-    /// Name for keys.
-    pub name: Option<String>,
-    pub kind: KindOfShape,
-    pub material: String,
-    /// Subdivisions of a sphere.
-    pub level: Option<u32>,
-    /// Displacement, for spheres only.
-    pub displace: Option<Displace>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub translation: Option<[f32; 3]>,
-    /// Euler xyz [degrees].
-    #[serde(default, deserialize_with = "exactly")]
-    pub rotation: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub scale: Option<[f32; 3]>,
-}
+/// A colour, or one number for all channels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shades(pub [f32; 3]);
 
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MeshTable {
-    /// Name for keys.
-    pub name: Option<String>,
-    pub file: PathBuf,
-    pub casts: Option<bool>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub translation: Option<[f32; 3]>,
-    /// Euler xyz [degrees].
-    #[serde(default, deserialize_with = "exactly")]
-    pub rotation: Option<[f32; 3]>,
-    #[serde(default, deserialize_with = "exactly")]
-    pub scale: Option<[f32; 3]>,
+impl<'de> Deserialize<'de> for Shades {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Numbers { values, is_list } = Numbers::deserialize(deserializer)?;
+        let values = if is_list { values } else { values.repeat(3) };
+        exactly(values).map(Self)
+    }
 }

@@ -1,17 +1,17 @@
 //! `[[emitter]]`: particles that are emitted, move and fade.
 use super::{
     Scene, SceneError,
-    document_motion::{BoxTable, EmitterTable, FluidTable, Shades},
+    document::{EmitterTable, Numbers, Shades},
+    keys::Keys,
     limits::{self, Limit},
     loader::Loader,
     particles::FARTHEST,
-    tables::Table,
 };
 use crate::{
     model::{
         Motion,
         emission::{Emission, Emitter, MAX_STOPS},
-        emitter::{EmittedParticle, Flock, Forces, MAX_BOXES, STEPS_PER_SECOND},
+        emitter::{EmittedParticle, EmitterShape, Flock, Forces, MAX_BOXES, STEPS_PER_SECOND},
         fluid::Fluid,
         moved,
     },
@@ -188,172 +188,145 @@ impl Loader<'_> {
     }
 
     fn emitter(&self, table: &Spanned<EmitterTable>) -> Result<Emitter, SceneError> {
-        let check = Table { source: self.source, table };
-        let given = table.get_ref();
-        let material = self.material(&table.span(), &given.material)?;
-        let number = |key: &str, value: Option<f32>, usual: f32, range: RangeInclusive<f32>| {
-            let words = format!("{} to {}", range.start(), range.end());
-            check.number(key, value.unwrap_or(usual), |v| range.contains(&v), &words)
-        };
-        let vector = |key: &str, value: Option<[f32; 3]>, usual: [f32; 3]| {
-            check.vector(key, value.unwrap_or(usual))
-        };
-        let stops =
-            |key: &str, given: &Option<Vec<f32>>, usual: &[f32], range: RangeInclusive<f32>| {
-                let values = given.clone().unwrap_or_else(|| usual.to_vec());
-                count_stops(&check, key, values.len())?;
-                let words = format!("{} to {}", range.start(), range.end());
-                for &value in &values {
-                    check.number(key, value, |v| range.contains(&v), &words)?;
-                }
-                Ok(values)
-            };
-        let most_color = self.scene.materials[material as usize].transfer.max_color();
-        let colors = given.color.clone().unwrap_or_else(|| vec![Shades([1.0; 3])]);
-        count_stops(&check, "color", colors.len())?;
-        for &value in colors.iter().flat_map(|color| &color.0) {
-            let range = format!("0 to {most_color}");
-            check.number("color", value, |v| (0.0..=most_color).contains(&v), &range)?;
+        let EmitterTable { material, emitter } = table.get_ref();
+        let material = self.material(&table.span(), material)?;
+        let most = self.scene.materials[material as usize].transfer.max_color();
+        let channels = emitter.color.iter().flat_map(Vec3::as_ref);
+        if let Some(value) = channels.into_iter().find(|value| !(0.0..=most).contains(*value)) {
+            let (message, help) =
+                (format!("color is {value}"), format!("color must be 0 to {most}"));
+            return Err(self.error(&table.span(), "color", &message, &help));
         }
-        let lifetime = match given.lifetime.0[..] {
-            [one] => [one; 2],
-            [least, most] if least <= most => [least, most],
-            _ => {
-                let help = "one number, or the shortest and the longest [s]";
-                return Err(check.fault("lifetime", "lifetime is no range", help));
-            }
-        };
-        for seconds in lifetime {
-            number("lifetime", Some(seconds), 1.0, 0.02..=600.0)?;
-        }
-        let start = number("start", given.start, 0.0, -600.0..=1e6)?;
-        let stop = match given.stop {
-            Some(stop) if stop.is_finite() && stop > start => Some(stop),
-            Some(stop) => {
-                let help = "it ends after its start [s]";
-                return Err(check.fault("stop", format!("stop is {stop}"), help));
-            }
-            None => None,
-        };
-        let extent = vector("extent", given.extent, [0.2; 3])?;
-        if extent.min_element() < 0.0 {
-            return Err(check.fault("extent", "a negative extent", "use lengths of 0 or more [m]"));
-        }
-        if given.boxes.len() > MAX_BOXES {
-            let message = format!("{} boxes", given.boxes.len());
-            return Err(check.fault("boxes", message, &format!("at most {MAX_BOXES}")));
-        }
-        let forces = Forces {
-            seed: given.seed.unwrap_or(0),
-            rate: f64::from(number("rate", Some(given.rate), 1.0, 1e-3..=1e6)?),
-            lifetime,
-            shape: given.shape.unwrap_or_default(),
-            position: vector("position", given.position, [0.0; 3])?,
-            extent,
-            velocity: vector("velocity", given.velocity, [0.0, 1.0, 0.0])?,
-            spread: number("spread", given.spread, 0.0, 0.0..=1e3)?,
-            gravity: number("gravity", given.gravity, 0.0, -1e3..=1e3)?,
-            buoyancy: number("buoyancy", given.buoyancy, 0.0, -1e3..=1e3)?,
-            drag: number("drag", given.drag, 0.0, 0.0..=1e3)?,
-            wind: vector("wind", given.wind, [0.0; 3])?,
-            turbulence: number("turbulence", given.turbulence, 0.0, 0.0..=1e3)?,
-            frequency: number("frequency", given.frequency, 1.0, 1e-3..=1e3)?,
-            evolve: number("evolve", given.evolve, 0.0, -1e3..=1e3)?,
-            ground: match given.ground {
-                Some(height) => Some(number("ground", Some(height), 0.0, -FARTHEST..=FARTHEST)?),
-                None => None,
-            },
-            boxes: given
-                .boxes
-                .iter()
-                .map(|table| self.solid_box(table))
-                .collect::<Result<_, _>>()?,
-            bounce: number("bounce", given.bounce, 0.2, 0.0..=1.0)?,
-            slide: number("slide", given.slide, 0.8, 0.0..=1.0)?,
-            path: path(&check, start)?,
-            origin: Vec3::ZERO,
-        };
-        if (forces.turbulence > 0.0 || forces.wind != Vec3::ZERO) && forces.drag == 0.0 {
-            let key = if forces.turbulence > 0.0 { "turbulence" } else { "wind" };
-            let help =
-                "give it a drag, such as 1: that is how fast the air takes particles with it";
-            return Err(check.fault(key, "air that moves takes nothing with it", help));
-        }
-        let lasts =
-            stop.map_or(f64::from(u32::MAX), |stop| f64::from(stop - start) * STEPS_PER_SECOND);
-        Ok(Emitter {
-            forces,
-            fluid: given.fluid.as_ref().map(|table| self.fluid(table)).transpose()?,
-            material,
-            first_id: self.next_id,
-            start: f64::from(start),
-            steps: lasts as u32,
-            radius: stops("radius", &given.radius, &[0.05], 1e-6..=1e5)?,
-            color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
-            alpha: stops("alpha", &given.alpha, &[1.0], 0.0..=1.0)?,
-        })
-    }
-
-    fn fluid(&self, table: &Spanned<FluidTable>) -> Result<Fluid, SceneError> {
-        let check = Table { source: self.source, table };
-        let FluidTable { spacing, reach, stiffness, viscosity } = *table.get_ref();
-        let within = |key: &str, value: f32, range: RangeInclusive<f32>| {
-            let words = format!("{} to {}", range.start(), range.end());
-            check.number(key, value, |v| range.contains(&v), &words)
-        };
-        let spacing = within("spacing", spacing, 1e-3..=1e3)?;
-        let reach = within("reach", reach.unwrap_or(2.0 * spacing), spacing..=4.0 * spacing)?;
-        // Limits for stable steps of 1/60 s: sound travels a fraction of the reach, and drag halves the
-        // difference of two particles' velocities.
-        let (fastest, thickest) = ((24.0 * reach).powi(2), 2.0 * reach * reach);
-        let stiffness = stiffness.unwrap_or(fastest / 4.0);
-        let viscosity = viscosity.unwrap_or(thickest / 10.0);
-        Ok(Fluid {
-            spacing,
-            reach,
-            stiffness: within("stiffness", stiffness, 0.0..=fastest)?,
-            viscosity: within("viscosity", viscosity, 0.0..=thickest)?,
-        })
-    }
-
-    fn solid_box(&self, table: &Spanned<BoxTable>) -> Result<[Vec3; 2], SceneError> {
-        let check = Table { source: self.source, table };
-        let BoxTable { min, max } = *table.get_ref();
-        let (low, high) = (check.vector("min", min)?, check.vector("max", max)?);
-        if low.cmplt(high).all() {
-            return Ok([low, high]);
-        }
-        Err(check.fault("min", "min is not below max", "write the lower corner as min"))
+        Ok(Emitter { material, first_id: self.next_id, ..emitter.clone() })
     }
 }
 
-/// Rows of the path's table, relative to the emitter's start.
-fn path(check: &Table<'_, EmitterTable>, start: f32) -> Result<Vec<[f32; 4]>, SceneError> {
+pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
+    let fluid = keys.one("fluid", fluid)?.map(Spanned::into_inner);
+    let boxes = keys.many("boxes", solid_box)?;
+    if boxes.len() > MAX_BOXES {
+        let message = format!("{} boxes", boxes.len());
+        return Err(keys.fault("boxes", message, &format!("at most {MAX_BOXES}")));
+    }
+    let material = keys.required("material")?;
+    let vector = |key, usual: Vec3| Ok(keys.vector(key)?.unwrap_or(usual));
+    let stops = |key, usual: f32, range: RangeInclusive<f32>| -> Result<Vec<f32>, SceneError> {
+        let values = keys.value(key, vec![usual])?;
+        count_stops(keys, key, values.len())?;
+        let words = format!("{} to {}", range.start(), range.end());
+        keys.check(key, &values, range, &words)?;
+        Ok(values)
+    };
+    let colors: Vec<Shades> = keys.value("color", vec![Shades([1.0; 3])])?;
+    count_stops(keys, "color", colors.len())?;
+    let lifetime = match keys.required::<Numbers>("lifetime")?.values[..] {
+        [one] => [one; 2],
+        [least, most] if least <= most => [least, most],
+        _ => {
+            let help = "one number, or the shortest and the longest [s]";
+            return Err(keys.fault("lifetime", "lifetime is no range", help));
+        }
+    };
+    keys.check("lifetime", &lifetime, 0.02..=600.0, "0.02 to 600")?;
+    let rate = keys.need("rate", keys.number("rate", 1e-3..=1e6, "0.001 to 1000000")?)?;
+    let start = keys.within("start", 0.0, -600.0..=1e6)?;
+    let stop: Option<f32> = keys.given("stop")?;
+    if let Some(stop) = stop.filter(|stop| !(stop.is_finite() && *stop > start)) {
+        return Err(keys.fault("stop", format!("stop is {stop}"), "it ends after its start [s]"));
+    }
+    let extent = vector("extent", Vec3::splat(0.2))?;
+    if extent.min_element() < 0.0 {
+        return Err(keys.fault("extent", "a negative extent", "use lengths of 0 or more [m]"));
+    }
+    let forces = Forces {
+        seed: keys.value("seed", 0)?,
+        rate: f64::from(rate),
+        lifetime,
+        shape: keys.value("shape", EmitterShape::default())?,
+        position: vector("position", Vec3::ZERO)?,
+        extent,
+        velocity: vector("velocity", Vec3::Y)?,
+        spread: keys.within("spread", 0.0, 0.0..=1e3)?,
+        gravity: keys.within("gravity", 0.0, -1e3..=1e3)?,
+        buoyancy: keys.within("buoyancy", 0.0, -1e3..=1e3)?,
+        drag: keys.within("drag", 0.0, 0.0..=1e3)?,
+        wind: vector("wind", Vec3::ZERO)?,
+        turbulence: keys.within("turbulence", 0.0, 0.0..=1e3)?,
+        frequency: keys.within("frequency", 1.0, 1e-3..=1e3)?,
+        evolve: keys.within("evolve", 0.0, -1e3..=1e3)?,
+        ground: keys.number("ground", -FARTHEST..=FARTHEST, "-10000000 to 10000000")?,
+        boxes: boxes.into_iter().map(Spanned::into_inner).collect(),
+        bounce: keys.within("bounce", 0.2, 0.0..=1.0)?,
+        slide: keys.within("slide", 0.8, 0.0..=1.0)?,
+        path: path(keys, start)?,
+        origin: Vec3::ZERO,
+    };
+    if (forces.turbulence > 0.0 || forces.wind != Vec3::ZERO) && forces.drag == 0.0 {
+        let key = if forces.turbulence > 0.0 { "turbulence" } else { "wind" };
+        let help = "give it a drag, such as 1: that is how fast the air takes particles with it";
+        return Err(keys.fault(key, "air that moves takes nothing with it", help));
+    }
+    let lasts = stop.map_or(f64::from(u32::MAX), |stop| f64::from(stop - start) * STEPS_PER_SECOND);
+    let emitter = Emitter {
+        forces,
+        fluid,
+        material: 0,
+        first_id: 0,
+        start: f64::from(start),
+        steps: lasts as u32,
+        radius: stops("radius", 0.05, 1e-6..=1e5)?,
+        color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
+        alpha: stops("alpha", 1.0, 0.0..=1.0)?,
+    };
+    Ok(EmitterTable { material, emitter })
+}
+
+fn fluid(keys: &Keys<'_>) -> Result<Fluid, SceneError> {
+    let spacing = keys.need("spacing", keys.number("spacing", 1e-3..=1e3, "0.001 to 1000")?)?;
+    let reach = keys.within("reach", 2.0 * spacing, spacing..=4.0 * spacing)?;
+    // Limits for stable steps of 1/60 s: sound travels a fraction of the reach, and drag halves the
+    // difference of two particles' velocities.
+    let (fastest, thickest) = ((24.0 * reach).powi(2), 2.0 * reach * reach);
+    Ok(Fluid {
+        spacing,
+        reach,
+        stiffness: keys.within("stiffness", fastest / 4.0, 0.0..=fastest)?,
+        viscosity: keys.within("viscosity", thickest / 10.0, 0.0..=thickest)?,
+    })
+}
+
+fn solid_box(keys: &Keys<'_>) -> Result<[Vec3; 2], SceneError> {
+    let corner = |key| keys.need(key, keys.vector(key)?);
+    let (low, high) = (corner("min")?, corner("max")?);
+    if low.cmplt(high).all() {
+        return Ok([low, high]);
+    }
+    Err(keys.fault("min", "min is not below max", "write the lower corner as min"))
+}
+
+/// Rows of seconds and an offset x, y, z, relative to the emitter's start.
+fn path(keys: &Keys<'_>, start: f32) -> Result<Vec<[f32; 4]>, SceneError> {
     let mut rows: Vec<[f32; 4]> = Vec::new();
-    for row in &check.table.get_ref().path {
-        let &[seconds, x, y, z] = &row.0[..] else {
-            let message = format!("a row of {} numbers", row.0.len());
-            return Err(check.fault("path", message, "each row is [seconds, x, y, z]"));
+    for Numbers { values, .. } in keys.value("path", Vec::<Numbers>::new())? {
+        let [seconds, x, y, z] = values[..] else {
+            let message = format!("a row of {} numbers", values.len());
+            return Err(keys.fault("path", message, "each row is [seconds, x, y, z]"));
         };
-        check.vector("path", [x, y, z])?;
+        keys.check("path", &[x, y, z], -1e7..=1e7, "finite and within 1e7")?;
         let ascends = rows.last().is_none_or(|last| last[0] < seconds - start);
         if !seconds.is_finite() || !ascends {
-            let message = "times that do not ascend";
-            return Err(check.fault(
-                "path",
-                message,
-                "write its rows in order, each time once [s]",
-            ));
+            let help = "write its rows in order, each time once [s]";
+            return Err(keys.fault("path", "times that do not ascend", help));
         }
         rows.push([seconds - start, x, y, z]);
     }
     Ok(rows)
 }
 
-fn count_stops(check: &Table<'_, EmitterTable>, key: &str, count: usize) -> Result<(), SceneError> {
+fn count_stops(keys: &Keys<'_>, key: &str, count: usize) -> Result<(), SceneError> {
     if (1..=MAX_STOPS).contains(&count) {
         return Ok(());
     }
     let help = format!("1 to {MAX_STOPS}, evenly spaced over a particle's life");
-    Err(check.fault(key, format!("{count} values of {key}"), &help))
+    Err(keys.fault(key, format!("{count} values of {key}"), &help))
 }

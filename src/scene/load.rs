@@ -3,7 +3,10 @@ use super::{
     Scene, SceneError,
     animate::{Placed, animate},
     defaults,
-    document::{CameraTable, Document, EnvironmentTable},
+    document::{CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable},
+    emitters, environment,
+    keys::Keys,
+    light_tables,
     limits::Limit,
     loader::{Loader, error_of_line},
     read,
@@ -17,6 +20,7 @@ use std::{
     path::Path,
     sync::{Arc, OnceLock},
 };
+use toml::Spanned;
 
 /// Options of loading besides the file.
 #[derive(Clone, Debug)]
@@ -78,7 +82,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let file = if adds_sun { file + defaults::SUN } else { file };
     let text = source::joined(&file, set);
     let source = SceneText::parse(path, &text, file.len(), set)?;
-    let document = source.document()?;
+    let document = document(&source)?;
     let mut loader = Loader::new(&source, path);
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
     loader.document(&document)?;
@@ -108,9 +112,8 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
     scene.camera = match &document.camera {
         Some(table) => {
-            scene.exposure = tables::exposure(&source, table)?;
-            scene.samples = tables::samples(&source, table)?;
-            tables::camera(&source, table, model_camera, &bounds)?
+            (scene.exposure, scene.samples) = (table.get_ref().exposure, table.get_ref().samples);
+            tables::placed_camera(&source, table, model_camera, &bounds)?
         }
         None => usual,
     };
@@ -167,5 +170,33 @@ pub(super) fn scene_text(path: &Path) -> Result<String, SceneError> {
         let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();
         error_of_line(path, line, "the text is not UTF-8", "save the file as UTF-8")
+    })
+}
+
+/// All tables of the file, checked as far as they can be one by one.
+pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
+    Keys::of_file(source, |keys| {
+        let mut lights = 0..;
+        Ok(Document {
+            shadow: keys
+                .one("shadow", tables::shadow)?
+                .map(Spanned::into_inner)
+                .unwrap_or_default(),
+            mask: keys.one("mask", tables::mask)?.map(Spanned::into_inner),
+            clusters: (keys.one("clusters", tables::clusters)?)
+                .map(Spanned::into_inner)
+                .unwrap_or_default(),
+            environment: keys.one("environment", environment::table)?,
+            air: keys.one("air", tables::air)?.and_then(Spanned::into_inner),
+            light: keys
+                .many("light", |keys| light_tables::light(keys, lights.next().unwrap_or(0)))?,
+            material: keys.many("material", tables::material)?,
+            particles: keys.many("particles", ParticlesTable::read)?,
+            emitter: keys.many("emitter", emitters::table)?,
+            shape: keys.many("shape", ShapeTable::read)?,
+            mesh: keys.many("mesh", MeshTable::read)?,
+            animate: keys.many("animate", Keys::all)?,
+            camera: keys.one("camera", tables::camera)?,
+        })
     })
 }

@@ -4,20 +4,17 @@ use super::{
     animate::Placed,
     defaults,
     displace::Displaced,
-    document::{Document, MeshTable, ShapeTable, TextureSource},
+    document::{Document, MaterialTable, MeshTable, ShapeTable, TextureSource},
     error::quoted,
-    light_tables,
     limits::Limit,
-    look_up,
     noise::Animated,
     particles::FARTHEST,
     plain::nearest,
-    rig::{Moving, Placement, Rig},
+    rig::{Moving, Rig},
     shapes,
     source::SceneText,
-    tables,
 };
-use crate::model::{Material, Motion, ShadowSettings, volume};
+use crate::model::{Material, Motion, volume};
 use glam::Vec3;
 use std::{
     collections::{HashMap, HashSet},
@@ -91,36 +88,26 @@ impl<'a> Loader<'a> {
     }
 
     pub(super) fn document(&mut self, document: &Document) -> Result<(), SceneError> {
-        let source = self.source;
         self.check_announced(document)?;
-        self.scene.shadow = match &document.shadow {
-            Some(table) => tables::shadow(source, table)?,
-            None => ShadowSettings::default(),
-        };
-        if let Some(table) = &document.mask {
-            self.scene.mask = Some(look_up::mask(source, table)?);
-        }
-        if let Some(table) = &document.clusters {
-            self.scene.clusters = tables::clusters(source, table)?;
-        }
+        self.scene.shadow = document.shadow;
+        self.scene.mask = document.mask;
+        self.scene.clusters = document.clusters;
+        self.scene.air = document.air;
         if let Some(table) = &document.environment {
             self.environment(table)?;
         }
-        if let Some(table) = &document.air {
-            self.scene.air = tables::air(source, table)?;
-        }
         self.lights(document)?;
         for (index, table) in document.material.iter().enumerate() {
-            let (material, image) = tables::material(source, table)?;
+            let MaterialTable { material, texture, radius } = table.get_ref();
             self.check_limit(Limit::Materials, index, 1, (&table.span(), "name"))?;
-            let texture = image.map(|image| self.texture(table, image)).transpose()?;
+            let texture = texture.as_ref().map(|image| self.texture(table, image)).transpose()?;
             if self.names.insert(material.name.clone(), index as u32).is_some() {
                 let message = format!("a second material named {}", quoted(&material.name));
                 let help = "give each material its own name";
                 return Err(self.error(&table.span(), "name", &message, help));
             }
-            self.radii.push(table.get_ref().radius);
-            self.scene.materials.push(Material { texture, ..material });
+            self.radii.push(*radius);
+            self.scene.materials.push(Material { texture, ..material.clone() });
         }
         for table in &document.particles {
             self.particles(table)?;
@@ -130,16 +117,15 @@ impl<'a> Loader<'a> {
             self.shape(table)?;
         }
         for table in &document.mesh {
-            let MeshTable { name, file, casts, translation, rotation, scale } = table.get_ref();
-            let placement = self.placement(&table.span(), *translation, *rotation, *scale)?;
+            let MeshTable { name, file, casts, placement } = table.get_ref();
             let path = self.folder.join(file);
             let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("mesh."));
             let first_material = self.scene.materials.len();
             let moving = self
-                .model(&path, placement, is_keyed)
+                .model(&path, placement.clone(), is_keyed)
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
             for material in &mut self.scene.materials[first_material..] {
-                material.casts &= casts.unwrap_or(true);
+                material.casts &= casts;
             }
             self.place("mesh", &table.span(), name.as_ref(), moving)?;
         }
@@ -151,7 +137,7 @@ impl<'a> Loader<'a> {
         let mut sources = 0;
         for (index, table) in document.light.iter().enumerate() {
             self.check_limit(Limit::Lights, index, 1, (&table.span(), "kind"))?;
-            let light = light_tables::light(self.source, table, index)?;
+            let light = table.get_ref();
             if !names.insert(light.name.clone()) {
                 let message = format!("a second light named {}", quoted(&light.name));
                 let help = "give each light its own name";
@@ -161,26 +147,26 @@ impl<'a> Loader<'a> {
                 self.check_limit(Limit::Sources, sources, 1, (&table.span(), "source"))?;
                 sources += 1;
             }
-            self.scene.lights.push(light);
+            self.scene.lights.push(light.clone());
         }
         Ok(())
     }
 
     fn texture(
         &mut self,
-        table: &Spanned<super::document::MaterialTable>,
-        image: TextureSource,
+        table: &Spanned<MaterialTable>,
+        image: &TextureSource,
     ) -> Result<u32, SceneError> {
         let place = (&table.span(), "texture");
         match image {
-            TextureSource::File(file) => self.image(&file, place),
-            TextureSource::Noise(noise) => {
+            TextureSource::File(file) => self.image(file, place),
+            &TextureSource::Noise(noise) => {
                 let index = self.scene.textures.len();
                 self.check_limit(Limit::Textures, index, 1, place)?;
                 let texels = (noise.size * noise.size) as usize;
                 self.check_limit(Limit::Texels, self.texels as usize, texels, place)?;
                 self.texels += texels as u64;
-                let name = format!("noise of {}", table.get_ref().name);
+                let name = format!("noise of {}", table.get_ref().material.name);
                 self.scene.textures.push(noise.texture(name, 0.0));
                 if noise.moves() {
                     self.scene.motions.push(Arc::new(Animated { texture: index as u32, noise }));
@@ -222,51 +208,16 @@ impl<'a> Loader<'a> {
         Ok(())
     }
 
-    fn placement(
-        &self,
-        span: &Range<usize>,
-        translation: Option<[f32; 3]>,
-        rotation: Option<[f32; 3]>,
-        scale: Option<[f32; 3]>,
-    ) -> Result<Placement, SceneError> {
-        let translation = translation.unwrap_or([0.0; 3]);
-        let rotation = rotation.unwrap_or([0.0; 3]);
-        let scale = scale.unwrap_or([1.0; 3]);
-        for (key, values) in
-            [("translation", translation), ("rotation", rotation), ("scale", scale)]
-        {
-            if !values.iter().all(|v| v.is_finite() && v.abs() <= FARTHEST) {
-                let message = format!("{key} is {values:?}");
-                return Err(self.error(span, key, &message, "use finite numbers up to 1e7"));
-            }
-        }
-        if scale.contains(&0.0) {
-            let help = "use a small number to flatten a shape";
-            return Err(self.error(span, "scale", "scale has a 0", help));
-        }
-        Ok(Placement::still(translation.into(), rotation.into(), scale.into()))
-    }
-
     fn shape(&mut self, table: &Spanned<ShapeTable>) -> Result<(), SceneError> {
-        let ShapeTable { name, kind, material, level, displace, translation, rotation, scale } =
-            table.get_ref();
-        let level = level.unwrap_or(shapes::SPHERE_LEVEL);
-        if level > shapes::MAX_LEVEL {
-            let help = format!("at most {}", shapes::MAX_LEVEL);
-            let message = format!("level is {level}");
-            return Err(self.error(&table.span(), "level", &message, &help));
-        }
+        let ShapeTable { name, kind, material, level, displace, placement } = table.get_ref();
+        let (kind, level) = (*kind, *level);
         let material = self.material(&table.span(), material)?;
-        let placement = self.placement(&table.span(), *translation, *rotation, *scale)?;
         let transform = placement.at(0.0);
-        let (have, more) = (self.scene.triangles.len(), shapes::triangles_of(*kind, level));
+        let (have, more) = (self.scene.triangles.len(), shapes::triangles_of(kind, level));
         self.check_limit(Limit::Triangles, have, more, (&table.span(), "level"))?;
-        let mut local = shapes::local(*kind, level, material, self.next_id);
-        let mut triangles = shapes::shape(*kind, level, transform, material, self.next_id);
+        let mut local = shapes::local(kind, level, material, self.next_id);
+        let mut triangles = shapes::shape(kind, level, transform, material, self.next_id);
         if let Some(displace) = *displace {
-            if let Some((message, help)) = displace.fault(*kind) {
-                return Err(self.error(&table.span(), "displace", &message, help));
-            }
             let displaced =
                 Displaced { first_triangle: have, displace, level, world_from_sphere: transform };
             displaced.set_time(&mut triangles, 0.0);
@@ -292,7 +243,7 @@ impl<'a> Loader<'a> {
         }
         let moving = displace.is_none().then(|| Moving {
             rig: Arc::new(Rig::whole(local.len())),
-            placement,
+            placement: placement.clone(),
             local: Arc::new(local),
             first_triangle: self.scene.triangles.len(),
             lights: Vec::new(),

@@ -6,8 +6,6 @@ mod deform;
 #[doc(hidden)]
 pub mod displace;
 mod document;
-mod document_lights;
-mod document_motion;
 mod emitters;
 mod environment;
 mod error;
@@ -25,12 +23,12 @@ mod gltf_mesh;
 mod gltf_meshopt;
 mod gltf_texture;
 mod images;
+mod keys;
 mod light_tables;
 mod limits;
 mod load;
 mod loader;
 mod loader_files;
-mod look_up;
 mod named;
 #[doc(hidden)]
 pub mod noise;

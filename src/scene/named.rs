@@ -3,7 +3,7 @@ use super::{
     SceneError,
     document::{Document, TextureSource},
     gltf_file::File,
-    load::scene_text,
+    load::{document, scene_text},
     read,
     source::SceneText,
 };
@@ -24,7 +24,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     if extension == "toml" {
         let text = scene_text(path)?;
         let source = SceneText::parse(path, &text, text.len(), &[])?;
-        let document = source.document()?;
+        let document = document(&source)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         for (table, key, name) in names(&document) {
             if !is_portable(name) {

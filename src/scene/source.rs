@@ -2,15 +2,13 @@
 //! positions.
 use super::{
     SceneError,
-    document::Document,
     error::quoted,
-    plain::{explained, kind_of, nearest},
+    plain::{explained, nearest},
 };
-use serde::Deserialize as _;
 use std::{borrow::Cow, ops::Range, path::Path};
 use toml::{
     Spanned,
-    de::{DeTable, DeValue, Deserializer, Error},
+    de::{DeTable, DeValue, Error},
 };
 
 /// Most parts of a dotted key, above the longest valid one.
@@ -41,7 +39,7 @@ impl<'a> SceneText<'a> {
     ) -> Result<Self, SceneError> {
         let mut source = Self { path, text, file_length, set, tree: DeTable::new() };
         source.tree = DeTable::parse(&text[..file_length])
-            .map_err(|error| source.explain(&error))?
+            .map_err(|error| source.explain(&error, 0..0))?
             .into_inner();
         let mut start = file_length;
         for (key, value) in set {
@@ -68,10 +66,8 @@ impl<'a> SceneText<'a> {
         self.path
     }
 
-    pub(super) fn document(&self) -> Result<Document, SceneError> {
-        self.check_tables()?;
-        let root = Spanned::new(0..self.file_length, self.tree.clone());
-        Document::deserialize(Deserializer::from(root)).map_err(|error| self.explain(&error))
+    pub(super) fn tree(&self) -> &DeTable<'a> {
+        &self.tree
     }
 
     /// An error at `span`, bytes of the text.
@@ -110,8 +106,9 @@ impl<'a> SceneText<'a> {
         self.error(span.unwrap_or_else(|| table.clone()), message, help)
     }
 
-    fn explain(&self, error: &Error) -> SceneError {
-        let span = error.span().unwrap_or(0..0);
+    /// A reader's error; `at`: of one that does not say where it is.
+    pub(super) fn explain(&self, error: &Error, at: Range<usize>) -> SceneError {
+        let span = error.span().unwrap_or(at);
         let (message, help) = match self.text.get(span.clone()) {
             Some(key) if error.message().starts_with("duplicate key") => {
                 let help = "remove one of them, or write [[...]] where there are several of a kind";
@@ -121,92 +118,7 @@ impl<'a> SceneText<'a> {
         };
         self.error(span, message, Some(help))
     }
-
-    /// Checks that keys of tables hold tables: the reader would also accept lists, by the order of their
-    /// values.
-    fn check_tables(&self) -> Result<(), SceneError> {
-        for (key, value) in &self.tree {
-            self.check_table("", key.get_ref(), value)?;
-        }
-        Ok(())
-    }
-
-    fn check_table(
-        &self,
-        parents: &str,
-        key: &str,
-        value: &Spanned<DeValue<'_>>,
-    ) -> Result<(), SceneError> {
-        let path = format!("{parents}{key}");
-        let fault = |value: &Spanned<DeValue<'_>>, help: String| {
-            let message = match value.get_ref() {
-                DeValue::Table(_) => {
-                    format!("`{path}` is a single table here, not a list of tables")
-                }
-                other => format!("`{path}` is {} here, not a table", kind_of(other)),
-            };
-            Err(self.error(value.span(), message, Some(help)))
-        };
-        let tables = match value.get_ref() {
-            DeValue::Table(table) if ONE.contains(&path.as_str()) => std::slice::from_ref(table),
-            DeValue::Array(items) if MANY.contains(&path.as_str()) => {
-                for item in items {
-                    let DeValue::Table(table) = item.get_ref() else {
-                        return fault(item, format!("write each as a table below [[{path}]]"));
-                    };
-                    for (key, value) in table {
-                        self.check_table(&format!("{path}."), key.get_ref(), value)?;
-                    }
-                }
-                &[]
-            }
-            _ if MANY.contains(&path.as_str()) => {
-                return fault(value, format!("write each as a table below [[{path}]]"));
-            }
-            _ if ONE.contains(&path.as_str()) => {
-                let help = match parents {
-                    "" => format!("write its keys below [{path}]"),
-                    _ => format!("write a table: {key} = {{ ... }}"),
-                };
-                return fault(value, help);
-            }
-            _ => &[],
-        };
-        for (key, value) in tables.iter().flatten() {
-            self.check_table(&format!("{path}."), key.get_ref(), value)?;
-        }
-        Ok(())
-    }
 }
-
-/// Keys of the scene file with one table each.
-const ONE: [&str; 13] = [
-    "camera",
-    "shadow",
-    "shadow.filter",
-    "clusters",
-    "mask",
-    "environment",
-    "environment.sun",
-    "air",
-    "light.filter",
-    "light.source",
-    "particles.generate",
-    "emitter.fluid",
-    "shape.displace",
-];
-/// Keys with many tables each.
-const MANY: [&str; 9] = [
-    "light",
-    "light.shadow",
-    "material",
-    "particles",
-    "shape",
-    "mesh",
-    "animate",
-    "emitter",
-    "emitter.boxes",
-];
 
 fn value_span(
     value: &Spanned<DeValue<'_>>,

@@ -1,13 +1,7 @@
 //! Pair counts of lists, taken before any walk.
 use super::{
-    Pipeline,
-    batch::{
-        context::{Context, view_uniform},
-        list::List,
-        plan::Plan,
-        scratch::Scratch,
-    },
-    pipeline::Request,
+    batch::{context::view_uniform, list::List, plan::Plan, scratch::Scratch},
+    prepare::Request,
 };
 use crate::{
     error::Error,
@@ -15,35 +9,24 @@ use crate::{
 };
 use std::sync::Arc;
 
-impl Pipeline {
+impl Request<'_> {
     /// Replaces the bounds of lists by counts, where the bounds leave open whether all pairs fit and every
     /// tile is one segment. Submits and waits: twice as fast a first frame with a slow driver compiler,
     /// because kernels that are not needed are not compiled.
     ///
     /// Returns the number of pairs of the largest list.
-    pub(super) fn count(
-        &mut self,
-        request: &Request<'_>,
-        plans: &mut [Plan],
-        scratch: &Arc<Scratch>,
-    ) -> Result<u32, Error> {
+    pub(super) fn count(&self, plans: &mut [Plan], scratch: &Arc<Scratch>) -> Result<u32, Error> {
         let mut needed = 0;
         for plan in plans {
             for i in 0..plan.lists.len() {
-                needed = needed.max(self.count_list(request, plan, i, scratch)?);
+                needed = needed.max(self.count_list(plan, i, scratch)?);
             }
         }
         Ok(needed)
     }
 
-    fn count_list(
-        &mut self,
-        request: &Request<'_>,
-        plan: &mut Plan,
-        i: usize,
-        scratch: &Arc<Scratch>,
-    ) -> Result<u32, Error> {
-        let &Request { device, queue, casters, .. } = request;
+    fn count_list(&self, plan: &mut Plan, i: usize, scratch: &Arc<Scratch>) -> Result<u32, Error> {
+        let (queue, device) = (self.queue, self.kernels.device());
         let listed = &plan.lists[i];
         let may_overflow = listed.may_overflow(self.config.profile.shape, scratch.pair_capacity);
         // The contents of the host's buffers say nothing about later frames.
@@ -51,17 +34,9 @@ impl Pipeline {
             return Ok(0);
         }
         let mut memory = Memory::default();
-        let mut context = Context {
-            allocator: &mut Allocator { device, memory: &mut memory },
-            queue,
-            kernels: &self.kernels,
-            config: &self.config,
-            casters,
-            scratch,
-            camera: false,
-            binned_rects: None,
-        };
-        let views = view_uniform(context.allocator, queue, &plan.views);
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let views = view_uniform(&mut allocator, queue, &plan.views);
+        let mut context = self.context(&mut allocator, scratch);
         let view_count = plan.views.len() as u32;
         let list = List::new(&mut context, &plan.lists[i], &views, view_count, plan.tile_count)?;
         self.kernels.finish()?;

@@ -51,70 +51,69 @@ impl Shadows {
 
     /// Binds the kernels that load the emitters for which there is room.
     pub(crate) fn bind_emitted(
-        &mut self,
+        &self,
         emitted: &[(&Emission, &Simulation)],
     ) -> Result<EmittedLoad, Error> {
         let kernel = self.kernel_of(&simulate::CASTERS)?;
-        let (device, queue) = (self.device().0.clone(), self.queue().clone());
-        self.with_set(|set| {
-            let mut memory = Memory::default();
-            let mut allocator = Allocator { device: &device, memory: &mut memory };
-            let slots: Vec<_> =
-                emitted.iter().map(|(emission, _)| EmittedSlots::of(emission)).collect();
-            let total: u32 = slots.iter().map(|emitter| emitter.group_count).sum();
-            let none = BufferUsages::empty();
-            let groups = allocator.storage::<HostGroup>(
-                "emitted_groups",
-                total.into(),
-                BufferUsages::COPY_SRC,
-            )?;
-            // Bound because the kernel has them: nobody reads them.
-            let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
-            let counters = allocator.storage::<LoadCounters>("host_counters", 1, none)?;
-            let mut dispatches = Vec::with_capacity(emitted.len());
-            let mut first_group = 0;
-            let runs = emitted.iter().zip(&slots).zip(set.emitted_records());
-            for (((emission, simulation), emitter), first_caster) in runs {
-                let mut materials = [[0; 4]; MAX_MATERIALS / 128];
-                let word = emitter.material as usize / 32;
-                materials[word / 4][word % 4] = 1 << (emitter.material % 32);
-                let params = LoadParams {
-                    capacity: emission.numbers().len() as u32,
-                    group_count: emitter.group_count,
-                    first_group,
-                    first_caster,
-                    quad_reach: 1.0,
-                    materials,
-                    ..LoadParams::default()
-                };
-                let load_params = allocator.uniform::<LoadParams>("load_params");
-                queue.write_buffer(&load_params, 0, bytemuck::bytes_of(&params));
-                let params = EmissionParams::new(emission, simulation.capacity());
-                let emission_params = allocator.uniform::<EmissionParams>("emission_params");
-                queue.write_buffer(&emission_params, 0, bytemuck::bytes_of(&params));
-                let resources = Resources::new()
-                    .with("casters", &set.casters)
-                    .with("materials", &set.materials)
-                    .with("load_params", &load_params)
-                    .with("emission_params", &emission_params)
-                    .with("emitted", simulation.particles())
-                    .with("host_counts", &no_counts)
-                    .with("host_groups", &groups)
-                    .with("host_counters", &counters);
-                let groups = grid(emitter.group_count);
-                dispatches.push(Dispatch::new(&device, kernel.clone(), &resources, groups)?);
-                first_group += emitter.group_count;
-            }
-            let loaded = slots.iter().take(dispatches.len());
-            let group_counts = loaded.map(|slots| slots.group_count).collect();
-            let mut commands = Commands::new();
-            commands.pass("gobo load", dispatches);
-            Ok(EmittedLoad { commands, group_counts, groups, memory })
-        })?
+        let ((device, _), queue, set) = (self.device(), self.queue(), self.casters()?);
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let slots: Vec<_> =
+            emitted.iter().map(|(emission, _)| EmittedSlots::of(emission)).collect();
+        let total: u32 = slots.iter().map(|emitter| emitter.group_count).sum();
+        let none = BufferUsages::empty();
+        let groups = allocator.storage::<HostGroup>(
+            "emitted_groups",
+            total.into(),
+            BufferUsages::COPY_SRC,
+        )?;
+        // Bound because the kernel has them: nobody reads them.
+        let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
+        let counters = allocator.storage::<LoadCounters>("host_counters", 1, none)?;
+        let mut dispatches = Vec::with_capacity(emitted.len());
+        let mut first_group = 0;
+        let runs = emitted.iter().zip(&slots).zip(set.emitted_records());
+        for (((emission, simulation), emitter), first_caster) in runs {
+            let mut materials = [[0; 4]; MAX_MATERIALS / 128];
+            let word = emitter.material as usize / 32;
+            materials[word / 4][word % 4] = 1 << (emitter.material % 32);
+            let params = LoadParams {
+                capacity: emission.numbers().len() as u32,
+                group_count: emitter.group_count,
+                first_group,
+                first_caster,
+                quad_reach: 1.0,
+                materials,
+                ..LoadParams::default()
+            };
+            let load_params = allocator.uniform::<LoadParams>("load_params");
+            queue.write_buffer(&load_params, 0, bytemuck::bytes_of(&params));
+            let params = EmissionParams::new(emission, simulation.capacity());
+            let emission_params = allocator.uniform::<EmissionParams>("emission_params");
+            queue.write_buffer(&emission_params, 0, bytemuck::bytes_of(&params));
+            let resources = Resources::new()
+                .with("casters", &set.casters)
+                .with("materials", &set.materials)
+                .with("load_params", &load_params)
+                .with("emission_params", &emission_params)
+                .with("emitted", simulation.particles())
+                .with("host_counts", &no_counts)
+                .with("host_groups", &groups)
+                .with("host_counters", &counters);
+            let groups = grid(emitter.group_count);
+            dispatches.push(Dispatch::new(device, kernel.clone(), &resources, groups)?);
+            first_group += emitter.group_count;
+        }
+        let loaded = slots.iter().take(dispatches.len());
+        let group_counts = loaded.map(|slots| slots.group_count).collect();
+        let mut commands = Commands::new();
+        commands.pass("gobo load", dispatches);
+        Ok(EmittedLoad { commands, group_counts, groups, memory })
     }
 
     /// Takes what [`EmittedLoad::groups`] holds.
     pub(crate) fn place_emitted(&mut self, found: &[HostGroup]) -> Result<(), Error> {
-        self.with_set(|set| set.place_emitted(found))
+        self.casters_mut()?.place_emitted(found);
+        Ok(())
     }
 }

@@ -1,6 +1,10 @@
 //! Inputs that a host has on the device: casters and depth maps.
 use super::EmittedSlots;
-use crate::{error::Error, gpu::Kernel, model::Bounds};
+use crate::{
+    error::{Error, Input},
+    gpu::Kernel,
+    model::Bounds,
+};
 use glam::Mat4;
 use wgpu::{BindGroup, Buffer, Texture};
 
@@ -128,7 +132,7 @@ impl<'a> HostCasters<'a> {
     }
 
     pub(super) fn check(&self, index: usize) -> Result<(), Error> {
-        let invalid = |problem| Err(Error::Invalid { what: "set of host casters", index, problem });
+        let invalid = |problem| Err(Input::HostCasters.invalid(index, problem));
         match self.count {
             CasterCount::Indirect { offset, .. } if !offset.is_multiple_of(4) => {
                 invalid("the offset of its count must be a multiple of 4")

@@ -4,7 +4,7 @@
 //! commands of a frame; [`Prepared::record`] only records them; nothing here submits or waits.
 //!
 //! `cull` and `casters` hold what casts, `views` what it is cast into. `batch` makes the commands from casters to
-//! maps, `smoothing` those behind all batches, `look_ups` and `masks` those that read the maps. `pipeline` puts a
+//! maps, `smoothing` those behind all batches, `look_ups` and `masks` those that read the maps. `prepare` puts a
 //! frame together, `shadows` and `prepared` are the host's handles.
 pub(crate) mod batch;
 mod caster_loader;
@@ -15,13 +15,11 @@ pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
 mod host_inputs;
-pub(crate) mod kernels;
 mod look_ups;
 pub(crate) mod masks;
 mod pair_capacity;
-mod pipeline;
+mod prepare;
 mod prepared;
-mod prepared_maps;
 mod read_back;
 #[expect(clippy::module_inception, reason = "it declares `Shadows`")]
 mod shadows;
@@ -31,17 +29,15 @@ mod statistics;
 mod views;
 mod warm_up;
 
-pub(crate) use batch::context;
 pub use batch::list::ListCounters;
-#[cfg(feature = "picture")]
-pub(crate) use batch::{list, plan, scratch};
 pub(crate) use casters::EmittedSlots;
 pub use casters::{
     CasterSet, SMALL_SIDE, Span, TriangleExtent,
     groups::{Extent, Group},
 };
-pub use config::Config;
+pub use config::{Config, Toggles};
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
+pub(crate) use look_ups::levels::AreaLevels;
 #[cfg(feature = "picture")]
 pub(crate) use look_ups::light_source::light_texture;
 pub use look_ups::{
@@ -49,12 +45,9 @@ pub use look_ups::{
     host_shader::{LightBindings, look_up_text},
     light_points::{LightPoints, PointBuffers},
 };
-pub(crate) use look_ups::{levels::AreaLevels, light_source};
 pub use masks::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 pub use pair_capacity::PairCapacity;
-pub use pipeline::Pipeline;
 pub use prepared::Prepared;
-pub use prepared_maps::PreparedMaps;
 pub use shadows::Shadows;
 #[cfg(feature = "picture")]
 pub(crate) use shadows::check;

@@ -1,28 +1,35 @@
 //! Maps of a frame in the host's hands.
-use super::{
-    Maps, PreparedMaps,
-    kernels::Variant,
-    shadows::{Engine, lock},
-};
+use super::{Maps, statistics::Counted};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::{Commands, Kernels},
-    gpu::{Kernel, Memory, Timeline},
-    model::{ShadowSettings, View},
-    stage::features::Features,
+    gpu::{Memory, Timeline},
+    model::{Counters, ShadowSettings, View},
+    records::GpuView,
 };
-use std::sync::{Arc, Mutex};
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, AtomicU64, Ordering},
+};
 
 /// Maps of a frame, ready to be recorded any number of times, until a later
 /// [`prepare`](crate::shadows::Shadows::prepare) takes them over.
 #[derive(Debug)]
 pub struct Prepared {
-    pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) kernels: Kernels,
-    pub(super) engine: Arc<Mutex<Engine>>,
+    /// From casters to the maps of all views that must be rendered.
+    pub(super) commands: Commands,
+    /// From casters to the number of their pairs.
+    pub(super) counting: Commands,
+    pub(super) counted: Counted,
+    /// Number of the frame, and of the last one that was prepared.
     pub(super) frame: u64,
-    pub(super) caster_count: u64,
+    pub(super) last: Arc<AtomicU64>,
+    /// Whether the commands were recorded, which keeps the maps for the next frame.
+    pub(super) recorded: Arc<AtomicBool>,
+    /// Counters that no kernel counts.
+    pub(super) planned: Counters,
     /// Whether blending depends on the order of the casters.
     pub(super) ordered: bool,
     /// Whether some material filters light.
@@ -52,11 +59,11 @@ impl Prepared {
         encoder: &mut wgpu::CommandEncoder,
         timeline: &mut Timeline,
     ) -> Result<(), Error> {
-        self.with_maps(|maps| {
-            maps.record(encoder, timeline);
-            timeline.end(encoder);
-            Ok(())
-        })
+        self.check_current()?;
+        self.commands.record(encoder, timeline);
+        self.recorded.store(true, Ordering::Relaxed);
+        timeline.end(encoder);
+        Ok(())
     }
 
     /// Replaces the bindings of the host's casters of `set`, an index, by others of the same layout, from
@@ -65,32 +72,22 @@ impl Prepared {
     /// # Errors
     /// If there is no such set, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
-        let engine = lock(&self.engine);
-        let host = self.current(&engine)?.host.as_ref();
+        self.check_current()?;
+        let host = self.counted.host.as_ref();
         let problem = "there is none, or it has no caster";
-        let none = Error::Invalid { what: "set of host casters", index: set, problem };
+        let none = Input::HostCasters.invalid(set, problem);
         host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
     }
 
-    /// A kernel of this device, compiled if needed.
-    pub(super) fn kernel(&self, variant: Variant, features: Features) -> Result<Kernel, Error> {
-        let kernel = self.kernels.of(variant, features)?;
-        kernel.make()?;
-        Ok(kernel)
-    }
-
     /// The commands of the frame: for its export.
-    ///
-    /// # Errors
-    /// If a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     #[doc(hidden)]
-    pub fn commands(&self) -> Result<Commands, Error> {
-        self.with_maps(|maps| Ok(maps.commands.clone()))
+    pub fn commands(&self) -> &Commands {
+        &self.commands
     }
 
     /// Device and queue of the maps.
     pub(super) fn device(&self) -> (&wgpu::Device, &wgpu::Queue) {
-        (&self.device, &self.queue)
+        (self.kernels.device(), &self.queue)
     }
 
     /// Records only the counting of pairs: if nothing of a scene is known, [`Self::counters`] then gives
@@ -99,21 +96,27 @@ impl Prepared {
     /// # Errors
     /// Those of [`Self::record`].
     pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
-        self.with_maps(|maps| {
-            maps.counting.record(encoder, &mut Timeline::untimed());
-            Ok(())
-        })
+        self.check_current()?;
+        self.counting.record(encoder, &mut Timeline::untimed());
+        Ok(())
     }
 
-    pub(super) fn with_maps<T>(
-        &self,
-        act: impl FnOnce(&PreparedMaps) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        act(self.current(&lock(&self.engine))?)
+    /// # Errors
+    /// [`Error::Superseded`] if a later `prepare` has taken the maps over.
+    pub(crate) fn check_current(&self) -> Result<(), Error> {
+        let is_last = self.last.load(Ordering::Relaxed) == self.frame;
+        is_last.then_some(()).ok_or(Error::Superseded)
     }
 
-    fn current<'a>(&self, engine: &'a Engine) -> Result<&'a PreparedMaps, Error> {
-        engine.maps.as_ref().filter(|_| engine.frame == self.frame).ok_or(Error::Superseded)
+    /// The views of the maps.
+    pub(crate) fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// The views in kernel form, each with its rectangle.
+    pub(crate) fn gpu_views(&self) -> Vec<GpuView> {
+        let views = self.views.iter().zip(&self.maps.places);
+        views.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect()
     }
 
     /// Textures and rectangles of the maps of all views.

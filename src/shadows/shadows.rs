@@ -1,60 +1,36 @@
 //! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
-    CasterSet, Config, HostInputs, PairCapacity, Pipeline, Prepared, PreparedMaps,
+    CasterSet, Config, HostInputs, PairCapacity, Prepared,
+    prepare::{Frame, FrameMaps, Request},
     views::host_depths::depth_inputs,
 };
 use crate::{
-    error::Error,
-    gpu::{Kernel, KernelCache, KernelDesc, Tier, check_alive, missing},
+    error::{Error, Input},
+    frame::Kernels,
+    gpu::{FETCH_FEATURES, Kernel, KernelCache, KernelDesc, Tier, check_alive, missing},
     model::{
         Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
         Projection, ShadowSettings, View,
     },
     stage::{features::Features, sort::pair_limit},
 };
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
 
 /// Shadow maps on one device. Keeps its kernels, and the casters and maps of the last frame, so that the
 /// next frame uploads and renders only what has changed.
 #[derive(Debug)]
 pub struct Shadows {
-    device: wgpu::Device,
     queue: wgpu::Queue,
-    engine: Arc<Mutex<Engine>>,
-    capacity: PairCapacity,
-}
-
-/// State shared by [`Shadows`] and the last [`Prepared`].
-#[derive(Debug)]
-pub(super) struct Engine {
-    pub(super) pipeline: Pipeline,
+    kernels: Kernels,
+    config: Config,
     casters: Option<CasterSet>,
-    pub(super) maps: Option<PreparedMaps>,
-    /// Number of the frame that `maps` belong to.
-    pub(super) frame: u64,
-}
-
-impl Engine {
-    /// Updates the casters, or makes them anew.
-    fn upload(
-        &mut self,
-        (device, queue): (&wgpu::Device, &wgpu::Queue),
-        casters: &Casters<'_>,
-        inputs: &HostInputs<'_>,
-    ) -> Result<(), Error> {
-        let kept = self.casters.take().and_then(|mut set| {
-            (set.suffices(inputs) && set.update(queue, casters)).then_some(set)
-        });
-        self.casters = Some(match kept {
-            Some(kept) => kept,
-            None => CasterSet::reserving(device, queue, casters, inputs)?,
-        });
-        Ok(())
-    }
-}
-
-pub(super) fn lock(engine: &Mutex<Engine>) -> MutexGuard<'_, Engine> {
-    engine.lock().unwrap_or_else(PoisonError::into_inner)
+    maps: Option<FrameMaps>,
+    /// Number of the last frame, to which `maps` belong.
+    frame: Arc<AtomicU64>,
+    capacity: PairCapacity,
 }
 
 impl Shadows {
@@ -107,24 +83,33 @@ impl Shadows {
         if !missing.is_empty() {
             return Err(Error::Unsupported { tier, missing });
         }
-        let pipeline = Pipeline::sharing(device, config, cache)?;
-        let engine = Engine { pipeline, casters: None, maps: None, frame: 0 };
         Ok(Self {
-            device: device.clone(),
             queue: queue.clone(),
-            engine: Arc::new(Mutex::new(engine)),
+            kernels: Kernels::new(device, tier, config.profile, cache),
+            config,
+            casters: None,
+            maps: None,
+            frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
         })
     }
 
-    /// The queue of its device.
-    pub(super) fn queue(&self) -> &wgpu::Queue {
+    pub(crate) fn queue(&self) -> &wgpu::Queue {
         &self.queue
+    }
+
+    pub(crate) fn kernels(&self) -> &Kernels {
+        &self.kernels
+    }
+
+    /// Configuration of the last frame.
+    pub(crate) fn config(&self) -> &Config {
+        &self.config
     }
 
     /// A kernel that no frame needs, compiled on demand.
     pub(super) fn kernel_of(&self, desc: &KernelDesc) -> Result<Kernel, Error> {
-        let kernel = lock(&self.engine).pipeline.kernels.get(desc, Features::NONE)?;
+        let kernel = self.kernels.get(desc, Features::NONE)?;
         kernel.make()?;
         Ok(kernel)
     }
@@ -157,7 +142,7 @@ impl Shadows {
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
         let prepared = self.plan(casters, views, settings, inputs)?;
-        self.kernels().finish()?;
+        self.kernels.finish()?;
         Ok(prepared)
     }
 
@@ -169,129 +154,125 @@ impl Shadows {
         settings: &ShadowSettings,
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
-        check_alive(&self.device)?;
-        casters.check()?;
         check(views, settings)?;
         let depths = depth_inputs(views, inputs.depths)?;
         if settings.colored && !inputs.depths.is_empty() {
             let problem = "coloured dithering has depths by channel, which it cannot lower";
-            return Err(Error::Invalid { what: "depth map of the host's", index: 0, problem });
+            return Err(Input::HostDepth.invalid(0, problem));
         }
-        let Self { device, queue, capacity, .. } = self;
-        capacity.budget = settings.pair_budget.min(pair_limit(device));
-        let mut engine = lock(&self.engine);
-        engine.upload((device, queue), casters, inputs)?;
-        let Engine { pipeline, casters: set, maps, frame } = &mut *engine;
-        pipeline.config = Config {
-            pair_budget: capacity.budget,
-            soften: settings.soften,
-            colored: settings.colored,
-            blur: settings.blur,
-            mips: settings.mips,
-            nodes: settings.curve_nodes(),
-            ..pipeline.config
+        self.upload(casters, inputs)?;
+        let device = self.kernels.device();
+        let can_queue =
+            self.config.tier == Tier::Native && device.features().contains(FETCH_FEATURES);
+        self.config.toggles.queued &= can_queue;
+        self.capacity.budget = settings.pair_budget.min(pair_limit(device));
+        self.config.settings = ShadowSettings { pair_budget: self.capacity.budget, ..*settings };
+        let set = self.casters.as_mut().ok_or(Error::Superseded)?;
+        set.set_host_casters(device, &self.queue, casters.materials, inputs.casters)?;
+        let earlier = self.maps.take();
+        let number = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
+        let request = Request {
+            queue: &self.queue,
+            kernels: &self.kernels,
+            config: &self.config,
+            casters: set,
+            views,
+            pairs: self.capacity.pairs,
+            depths: &depths,
         };
-        let new = set.as_mut().ok_or(Error::Superseded)?;
-        new.set_host_casters(device, queue, casters.materials, inputs.casters)?;
-        let new = &*new;
-        let (pairs, earlier) = (capacity.pairs, maps.take());
-        let request = pipeline.request(device, queue, new, views, pairs);
-        let prepared = pipeline.prepare_from(&request.with_depths(&depths), earlier)?;
-        *frame += 1;
-        let prepared = maps.insert(prepared);
-        Ok(Prepared {
-            device: device.clone(),
-            queue: queue.clone(),
-            kernels: pipeline.kernels.clone(),
-            engine: Arc::clone(&self.engine),
-            frame: *frame,
-            caster_count: (casters.particles.len() + casters.triangles.len()) as u64
-                + new.emitted_count(),
-            ordered: new.is_ordered(),
-            tints: casters
-                .materials
-                .iter()
-                .any(|material| Class::FILTERING.contains(&Class::of(material))),
+        let frame = request.frame(earlier)?;
+        let tints = |material| Class::FILTERING.contains(&Class::of(material));
+        let Frame { maps, commands, counting, counted, pair_capacity, culled, memory } = frame;
+        let cache = &maps.cache;
+        let rendered = cache.pending.len();
+        let prepared = Prepared {
+            queue: self.queue.clone(),
+            kernels: self.kernels.clone(),
+            commands,
+            counting,
+            counted,
+            frame: number,
+            last: Arc::clone(&self.frame),
+            recorded: cache.recorded(),
+            planned: Counters {
+                casters: (casters.particles.len() + casters.triangles.len()) as u64
+                    + set.emitted_count(),
+                views_rendered: rendered as u64,
+                views_kept: (cache.view_count() - rendered) as u64,
+                culled,
+                hidden: cache.hidden_count(),
+                pair_capacity,
+                ..Counters::default()
+            },
+            ordered: set.is_ordered(),
+            tints: casters.materials.iter().any(tints),
             views: views.to_vec(),
             settings: *settings,
-            maps: prepared.maps.clone(),
-            memory: prepared.memory.clone(),
-        })
-    }
-
-    pub(crate) fn kernels(&self) -> KernelCache {
-        lock(&self.engine).pipeline.kernels.cache().clone()
+            maps: maps.set.maps.clone(),
+            memory,
+        };
+        self.maps = Some(maps);
+        Ok(prepared)
     }
 
     /// The device, and the tier of its kernels.
     pub(super) fn device(&self) -> (&wgpu::Device, Tier) {
-        (&self.device, lock(&self.engine).pipeline.config.tier)
+        (self.kernels.device(), self.kernels.tier())
     }
 
     /// Grows the pair capacity to what a frame needed. Returns whether it grew: then some casters took the
     /// slower scatter path, and the next [`Self::prepare`] has the capacity for them.
-    #[expect(clippy::needless_pass_by_value, reason = "what was counted is used up")]
-    pub fn grow_from(&mut self, counters: Counters) -> bool {
+    pub fn grow_from(&mut self, counters: &Counters) -> bool {
         let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity);
-        if let Some(maps) = lock(&self.engine).maps.as_mut().filter(|_| grows) {
-            maps.forget();
+        if let Some(maps) = self.maps.as_mut().filter(|_| grows) {
+            maps.cache.forget();
         }
         grows
     }
 
     /// Frees the casters and maps of the last frame.
     pub fn forget(&mut self) {
-        let mut engine = lock(&self.engine);
-        (engine.casters, engine.maps) = (None, None);
-        engine.frame += 1;
+        (self.casters, self.maps) = (None, None);
+        self.frame.fetch_add(1, Ordering::Relaxed);
         self.capacity.pairs = None;
     }
 
     /// Changes the configuration of the next frames beyond [`ShadowSettings`]: for tests and measurements.
     #[doc(hidden)]
     pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
-        let mut engine = lock(&self.engine);
-        let pipeline = &mut engine.pipeline;
-        change(&mut pipeline.config);
-        pipeline.kernels.follow(pipeline.config.profile);
+        change(&mut self.config);
+        self.kernels.follow(self.config.profile);
     }
 
-    /// Uploads changes of `casters` before [`Self::prepare_with`] does, and returns the identity of the set.
+    /// Uploads changes of `casters`, or makes their set anew, and returns its identity.
     pub(super) fn upload(
         &mut self,
         casters: &Casters<'_>,
         inputs: &HostInputs<'_>,
     ) -> Result<u64, Error> {
-        check_alive(&self.device)?;
+        let (device, queue) = (self.kernels.device(), &self.queue);
+        check_alive(device)?;
         casters.check()?;
-        let mut engine = lock(&self.engine);
-        engine.upload((&self.device, &self.queue), casters, inputs)?;
-        engine.casters.as_ref().map(CasterSet::id).ok_or(Error::Superseded)
+        let kept = self.casters.take().and_then(|mut set| {
+            (set.suffices(inputs) && set.update(queue, casters)).then_some(set)
+        });
+        let set = kept.map_or_else(|| CasterSet::reserving(device, queue, casters, inputs), Ok)?;
+        Ok(self.casters.insert(set).id())
     }
 
     /// The casters of the last frame.
-    pub(super) fn with_set<T>(
-        &mut self,
-        act: impl FnOnce(&mut CasterSet) -> T,
-    ) -> Result<T, Error> {
-        lock(&self.engine).casters.as_mut().map(act).ok_or(Error::Superseded)
+    pub(crate) fn casters(&self) -> Result<&CasterSet, Error> {
+        self.casters.as_ref().ok_or(Error::Superseded)
     }
 
-    /// The pipeline and the casters of the last frame.
-    #[cfg(feature = "picture")]
-    pub(crate) fn with_casters<T>(
-        &mut self,
-        act: impl FnOnce(&mut Pipeline, &CasterSet) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        let mut engine = lock(&self.engine);
-        let Engine { pipeline, casters, .. } = &mut *engine;
-        act(pipeline, casters.as_ref().ok_or(Error::Superseded)?)
+    pub(super) fn casters_mut(&mut self) -> Result<&mut CasterSet, Error> {
+        self.casters.as_mut().ok_or(Error::Superseded)
     }
 }
 
 /// Checks views and settings against the contracts of their fields.
 pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
-    let invalid = |index, problem| Err(Error::Invalid { what: "view", index, problem });
+    let invalid = |index, problem| Err(Input::View.invalid(index, problem));
     for (index, view) in views.iter().enumerate() {
         let sizes = MIN_MAP_SIZE..=MAX_MAP_SIZE;
         if !(sizes.contains(&view.size.x) && sizes.contains(&view.size.y)) {
@@ -308,11 +289,11 @@ pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Err
     }
     if settings.blur > MAX_BLUR || settings.mips > MAX_MIPS {
         let problem = "a blur reaches 16 texels at most, and a filter map has 4 smaller levels";
-        return Err(Error::Invalid { what: "setting", index: 0, problem });
+        return Err(Input::Setting.invalid(0, problem));
     }
     if !matches!(settings.curve_nodes(), 0 | 4 | 8 | 16) {
         let problem = "a curve has 4, 8 or 16 nodes";
-        return Err(Error::Invalid { what: "setting", index: 0, problem });
+        return Err(Input::Setting.invalid(0, problem));
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Particle emitters simulated on the device, whose particles gobo reads as host casters.
 use super::Shadows;
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::{Commands, Dispatch},
     gpu::{Allocator, Kernel, Memory, Resources, Timeline},
     model::emitter::Forces,
@@ -58,7 +58,7 @@ impl Shadows {
     pub fn simulation_until(&self, forces: &Forces, last: u32) -> Result<Simulation, Error> {
         if !EmitterParams::has_room(forces) {
             let problem = "its path has too many rows in a sixtieth of a second";
-            return Err(Error::Invalid { what: "emitter", index: 0, problem });
+            return Err(Input::Emitter.invalid(0, problem));
         }
         let ((device, _), queue) = (self.device(), self.queue());
         let mut memory = Memory::default();

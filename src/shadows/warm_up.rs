@@ -27,18 +27,18 @@ impl Shadows {
         for _ in 0..2 {
             self.plan(casters, views, settings, inputs)?;
         }
-        Ok(self.kernels().pending())
+        Ok(self.kernels().cache().pending())
     }
 
     /// Whether all pending kernels are compiled: `prepare` with the arguments of [`Self::pending`] then
     /// compiles none.
     pub fn is_ready(&self) -> bool {
-        self.kernels().pending().is_empty()
+        self.kernels().cache().pending().is_empty()
     }
 
     /// Uses a driver's pipeline cache for kernels that are compiled later, and adds them to it. The device
     /// needs `PIPELINE_CACHE`; storing the cache is up to the host.
     pub fn use_pipeline_cache(&mut self, cache: &wgpu::PipelineCache) {
-        self.kernels().use_driver_cache(cache);
+        self.kernels().cache().use_driver_cache(cache);
     }
 }

@@ -5,7 +5,7 @@
 use super::{
     bin::SEGMENT_LENGTH,
     curve,
-    features::Features,
+    features::{Features, Flags},
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
@@ -105,7 +105,7 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
 
 /// Kernels for casters that filter light.
 pub fn kernels(features: Features) -> WalkKernels {
-    let Features { plain, queued, .. } = features;
+    let (plain, queued) = (features.is_plain(), features.has(Flags::QUEUED));
     let curves = features.nodes > 0;
     let composed = features.is_composed();
     WalkKernels {

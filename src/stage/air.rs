@@ -4,7 +4,10 @@
 //! In: the shadow maps. `scatter` -> `sources`: light that each slice of a column of 4x4 pixels scatters to
 //! the eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers
 //! read it at their own depth (`shade`).
-use super::levels::{BLOCKS_LOADED, OF_AREA, OF_POINT};
+use super::{
+    features::{Features, Flags},
+    levels::{BLOCKS_LOADED, OF_AREA, OF_POINT},
+};
 use crate::gpu::{KernelDesc, Tier};
 
 /// Edge of a workgroup [columns].
@@ -19,9 +22,14 @@ pub const SCATTER: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-/// Replaces [`SCATTER`] if the scene has area lights.
+/// [`SCATTER`] with area lights.
 pub const AREA_SCATTER: KernelDesc =
     KernelDesc { name: "area_air_scatter", with: &[OF_AREA, BLOCKS_LOADED], ..SCATTER };
+
+/// The kernel that scatters the light of a scene.
+pub fn scatter(features: Features) -> &'static KernelDesc {
+    if features.has(Flags::HAS_AREAS) { &AREA_SCATTER } else { &SCATTER }
+}
 
 pub const SUM: KernelDesc = KernelDesc {
     name: "air_sum",

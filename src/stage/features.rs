@@ -1,184 +1,127 @@
 //! Kinds of casters and views of a batch: kernels are specialised to them.
 use crate::gpu::Constant;
 
+bitflags::bitflags! {
+    /// Kinds of casters, views and pictures. Most have the name of their override in `wgsl/features.wgsl`.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub struct Flags: u32 {
+        const HAS_PARTICLES = 1 << 0;
+        const HAS_TRIANGLES = 1 << 1;
+        const HAS_TEXTURES = 1 << 2;
+        const HAS_PUFFS = 1 << 3;
+        const HAS_QUADS = 1 << 4;
+        const HAS_GAIN = 1 << 5;
+        /// Blending is order-dependent.
+        const HAS_OVER = 1 << 6;
+        /// Some casters are so faint that products of transmittances lose their absorption to rounding.
+        const FAINT = 1 << 7;
+        /// Some closed meshes absorb along the ray.
+        const HAS_VOLUMES = 1 << 8;
+        /// Maps hold owner tags of the nearest depth.
+        const HAS_OWNERS = 1 << 9;
+        const HAS_DITHER = 1 << 10;
+        /// Some casters are no soft discs of the `filter` transfer.
+        const NOT_PLAIN = 1 << 11;
+        /// Some casters are no opaque triangles without texture or pattern.
+        const NOT_SOLID = 1 << 12;
+        /// Opaque triangles of a few texels have a kernel of their own.
+        const HAS_SMALL = 1 << 13;
+        /// The views are perspective ones; for plain casters only.
+        const PERSPECTIVE = 1 << 14;
+        /// There are opaque casters as well; for plain casters only.
+        const HAS_OPAQUE = 1 << 15;
+        /// Tiles have many casters; for plain casters only.
+        const DENSE = 1 << 16;
+        /// Discs are collected in a queue; for plain casters only.
+        const QUEUED = 1 << 17;
+        /// Curves are softened.
+        const HAS_SOFTENING = 1 << 18;
+        /// Kernels of the picture count the cost of each pixel.
+        const COUNT_COST = 1 << 19;
+        const HAS_AIR = 1 << 20;
+        /// The picture has an environment of its own.
+        const HAS_ENVIRONMENT = 1 << 21;
+        /// The picture has translucent casters.
+        const HAS_LAYERS = 1 << 22;
+        /// Some order-dependent casters are triangles.
+        const HAS_PANES = 1 << 23;
+        /// Some light is an area light.
+        const HAS_AREAS = 1 << 24;
+        /// Some map is read with another filter than the spline.
+        const HAS_FILTERS = 1 << 25;
+        /// Lights of the picture have masks.
+        const HAS_MASKS = 1 << 26;
+        /// Some light of the picture reads maps.
+        const HAS_SHADOWS = 1 << 27;
+    }
+}
+
 /// Kinds of casters and views of a batch, to which kernels are specialised. Hash key of the pipelines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Features {
-    pub particles: bool,
-    pub triangles: bool,
-    pub textures: bool,
-    pub puffs: bool,
-    pub quads: bool,
-    pub gain: bool,
-    /// Blending is order-dependent.
-    pub over: bool,
-    /// Some casters are so faint that products of transmittances lose their absorption to rounding.
-    pub faint: bool,
-    /// Some closed meshes absorb along the ray.
-    pub volumes: bool,
-    /// Maps hold owner tags of the nearest depth.
-    pub owners: bool,
-    pub dither: bool,
-    /// Opaque triangles of a few texels have a kernel of their own.
-    pub small: bool,
-    /// All casters are soft discs of the `filter` transfer.
-    pub plain: bool,
-    /// All casters are opaque triangles without texture or pattern.
-    pub solid: bool,
-    /// The views are perspective ones; for plain casters only.
-    pub perspective: bool,
-    /// There are opaque casters as well; for plain casters only.
-    pub opaque: bool,
-    /// Tiles have many casters; for plain casters only.
-    pub dense: bool,
-    /// Discs are collected in a queue; for plain casters only, and no property of them.
-    pub queued: bool,
+    pub flags: Flags,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
-    /// Curves are softened; no property of casters.
-    pub softening: bool,
-    /// Kernels of the picture count the cost of each pixel; no property of casters.
-    pub cost: bool,
-    /// The picture has air; no property of casters.
-    pub air: bool,
-    /// The picture has an environment of its own; no property of casters.
-    pub environment: bool,
-    /// The picture has translucent casters.
-    pub layers: bool,
-    /// Some order-dependent casters are triangles.
-    pub panes: bool,
-    /// Some light is an area light; no property of casters.
-    pub areas: bool,
-    /// Some map is read with another filter than the spline; no property of casters.
-    pub filters: bool,
-    /// Lights of the picture have masks; no property of casters.
-    pub masks: bool,
-    /// Some light of the picture reads maps; no property of casters.
-    pub shadows: bool,
-    /// Masks that one invocation computes: 1, 2 or 4; no property of casters.
+    /// Masks that one invocation computes: 1, 2 or 4.
     pub masks_at_once: u32,
 }
 
 impl Features {
-    /// Traits of an empty set of casters.
-    pub const NONE: Self = Self {
-        particles: false,
-        triangles: false,
-        textures: false,
-        puffs: false,
-        quads: false,
-        gain: false,
-        over: false,
-        faint: false,
-        volumes: false,
-        owners: false,
-        dither: false,
-        small: false,
-        plain: true,
-        solid: true,
-        perspective: false,
-        opaque: false,
-        dense: false,
-        queued: false,
-        nodes: 0,
-        softening: false,
-        cost: false,
-        air: false,
-        environment: false,
-        layers: false,
-        panes: false,
-        areas: false,
-        filters: false,
-        masks: false,
-        shadows: true,
-        masks_at_once: 1,
-    };
+    /// Features of an empty set of casters.
+    pub const NONE: Self = Self { flags: Flags::HAS_SHADOWS, nodes: 0, masks_at_once: 1 };
 
-    pub const ALL: Self = Self {
-        particles: true,
-        triangles: true,
-        textures: true,
-        puffs: true,
-        quads: true,
-        gain: true,
-        over: true,
-        faint: true,
-        volumes: true,
-        owners: true,
-        dither: true,
-        plain: false,
-        solid: false,
-        ..Self::NONE
-    };
+    /// Features of maps that are read.
+    pub fn of_maps(nodes: u32, has_gain: bool) -> Self {
+        Self { nodes, ..Self::NONE }.with(Flags::HAS_GAIN, has_gain)
+    }
+
+    pub fn has(self, flags: Flags) -> bool {
+        self.flags.contains(flags)
+    }
+
+    /// The same with `flags` on or off.
+    #[must_use]
+    pub fn with(mut self, flags: Flags, on: bool) -> Self {
+        self.flags.set(flags, on);
+        self
+    }
+
+    /// Whether all casters are soft discs of the `filter` transfer.
+    pub fn is_plain(self) -> bool {
+        !self.has(Flags::NOT_PLAIN)
+    }
 
     /// Whether segments are composed one by one, and tiny particles are not scattered.
     pub fn is_composed(self) -> bool {
-        self.nodes == 0 && (self.over || self.volumes || self.owners)
+        const COMPOSED: Flags = Flags::HAS_OVER.union(Flags::HAS_VOLUMES).union(Flags::HAS_OWNERS);
+        self.nodes == 0 && self.flags.intersects(COMPOSED)
     }
 
-    /// Traits of the union of two sets of casters.
+    /// Features of the union of two sets of casters.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
-        Self {
-            particles: self.particles || other.particles,
-            triangles: self.triangles || other.triangles,
-            textures: self.textures || other.textures,
-            puffs: self.puffs || other.puffs,
-            quads: self.quads || other.quads,
-            gain: self.gain || other.gain,
-            over: self.over || other.over,
-            faint: self.faint || other.faint,
-            volumes: self.volumes || other.volumes,
-            owners: self.owners || other.owners,
-            dither: self.dither || other.dither,
-            small: self.small || other.small,
-            plain: self.plain && other.plain,
-            solid: self.solid && other.solid,
-            ..Self::NONE
-        }
+        Self { flags: self.flags | other.flags, ..Self::NONE }
     }
 
-    /// Traits for a batch of views: all perspective or none, with opaque casters or without.
+    /// Features for a batch of views: all perspective or none, with opaque casters or without.
     #[must_use]
     pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
-        Self { perspective: self.plain && perspective, opaque: self.plain && opaque, ..self }
+        self.with(Flags::PERSPECTIVE, self.is_plain() && perspective)
+            .with(Flags::HAS_OPAQUE, self.is_plain() && opaque)
     }
 
-    /// Traits for a way to walk tiles.
+    /// Features for a way to walk tiles.
     #[must_use]
     pub fn of_walk(self, dense: bool, queued: bool) -> Self {
-        Self { dense: self.plain && dense, queued: self.plain && queued, ..self }
+        self.with(Flags::DENSE, self.is_plain() && dense)
+            .with(Flags::QUEUED, self.is_plain() && queued)
     }
 
-    /// Values of the overrides of `wgsl/features.wgsl`.
+    /// Values of the overrides of `wgsl/features.wgsl`, and of flags that no kernel reads.
     pub fn constants(self) -> Vec<Constant> {
-        let flags = [
-            ("HAS_PARTICLES", self.particles),
-            ("HAS_TRIANGLES", self.triangles),
-            ("HAS_TEXTURES", self.textures),
-            ("HAS_PUFFS", self.puffs),
-            ("HAS_QUADS", self.quads),
-            ("HAS_GAIN", self.gain),
-            ("HAS_OVER", self.over),
-            ("FAINT", self.faint),
-            ("HAS_VOLUMES", self.volumes),
-            ("HAS_OWNERS", self.owners),
-            ("HAS_DITHER", self.dither),
-            ("HAS_SMALL", self.small),
-            ("PERSPECTIVE", self.perspective),
-            ("HAS_OPAQUE", self.opaque),
-            ("DENSE", self.dense),
-            ("HAS_SOFTENING", self.softening),
-            ("COUNT_COST", self.cost),
-            ("HAS_AIR", self.air),
-            ("HAS_ENVIRONMENT", self.environment),
-            ("HAS_LAYERS", self.layers),
-            ("HAS_PANES", self.panes),
-            ("HAS_FILTERS", self.filters),
-            ("HAS_SHADOWS", self.shadows),
-        ];
-        let flags = flags.map(|(name, is)| (name, f64::from(u8::from(is))));
+        let flags = Flags::all().iter_names();
+        let flags = flags.map(|(name, flag)| (name, f64::from(u8::from(self.has(flag)))));
         let counts = [("NODES", f64::from(self.nodes)), ("MASKS", f64::from(self.masks_at_once))];
-        flags.into_iter().chain(counts).collect()
+        flags.chain(counts).collect()
     }
 }

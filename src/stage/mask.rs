@@ -5,6 +5,7 @@
 //! maps, `blur` and `enlarge` filter across the pixels of one surface. Out: `light_masks`, which
 //! `light_points` reads.
 use super::{
+    features::{Features, Flags},
     levels::{BLOCKS, OF_AREA, OF_POINT},
     shade::{SEEN_STATE, of_pixels},
     walk::IN_ORDER,
@@ -53,5 +54,10 @@ pub const LOOK_UP: KernelDesc =
 /// [`LOOK_UP`] with area lights.
 pub const AREA_LOOK_UP: KernelDesc =
     KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, BLOCKS, NOT_JOINED], ..LOOK_UP };
+/// The kernel that looks masks up.
+pub fn look_up(features: Features) -> &'static KernelDesc {
+    if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }
+}
+
 pub const BLUR: KernelDesc = of("mask_blur", "mask/mask_blur.wgsl");
 pub const ENLARGE: KernelDesc = of("mask_enlarge", "mask/mask_enlarge.wgsl");

@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`. Out: `opaques` of tiles that one workgroup
 //! finishes; nearness sums of the others.
 use super::{
-    features::Features,
+    features::{Features, Flags},
     project::CHUNK_SIZE,
     resolve,
     walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels},
@@ -67,7 +67,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
 /// Kernels for casters that block light.
 pub fn kernels(features: Features) -> WalkKernels {
     WalkKernels {
-        tiles: if features.solid { &TRIANGLE_TILES } else { &TILES },
+        tiles: if features.has(Flags::NOT_SOLID) { &TILES } else { &TRIANGLE_TILES },
         segments: &SEGMENTS,
         overflow: &OVERFLOW,
         resolve: &resolve::OPAQUE,

@@ -5,6 +5,7 @@
 //! to the eye, `composite` blends it. For the points of a host the same kernel gives the share of each
 //! light that reaches them.
 use super::{
+    features::{Features, Flags},
     levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
     walk::{FACED_CANDIDATE, IN_ORDER, WALK},
 };
@@ -132,6 +133,16 @@ pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
     with: &[RADIANCE, MASKED, OF_AREA, BLOCKS],
     ..LIGHT_POINTS
 };
+/// The kernel that evaluates the light of a picture's points.
+pub fn light_points(features: Features) -> &'static KernelDesc {
+    match [Flags::HAS_AREAS, Flags::HAS_MASKS].map(|flag| features.has(flag)) {
+        [false, false] => &LIGHT_POINTS,
+        [false, true] => &MASKED_LIGHT_POINTS,
+        [true, false] => &AREA_LIGHT_POINTS,
+        [true, true] => &AREA_MASKED_LIGHT_POINTS,
+    }
+}
+
 /// [`LIGHT_SHARES`] with area lights.
 pub const AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "area_light_shares",

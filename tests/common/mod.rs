@@ -11,7 +11,7 @@ use gobo::{
     internals::{
         gpu::{Gpu, KernelDesc, Selection},
         records::Picture,
-        shadows::{Config, Pipeline},
+        shadows::Config,
     },
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
@@ -63,13 +63,8 @@ pub(crate) fn two_devices() -> [Gpu; 2] {
 /// A renderer on the tier's device that scatters tiny particles, as on a GPU.
 pub(crate) fn renderer(tier: Tier) -> Renderer {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
-    renderer.configure(|config| config.scatter_tiny = true);
+    renderer.configure(|config| config.toggles.scatter_tiny = true);
     renderer
-}
-
-pub(crate) fn pipeline(gpu: &Gpu) -> Pipeline {
-    let config = Config::new(gpu.tier, &gpu.adapter);
-    Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap()
 }
 
 /// A host's shadows, whose kernels are those that all tests share.
@@ -118,15 +113,16 @@ pub(crate) fn map_frame_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame 
 pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let mut renderer = any_renderer(tier);
-    renderer.configure(|config| (config.scatter_tiny, config.parts) = (true, false));
+    renderer
+        .configure(|Config { toggles, .. }| (toggles.scatter_tiny, toggles.parts) = (true, false));
     let frame = renderer.render(scene, &options);
-    renderer.configure(|config| config.parts = true);
+    renderer.configure(|config| config.toggles.parts = true);
     frame.unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) -> Frame {
     let mut renderer = any_renderer(tier);
-    renderer.configure(|config| config.scatter_tiny = scatter);
+    renderer.configure(|config| config.toggles.scatter_tiny = scatter);
     renderer.render(scene, options).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -17,7 +17,7 @@ fn open(tier: gobo::internals::gpu::Tier) -> (Gpu, Shadows) {
     let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter).unwrap();
     shadows.configure(|config| {
         assert_eq!(config.tier, tier);
-        config.scatter_tiny = false;
+        config.toggles.scatter_tiny = false;
     });
     (gpu, shadows)
 }
@@ -64,12 +64,12 @@ fn a_host_that_grows_has_no_overflow_and_the_same_map() {
         (first.pairs_needed, first.pair_capacity),
         (counters.pairs_needed, counters.pair_capacity)
     );
-    assert!(shadows.grow_from(counters));
+    assert!(shadows.grow_from(&counters));
     let prepared = shadows.prepare(&casters, views, &settings).unwrap();
     let roomy = submit(&gpu, &prepared);
     let counters = prepared.counters().unwrap();
     assert_eq!((counters.overflowed, counters.views_rendered), (0, 1), "{counters:?}");
-    assert!(!shadows.grow_from(counters));
+    assert!(!shadows.grow_from(&counters));
     let green = |texel: &[u16; 4]| half::f16::from_bits(texel[1]).to_f32();
     let pairs = || crowded.iter().map(green).zip(roomy.iter().map(green));
     // A scattered hit of 8 units of fixed point is rounded by half of one.

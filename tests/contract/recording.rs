@@ -6,11 +6,12 @@ use crate::common::{
     tiers,
 };
 use gobo::{
+    Prepared, Receiver, ShadowSettings, Shadows,
     glam::{Vec3, Vec4},
     internals::{
         gpu::{Gpu, Tier, Timeline},
-        picture::{PictureCapacity, PictureRequest},
-        shadows::{CasterSet, Config, Pipeline, PreparedMaps},
+        picture::{Kept, PictureCapacity, PictureRequest},
+        shadows::{CasterSet, Config},
         view::shadow_views,
     },
     model::{Environment, LightKind, Material, Pattern, Sky, Transfer, View},
@@ -79,8 +80,8 @@ fn casters(gpu: &Gpu, scene: &Scene) -> CasterSet {
 struct Case {
     name: &'static str,
     scene: Scene,
-    /// Changes the configuration of the pipeline.
-    set: fn(&mut Config),
+    /// Changes the configuration of the frame.
+    set: fn(&mut ShadowSettings, &mut Config),
 }
 
 /// One case for each path through `record`.
@@ -90,37 +91,33 @@ fn cases() -> Vec<Case> {
         pattern: Pattern::Blue,
         ..material(transfer)
     };
-    let case = |name, transfer, set: fn(&mut Config)| {
+    let case = |name, transfer, set: fn(&mut ShadowSettings, &mut Config)| {
         let scene = mixture(pane(transfer));
         Case { name, scene, set }
     };
     use Transfer::{Dither, Filter, Over};
     vec![
-        case("filter", Filter, |_| ()),
-        case("tiny ones through tiles", Filter, |config| config.scatter_tiny = false),
-        case("too small a budget", Filter, |config| config.pair_budget = 500),
-        case("curves", Filter, |config| config.nodes = 8),
-        case("over", Over, |_| ()),
-        case("softened dither", Dither, |config| config.soften = true),
-        case("coloured dither", Dither, |config| config.colored = true),
+        case("filter", Filter, |_, _| ()),
+        case("tiny ones through tiles", Filter, |_, config| config.toggles.scatter_tiny = false),
+        case("too small a budget", Filter, |settings, _| settings.pair_budget = 500),
+        case("curves", Filter, |settings, _| settings.receiver = Receiver::Curve),
+        case("over", Over, |_, _| ()),
+        case("softened dither", Dither, |settings, _| settings.soften = true),
+        case("coloured dither", Dither, |settings, _| settings.colored = true),
     ]
 }
 
-fn open(tier: Tier) -> (Gpu, Pipeline, MutexGuard<'static, ()>) {
+fn open(tier: Tier) -> (Gpu, Shadows, MutexGuard<'static, ()>) {
     let (gpu, guard) = counted_gpu(tier);
     let mut config = Config::new(gpu.tier, &gpu.adapter);
-    config.scatter_tiny = true; // as on a GPU
-    let pipeline = Pipeline::sharing(&gpu.device, config, gpu.kernels.clone()).unwrap();
-    (gpu, pipeline, guard)
+    config.toggles.scatter_tiny = true; // as on a GPU
+    let (device, queue, kernels) = (&gpu.device, &gpu.queue, gpu.kernels.clone());
+    let shadows = Shadows::sharing(device, queue, config, kernels).unwrap();
+    (gpu, shadows, guard)
 }
 
-fn prepare(
-    gpu: &Gpu,
-    pipeline: &mut Pipeline,
-    casters: &CasterSet,
-    views: &[View],
-) -> PreparedMaps {
-    let prepared = pipeline.prepare(&gpu.device, &gpu.queue, casters, views, None).unwrap();
+fn prepare(gpu: &Gpu, shadows: &mut Shadows, scene: &Scene, settings: &ShadowSettings) -> Prepared {
+    let prepared = shadows.prepare(&scene.casters(), &shadow_views(scene), settings).unwrap();
     submit_all(gpu);
     prepared
 }
@@ -128,19 +125,16 @@ fn prepare(
 #[test]
 fn a_frame_makes_nothing_on_the_device() {
     for tier in tiers(Tier::Native) {
-        let (gpu, mut pipeline, _alone) = open(tier);
-        let usual = pipeline.config;
         for Case { name, scene, set } in cases() {
-            pipeline.config = usual;
-            set(&mut pipeline.config);
-            let casters = casters(&gpu, &scene);
-            let prepared = prepare(&gpu, &mut pipeline, &casters, &shadow_views(&scene));
-            let mut timeline = Timeline::untimed();
+            let (gpu, mut shadows, _alone) = open(tier);
+            let mut settings = ShadowSettings::default();
+            shadows.configure(|config| set(&mut settings, config));
+            let prepared = prepare(&gpu, &mut shadows, &scene, &settings);
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut commands = None;
             let made = made(&gpu.device, || {
                 for _ in 0..3 {
-                    prepared.record(&mut encoder, &mut timeline);
+                    prepared.record(&mut encoder).unwrap();
                 }
                 commands = Some(encoder.finish());
             });
@@ -152,11 +146,9 @@ fn a_frame_makes_nothing_on_the_device() {
 
 #[test]
 fn the_commands_of_a_frame_are_readable() {
-    let (gpu, mut pipeline, _alone) = open(Tier::Core);
-    let scene = &cases()[0].scene;
-    let (casters, views) = (casters(&gpu, scene), shadow_views(scene));
-    let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
-    let text = format!("{:?}", prepared.commands);
+    let (gpu, mut shadows, _alone) = open(Tier::Core);
+    let prepared = prepare(&gpu, &mut shadows, &cases()[0].scene, &ShadowSettings::default());
+    let text = format!("{:?}", prepared.commands());
     let lines: Vec<_> = text.lines().collect();
     let labels: Vec<_> = lines.iter().filter(|line| line.starts_with("gobo ")).collect();
     assert!(labels.contains(&&"gobo project") && labels.contains(&&"gobo resolve"), "{text}");
@@ -171,27 +163,18 @@ fn the_commands_of_a_frame_are_readable() {
 /// No allocation even inside wgpu at a submission.
 #[test]
 fn frames_after_the_first_leave_the_device_as_it_is() {
-    let (gpu, mut pipeline, _alone) = open(Tier::Native);
+    let (gpu, mut shadows, _alone) = open(Tier::Native);
     let scene = &cases()[0].scene;
-    let (casters, views) = (casters(&gpu, scene), shadow_views(scene));
-    let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
+    let prepared = &prepare(&gpu, &mut shadows, scene, &ShadowSettings::default());
     let Gpu { device, queue, .. } = &gpu;
-    let request = PictureRequest {
-        device,
-        queue,
-        casters: &casters,
-        scene,
-        camera: &View::from_camera(&scene.camera, &scene.bounds()),
-        views: &views,
-        maps: &prepared.maps,
-        capacity: PictureCapacity::default(),
-    };
-    let picture = pipeline.prepare_picture(&request, &mut Default::default()).unwrap();
+    let camera = &View::from_camera(&scene.camera, &scene.bounds());
+    let request = PictureRequest { scene, camera, prepared, capacity: PictureCapacity::default() };
+    let picture = shadows.prepare_picture(&request, &mut Default::default()).unwrap();
     submit_all(&gpu);
     let mut timeline = Timeline::untimed();
     let mut frame = || {
         let mut encoder = device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder, &mut timeline);
+        prepared.record(&mut encoder).unwrap();
         picture.record(&mut encoder, &mut timeline);
         queue.submit([encoder.finish()]);
         submit_all(&gpu);
@@ -203,26 +186,18 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
 /// Pictures through other places of the pixels, and of the next frames, find it there.
 #[test]
 fn an_environment_that_stays_is_not_uploaded_again() {
-    let (gpu, mut pipeline, _alone) = open(Tier::Native);
+    let (gpu, mut shadows, _alone) = open(Tier::Native);
     let mut scene = mixture(material(Transfer::Filter));
     let sky = || Some(Arc::new(Environment::of_sky(&Sky::default(), 1.0)));
     scene.environment = sky();
-    let (casters, views) = (casters(&gpu, &scene), shadow_views(&scene));
-    let prepared = prepare(&gpu, &mut pipeline, &casters, &views);
-    let mut pictures = Vec::new();
+    let prepared = &prepare(&gpu, &mut shadows, &scene, &ShadowSettings::default());
+    let (mut pictures, mut kept) = (Vec::new(), Kept::default());
     let mut bytes = |scene: &Scene| {
         let made = made(&gpu.device, || {
-            let request = PictureRequest {
-                device: &gpu.device,
-                queue: &gpu.queue,
-                casters: &casters,
-                scene,
-                camera: &View::from_camera(&scene.camera, &scene.bounds()),
-                views: &views,
-                maps: &prepared.maps,
-                capacity: PictureCapacity::default(),
-            };
-            let picture = pipeline.prepare_picture(&request, &mut Default::default());
+            let camera = &View::from_camera(&scene.camera, &scene.bounds());
+            let capacity = PictureCapacity::default();
+            let request = PictureRequest { scene, camera, prepared, capacity };
+            let picture = shadows.prepare_picture(&request, &mut kept);
             pictures.push(picture.unwrap());
             submit_all(&gpu);
         });
@@ -273,15 +248,13 @@ fn casters_that_stay_are_not_uploaded_again() {
 fn what_is_made_is_noticed() {
     let gpu = own_gpu(Tier::Native);
     let config = Config::new(gpu.tier, &gpu.adapter);
-    let mut pipeline = Pipeline::new(&gpu.device, config).unwrap();
+    let mut shadows = Shadows::with(&gpu.device, &gpu.queue, config).unwrap();
     let Gpu { device, queue, .. } = &gpu;
     // Few kernels: none was made before.
     let mut scene = empty(vec![material(Transfer::Filter)]);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     scene.particles = random_discs(20, 1);
     let scene = &scene;
-    let set = casters(&gpu, scene);
-    submit_all(&gpu);
     let has = |made: &[(&str, isize)], wanted: &str| {
         assert!(
             made.iter().any(|&(name, count)| name == wanted && count > 0),
@@ -291,7 +264,8 @@ fn what_is_made_is_noticed() {
     let mut kept = None;
     let views = shadow_views(scene);
     let by_prepare = made(device, || {
-        kept = Some(pipeline.prepare(device, queue, &set, &views, None).unwrap());
+        let settings = ShadowSettings::default();
+        kept = Some(shadows.prepare(&scene.casters(), &views, &settings).unwrap());
     });
     for name in
         ["buffers", "texture views", "bind groups", "compute pipelines", "bytes of textures"]

@@ -8,7 +8,7 @@ use gobo::{
     Bounds, Casters, Error, Light, LightKind, Receiver, ShadowSettings, Shadows, Support, Tier,
     Transfer,
     glam::{Vec3, Vec4},
-    host::{Missing, Need, Requirement},
+    host::{Input, Missing, Need, Requirement},
     internals::{
         gpu::{Kernel, KernelError, NATIVE_FEATURES, Resources, Selection},
         shadows::Config,
@@ -158,7 +158,10 @@ fn maps_of_no_or_too_many_texels_are_refused() {
     for size in [0, 15, 4097, 20_000, u32::MAX] {
         let views = light_views(0, &Light::point(Vec3::Y * 3.0), size, None, &BOX).unwrap();
         let error = shadows.prepare(&casters, &views, &ShadowSettings::default()).unwrap_err();
-        assert!(matches!(error, Error::Invalid { what: "view", index: 0, .. }), "{size}: {error}");
+        assert!(
+            matches!(error, Error::Invalid { what: Input::View, index: 0, .. }),
+            "{size}: {error}"
+        );
     }
 }
 

@@ -107,7 +107,7 @@ impl HostBuffers {
 /// Shadows on the tier's device; tiny casters as on a GPU.
 pub(super) fn shadows(gpu: &Gpu) -> Shadows {
     let mut shadows = crate::common::shadows(gpu);
-    shadows.configure(|config| config.scatter_tiny = true);
+    shadows.configure(|config| config.toggles.scatter_tiny = true);
     shadows
 }
 

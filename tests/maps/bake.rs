@@ -5,16 +5,10 @@ use crate::common::{
     tiers,
 };
 use gobo::{
+    Prepared, Shadows,
     glam::{Mat4, Vec3, Vec4},
-    internals::{
-        gpu::{Tier, Timeline},
-        records::ViewMaps,
-        shadows::{CasterSet, Pipeline, PreparedMaps},
-        view::light_views,
-    },
-    model::{
-        Casters, Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View,
-    },
+    internals::{gpu::Tier, records::ViewMaps, view::light_views},
+    model::{Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View},
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };
@@ -318,55 +312,52 @@ fn a_frame_that_needed_more_pairs_is_kept() {
 #[test]
 fn what_was_not_recorded_is_still_to_be_rendered() {
     let gpu = gpu(Tier::Native);
-    let (device, queue) = (&gpu.device, &gpu.queue);
-    let mut pipeline = crate::common::pipeline(&gpu);
+    let mut shadows = crate::common::shadows(&gpu);
     let scene = scene();
-    let Scene { particles, lights, .. } = &scene;
-    fn casters<'a>(particles: &'a [Particle], scene: &'a Scene) -> Casters<'a> {
-        Casters { particles, ..scene.casters() }
-    }
-    let new_set = |particles: &[Particle]| {
-        CasterSet::new(device, queue, &casters(particles, &scene)).expect("they fit")
-    };
-    let mut set = new_set(particles);
     let bounds = gobo::model::Bounds::EMPTY.with_sphere(Vec3::ZERO, 20.0);
     let views: Vec<View> = (0..)
-        .zip(lights)
+        .zip(&scene.lights)
         .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds).unwrap())
         .collect();
-    let again = |pipeline: &mut Pipeline, casters: &CasterSet, earlier: PreparedMaps| {
-        pipeline.prepare_again(device, queue, casters, &views, None, earlier).expect("it fits")
+    let prepare = |shadows: &mut Shadows, scene: &Scene| {
+        shadows.prepare(&scene.casters(), &views, &scene.shadow).expect("it fits")
     };
-    let record = |prepared: &PreparedMaps| {
-        let mut encoder = device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder, &mut Timeline::untimed());
-        queue.submit([encoder.finish()]);
+    let rendered =
+        |prepared: &Prepared| prepared.counters().expect("it is the last").views_rendered;
+    let record = |prepared: &Prepared| {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        prepared.record(&mut encoder).expect("it is the last");
+        gpu.queue.submit([encoder.finish()]);
     };
-    let pipeline = &mut pipeline;
-    let prepared = pipeline.prepare(device, queue, &set, &views, None).expect("it fits");
-    assert_eq!((prepared.rendered_count(), prepared.view_count()), (5, 5));
-    let prepared = again(pipeline, &set, prepared);
-    assert_eq!(prepared.rendered_count(), 5, "it was not recorded");
+    let again = |shadows: &mut Shadows, scene: &Scene| {
+        let prepared = prepare(shadows, scene);
+        (rendered(&prepared), prepared)
+    };
+    let shadows = &mut shadows;
+    assert_eq!(again(shadows, &scene).0, 5);
+    let (count, prepared) = again(shadows, &scene);
+    assert_eq!(count, 5, "it was not recorded");
     record(&prepared);
-    let prepared = again(pipeline, &set, prepared);
-    assert_eq!(prepared.rendered_count(), 0);
-    let mut next = particles.clone();
-    next[0].center.y += 0.01;
-    assert!(set.update(queue, &casters(&next, &scene)));
-    let prepared = again(pipeline, &set, prepared);
-    assert_eq!(prepared.rendered_count(), 1);
-    assert!(prepared.culled_count() > 2 * COUNT as u64, "{}", prepared.culled_count());
-    let prepared = again(pipeline, &set, prepared);
-    assert_eq!(prepared.rendered_count(), 1, "it was not recorded");
+    assert_eq!(again(shadows, &scene).0, 0);
+    let mut next = scene.clone();
+    next.particles[0].center.y += 0.01;
+    let (count, prepared) = again(shadows, &next);
+    let culled = prepared.counters().expect("it is the last").culled;
+    assert!(count == 1 && culled > 2 * COUNT as u64, "{count} {culled}");
+    let (count, prepared) = again(shadows, &next);
+    assert_eq!(count, 1, "it was not recorded");
     record(&prepared);
     record(&prepared);
-    let mut prepared = again(pipeline, &set, prepared);
-    assert_eq!(prepared.rendered_count(), 0);
+    let (count, prepared) = again(shadows, &next);
+    assert_eq!(count, 0);
     record(&prepared);
-    prepared.forget();
-    assert_eq!(again(pipeline, &set, prepared).rendered_count(), 0, "it rendered nothing");
-    let prepared = pipeline.prepare(device, queue, &set, &views, None).expect("it fits");
+    let full = Counters { pairs_needed: 2, pair_capacity: 1, ..Counters::default() };
+    assert!(shadows.grow_from(&full));
+    assert_eq!(again(shadows, &next).0, 0, "it rendered nothing");
+    next.particles.pop();
+    let (count, prepared) = again(shadows, &next);
+    assert_eq!(count, 5, "another set");
     record(&prepared);
-    let prepared = again(pipeline, &new_set(&next), prepared);
-    assert_eq!(prepared.rendered_count(), 5, "another set");
+    assert!(shadows.grow_from(&Counters { pairs_needed: 4, pair_capacity: 3, ..full }));
+    assert_eq!(again(shadows, &next).0, 5, "pairs did not fit");
 }

@@ -214,7 +214,7 @@ fn rendered(renderer: &mut Renderer, scene: &Scene, hide: bool) -> Frame {
 }
 
 fn frame(renderer: &mut Renderer, scene: &Scene, hide: bool, maps_only: bool) -> Frame {
-    renderer.configure(|config| config.hide = hide);
+    renderer.configure(|config| config.toggles.hide = hide);
     let options = RenderOptions { maps: true, keep: true, maps_only, ..RenderOptions::default() };
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }

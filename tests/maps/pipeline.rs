@@ -154,7 +154,7 @@ fn a_queue_of_discs_changes_no_bit() {
             scene.triangles.push(triangle(corners, 1));
         }
         let mut maps = |queued| {
-            renderer.configure(|config| config.queued = queued);
+            renderer.configure(|config| config.toggles.queued = queued);
             let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
             renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
         };

@@ -163,7 +163,7 @@ fn left_to_device(tier: Tier, emitters: &str) -> Scene {
 /// On the native tier tiny particles are scattered, as on a GPU.
 fn new_renderer(tier: Tier) -> Renderer {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
-    renderer.configure(|config| config.scatter_tiny = tier == Tier::Native);
+    renderer.configure(|config| config.toggles.scatter_tiny = tier == Tier::Native);
     renderer
 }
 

@@ -1,7 +1,7 @@
 //! Shadow masks of a host's depths, normals and shadow functions, compared with the picture's masks and
 //! with known values of a function.
 use super::masks::{OFF, room};
-use crate::common::{TIERS, gpu, pipeline};
+use crate::common::{TIERS, gpu, shadows};
 use gobo::{
     Error, Light, Prepared, Shadows, View,
     glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec3},
@@ -9,7 +9,6 @@ use gobo::{
     internals::{
         gpu::{Gpu, Timeline},
         picture::{PictureCapacity, PictureRequest},
-        shadows::CasterSet,
         view::shadow_views,
     },
     model::MaskSettings,
@@ -34,28 +33,16 @@ struct Shown {
 }
 
 fn shown(gpu: &Gpu, scene: &Scene) -> Shown {
-    let mut pipeline = pipeline(gpu);
-    let (device, queue) = (&gpu.device, &gpu.queue);
-    let casters = CasterSet::new(device, queue, &scene.casters()).unwrap();
-    let views = shadow_views(scene);
-    let maps = pipeline.prepare(device, queue, &casters, &views, None).unwrap();
+    let mut shadows = shadows(gpu);
+    let prepared = &shadows.prepare(&scene.casters(), &shadow_views(scene), &scene.shadow).unwrap();
     let camera = View::from_camera(&scene.camera, &scene.bounds());
-    let request = PictureRequest {
-        device,
-        queue,
-        casters: &casters,
-        scene,
-        camera: &camera,
-        views: &views,
-        maps: &maps.maps,
-        capacity: PictureCapacity::default(),
-    };
-    let picture = pipeline.prepare_picture(&request, &mut Default::default()).unwrap();
-    let mut timeline = Timeline::untimed();
-    let mut encoder = device.create_command_encoder(&Default::default());
-    maps.record(&mut encoder, &mut timeline);
-    picture.record(&mut encoder, &mut timeline);
-    queue.submit([encoder.finish()]);
+    let capacity = PictureCapacity::default();
+    let request = PictureRequest { scene, camera: &camera, prepared, capacity };
+    let picture = shadows.prepare_picture(&request, &mut Default::default()).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    prepared.record(&mut encoder).unwrap();
+    picture.record(&mut encoder, &mut Timeline::untimed());
+    gpu.queue.submit([encoder.finish()]);
     let depths = picture.read_radiance(gpu).unwrap().iter().map(|texel| texel[3]).collect();
     Shown { camera, depths, masks: picture.read_masks(gpu).unwrap() }
 }
@@ -84,7 +71,7 @@ struct Host {
 impl Host {
     fn new(scene: &Scene) -> Self {
         let gpu = gpu(TIERS[0]);
-        let mut shadows = crate::common::shadows(&gpu);
+        let mut shadows = shadows(&gpu);
         let views = shadow_views(scene);
         let prepared = shadows.prepare(&scene.casters(), &views, &scene.shadow).unwrap();
         Self { gpu, shadows, prepared }

@@ -1,17 +1,15 @@
 //! Blurred maps: kernels and reference against a Gaussian in 64 bits.
 use crate::common::{
-    TIERS, gpu, map_frame, pipeline, renderer,
+    TIERS, gpu, map_frame, renderer,
     scenes::{empty, flat_view, light, material, pane, particle, random_discs},
+    shadows,
     windows::{gaussian, least},
 };
 use gobo::{
+    ShadowSettings,
     glam::{DVec3, UVec2, Vec3, Vec4},
     internals::{
-        gpu::{Gpu, Timeline},
-        records::ViewMaps,
-        reference::render_maps,
-        shadows::{CasterSet, Maps},
-        view::shadow_views,
+        gpu::Gpu, records::ViewMaps, reference::render_maps, shadows::Maps, view::shadow_views,
     },
     model::{LightKind, Material, Profile, Receiver, Transfer},
     render::RenderOptions,
@@ -285,14 +283,12 @@ fn smaller_levels_are_means_of_one_view() {
     let views = shadow_views(&scene);
     for tier in TIERS {
         let gpu = gpu(tier);
-        let mut pipeline = pipeline(&gpu);
-        pipeline.config.mips = 4;
-        let casters = CasterSet::new(&gpu.device, &gpu.queue, &scene.casters()).unwrap();
-        let prepared = pipeline.prepare(&gpu.device, &gpu.queue, &casters, &views, None).unwrap();
+        let settings = ShadowSettings { mips: 4, ..scene.shadow };
+        let prepared = shadows(&gpu).prepare(&scene.casters(), &views, &settings).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder, &mut Timeline::untimed());
+        prepared.record(&mut encoder).unwrap();
         gpu.queue.submit([encoder.finish()]);
-        let maps = &prepared.maps;
+        let maps = prepared.maps();
         let (whole, texels) = read_level(&gpu, maps, 0);
         let mut colored = 0;
         for level in 1..=4 {

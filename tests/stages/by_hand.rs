@@ -4,7 +4,10 @@ use gobo::{
     internals::{
         gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
         records::{Footprint, GpuView, MAX_VIEWS, PART_WHOLE, ROW},
-        stage::{features::Features, profile::Profile},
+        stage::{
+            features::{Features, Flags},
+            profile::Profile,
+        },
     },
     wgpu::{self, BufferUsages, TextureFormat as Format, TextureUsages as Use},
 };
@@ -216,7 +219,7 @@ pub(super) fn run(
     resources: &Resources<'_>,
     groups: [u32; 3],
 ) {
-    let discs = Features { particles: true, opaque: true, ..Features::NONE }.constants();
+    let discs = Features::NONE.with(Flags::HAS_PARTICLES | Flags::HAS_OPAQUE, true).constants();
     let constants = [constants, &discs].concat();
     run_all(gpu, tier, &constants, resources, &[(desc, groups)]);
 }

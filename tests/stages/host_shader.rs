@@ -1,7 +1,12 @@
 //! Light look-up in a shader of the host.
 use super::light_points::{BLUE, RED, prepared, through};
 use crate::common::{TIERS, gpu};
-use gobo::{Error, Receiver, glam::Vec3, host::PointBuffers, wgpu};
+use gobo::{
+    Error, Receiver,
+    glam::Vec3,
+    host::{Input, PointBuffers},
+    wgpu,
+};
 use wgpu::BufferUsages;
 
 /// A host shader with names that the library has, too.
@@ -109,7 +114,7 @@ fn a_prefix_is_the_beginning_of_a_name() {
     let (prepared, _) = prepared(&gpu, Receiver::Nearest);
     for bad in ["9", "__x", "a-b", "a ", "_", "é"] {
         let error = prepared.maps().wgsl(0, bad).unwrap_err();
-        assert!(matches!(error, Error::Invalid { what: "prefix", .. }), "{bad}: {error}");
+        assert!(matches!(error, Error::Invalid { what: Input::Prefix, .. }), "{bad}: {error}");
     }
     for good in ["", "gobo_", "G9"] {
         let text = prepared.maps().wgsl(1, good).unwrap();

@@ -19,7 +19,7 @@ use gobo::{
         reference::project::{self, depth_key, project_triangle},
         stage::{
             bin::Segment,
-            features::Features,
+            features::{Features, Flags},
             occlude,
             project::{Chunk, ProjectParams},
         },
@@ -107,8 +107,8 @@ impl Inputs {
 }
 
 fn run(gpu: &Gpu, tier: Tier, desc: &'static KernelDesc, named: &Resources<'_>, groups: [u32; 3]) {
-    let features =
-        Features { particles: true, triangles: true, plain: false, solid: false, ..Features::NONE };
+    let kinds = Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::NOT_PLAIN | Flags::NOT_SOLID;
+    let features = Features::NONE.with(kinds, true);
     run_all(gpu, tier, &features.constants(), named, &[(desc, groups)]);
 }
 

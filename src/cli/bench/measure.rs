@@ -10,9 +10,10 @@ use super::{
 };
 use crate::cli::{failure::Failure, render::as_map};
 use gobo::{
+    Counters, Prepared, Receiver, ShadowSettings, Shadows,
     internals::{
         gpu::{Gpu, Timeline},
-        shadows::{CasterSet, Config, ListCounters, PairCapacity, Pipeline, PreparedMaps},
+        shadows::Config,
     },
     model::{Casters, Particle, View},
     wgpu,
@@ -58,11 +59,11 @@ pub(super) struct Row {
     /// Buffer or texture and its size [bytes].
     #[serde(serialize_with = "as_map")]
     pub(super) bytes: Vec<(&'static str, u64)>,
-    pub(super) pairs: u32,
+    pub(super) pairs: u64,
     pub(super) pairs_needed: u32,
-    pub(super) segments: u32,
-    pub(super) scattered: u32,
-    pub(super) overflowed: u32,
+    pub(super) segments: u64,
+    pub(super) scattered: u64,
+    pub(super) overflowed: u64,
 }
 
 /// Results of the raster baseline.
@@ -104,7 +105,7 @@ struct Scene<'a> {
 pub(super) struct Bench {
     pub(super) gpu: Gpu,
     pub(super) clock: Clock,
-    pipeline: Pipeline,
+    settings: ShadowSettings,
     runs: u32,
 }
 
@@ -114,26 +115,23 @@ const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
     pub(super) fn new(gpu: Gpu, runs: u32, pair_budget: Option<u32>) -> Result<Self, Failure> {
-        let mut pipeline = Pipeline::new(&gpu.device, Config::new(gpu.tier, &gpu.adapter))?;
+        let mut settings = ShadowSettings::default();
         if let Some(pairs) = pair_budget {
-            pipeline.config.pair_budget = pairs;
+            settings.pair_budget = pairs;
         }
-        Ok(Self { clock: Clock::new(&gpu), gpu, pipeline, runs })
+        Ok(Self { clock: Clock::new(&gpu), gpu, settings, runs })
     }
 
-    /// Sets K of the curves; 0 for maps without curves.
+    /// Makes curves of K nodes.
     pub(super) fn set_nodes(&mut self, nodes: u32) {
-        self.pipeline.config.nodes = nodes;
+        self.settings = ShadowSettings { receiver: Receiver::Curve, nodes, ..self.settings };
     }
 
     pub(super) fn run(&mut self, case: Case, with_raster: bool) -> Result<Row, Failure> {
         let (particles, views) = (case.particles(), case.views());
         let materials = [Case::material()];
-        let casters = self.upload(&Casters {
-            particles: &particles,
-            materials: &materials,
-            ..Casters::default()
-        })?;
+        let casters =
+            Casters { particles: &particles, materials: &materials, ..Casters::default() };
         let prepared = self.prepare(&casters, &views)?;
         let maps = self.read(&prepared, &case)?;
         for (light, (map, view)) in maps.iter().zip(&views).enumerate() {
@@ -175,7 +173,7 @@ impl Bench {
     /// Frame times of compute first, then of the baselines, measured in turns.
     pub(super) fn times(
         &mut self,
-        prepared: &PreparedMaps,
+        prepared: &Prepared,
         opponents: &[&dyn Fn(&mut wgpu::CommandEncoder)],
     ) -> Result<Vec<Times>, Failure> {
         let mut times = vec![Vec::new(); 1 + opponents.len()];
@@ -196,13 +194,12 @@ impl Bench {
     pub(super) fn row(
         &mut self,
         case: Case,
-        prepared: &PreparedMaps,
+        prepared: &Prepared,
         compute: Times,
         raster: Option<RasterRow>,
     ) -> Result<Row, Failure> {
         let stages = self.stages(prepared)?;
-        let (opaque, translucent) = prepared.read_counters(&self.gpu.device, &self.gpu.queue)?;
-        let sum = |of: fn(&ListCounters) -> u32| of(&opaque) + of(&translucent);
+        let counters = prepared.counters()?;
         Ok(Row {
             case,
             runs: self.runs,
@@ -211,46 +208,50 @@ impl Bench {
             compute_max: compute.max,
             raster,
             stages,
-            bytes: prepared.memory.0.clone(),
-            pairs: sum(|c| c.pair_count),
-            pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
-            segments: sum(|c| c.segment_count),
-            scattered: sum(|c| c.scattered + c.overflowed),
-            overflowed: sum(|c| c.overflowed),
+            bytes: prepared.memory().0.clone(),
+            pairs: counters.pairs,
+            pairs_needed: counters.pairs_needed,
+            segments: counters.segments,
+            scattered: counters.scattered,
+            overflowed: counters.overflowed,
         })
-    }
-
-    pub(super) fn upload(&self, casters: &Casters<'_>) -> Result<CasterSet, Failure> {
-        Ok(CasterSet::new(&self.gpu.device, &self.gpu.queue, casters)?)
     }
 
     /// Prepares maps with capacity for all pairs, within the budget, and runs them once.
     pub(super) fn prepare(
         &mut self,
-        casters: &CasterSet,
+        casters: &Casters<'_>,
         views: &[View],
-    ) -> Result<PreparedMaps, Failure> {
-        let mut capacity = PairCapacity::new(self.pipeline.config.pair_budget);
-        capacity.until_it_fits(|pairs| {
-            let Gpu { device, queue, .. } = &self.gpu;
-            let prepared = self.pipeline.prepare(device, queue, casters, views, pairs)?;
+    ) -> Result<Prepared, Failure> {
+        let config = Config::new(self.gpu.tier, &self.gpu.adapter);
+        let mut known: Option<Counters> = None;
+        loop {
+            let Gpu { device, queue, kernels, .. } = &self.gpu;
+            // Each time new maps: those that are kept are cleared by a kernel.
+            let mut shadows = Shadows::sharing(device, queue, config, kernels.clone())?;
+            if let Some(counters) = &known {
+                shadows.grow_from(counters);
+            }
+            let prepared = shadows.prepare(casters, views, &self.settings)?;
             self.compute(&prepared)?;
-            let Gpu { device, queue, .. } = &self.gpu;
-            let (opaque, translucent) = prepared.read_counters(device, queue)?;
-            let needed = opaque.pairs_needed.max(translucent.pairs_needed);
-            let capacity = prepared.pair_capacity();
-            Ok((prepared, [needed, capacity]))
-        })
+            let counters = prepared.counters()?;
+            if !shadows.grow_from(&counters) {
+                return Ok(prepared);
+            }
+            known = Some(counters);
+        }
     }
 
     /// Time of the whole translucent pass, from casters to maps [ms].
-    fn compute(&mut self, prepared: &PreparedMaps) -> Result<f64, Failure> {
-        let mut untimed = Timeline::untimed();
-        self.clock.time(&self.gpu, |encoder| prepared.record(encoder, &mut untimed))
+    fn compute(&mut self, prepared: &Prepared) -> Result<f64, Failure> {
+        let mut recorded = Ok(());
+        let ms = self.clock.time(&self.gpu, |encoder| recorded = prepared.record(encoder))?;
+        recorded?;
+        Ok(ms)
     }
 
-    fn read(&self, prepared: &PreparedMaps, case: &Case) -> Result<Vec<Map>, Failure> {
-        let maps = &prepared.maps;
+    fn read(&self, prepared: &Prepared, case: &Case) -> Result<Vec<Map>, Failure> {
+        let maps = prepared.maps();
         let filters: Vec<[u16; 4]> = self.gpu.try_read_texture(&maps.filters)?;
         let nearests: Vec<f32> = self.gpu.try_read_texture(&maps.nearests)?;
         let atlas = maps.filters.size();
@@ -325,7 +326,7 @@ impl Bench {
     }
 
     /// Times of the stages in the second of two frames.
-    fn stages(&mut self, prepared: &PreparedMaps) -> Result<Vec<(&'static str, f64)>, Failure> {
+    fn stages(&mut self, prepared: &Prepared) -> Result<Vec<(&'static str, f64)>, Failure> {
         let Gpu { device, queue, .. } = &self.gpu;
         let mut timeline = if self.clock.has_stamps() {
             Timeline::new(device, queue)
@@ -335,7 +336,7 @@ impl Bench {
         for _ in 0..2 {
             timeline.reset();
             let mut encoder = device.create_command_encoder(&Default::default());
-            prepared.record(&mut encoder, &mut timeline);
+            prepared.record_timed(&mut encoder, &mut timeline)?;
             timeline.finish(&mut encoder);
             queue.submit([encoder.finish()]);
         }

@@ -24,14 +24,12 @@ impl Bench {
     pub(super) fn run_occlude(&mut self, case: Case) -> Result<Row, Failure> {
         let (triangles, views) = (case.triangles(), case.views());
         let material = Material { transfer: Transfer::Opaque, ..Material::default() };
-        let casters = self.upload(&Casters {
-            triangles: &triangles,
-            materials: &[material],
-            ..Casters::default()
-        })?;
+        let materials = [material];
+        let casters =
+            Casters { triangles: &triangles, materials: &materials, ..Casters::default() };
         let prepared = self.prepare(&casters, &views)?;
-        let opaques: Vec<f32> = self.gpu.try_read_texture(&prepared.maps.opaques)?;
-        let width = prepared.maps.opaques.width() as usize;
+        let opaques: Vec<f32> = self.gpu.try_read_texture(&prepared.maps().opaques)?;
+        let width = prepared.maps().opaques.width() as usize;
         let size = case.size as usize;
         let ours: Vec<f32> =
             opaques.chunks_exact(width).take(size).flat_map(|row| &row[..size]).copied().collect();

@@ -4,21 +4,21 @@ use crate::{
     error::Error,
     gpu::Gpu,
     records::{ClusterCounters, Grid, MaskSlots, Picture},
-    shadows::list::ListCounters,
+    shadows::ListCounters,
 };
 
 impl PreparedPicture {
     /// Mask slot of each light.
     pub fn slots(&self) -> &MaskSlots {
-        &self.slots
+        &self.lighting.slots
     }
 
     /// The masks, layer by layer and row by row, at the picture's size; empty without masks. Blocks.
     pub fn read_masks(&self, gpu: &Gpu) -> Result<Vec<[u8; 4]>, Error> {
-        match &self.masks {
-            Some((memory, _)) => {
+        match &self.lighting.masks {
+            Some(memory) => {
                 let mut texels = gpu.try_read_texture(memory.masks())?;
-                texels.truncate((self.slots.count * self.size.element_product()) as usize);
+                texels.truncate((self.slots().count * self.size.element_product()) as usize);
                 Ok(texels)
             }
             None => Ok(Vec::new()),
@@ -43,32 +43,32 @@ impl PreparedPicture {
     /// The picture before its tone curve, row by row: linear light, and the light depth of the opaque
     /// surface, 1 for the sky. Blocks.
     pub fn read_radiance(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
-        gpu.try_read_texture(&self.radiance)
+        gpu.try_read_texture(&self.targets.radiance)
     }
 
     /// Light that each visible translucent particle sends to the eye, per unit of its colour. Blocks.
     pub fn read_lit(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
-        let mut texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.lit_texture)?;
-        texels.truncate(self.blended.first_setup as usize);
+        let mut texels: Vec<[f32; 4]> = gpu.try_read_texture(&self.targets.lit)?;
+        texels.truncate(self.lit_count as usize);
         Ok(texels)
     }
 
-    /// Cost of each pixel, if [`crate::shadows::Config::count_cost`] is set: pairs that were walked, and
+    /// Cost of each pixel, if [`crate::shadows::Toggles::count_cost`] is set: pairs that were walked, and
     /// lights that were evaluated, both up to 65,535. Blocks.
     pub fn read_costs(&self, gpu: &Gpu) -> Result<Vec<[u16; 2]>, Error> {
-        gpu.try_read(&self.pixels)
+        gpu.try_read(&self.targets.pixels)
     }
 
     /// Reads the picture. Blocks.
     pub fn read(&self, gpu: &Gpu) -> Result<Picture, Error> {
-        let pixels: Vec<[u8; 4]> = gpu.try_read(&self.pixels)?;
+        let pixels: Vec<[u8; 4]> = gpu.try_read(&self.targets.pixels)?;
         let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         Ok(Picture { size: self.size, rgb, light: Vec::new() })
     }
 
     /// Counters of the lists, part by part: of opaque, and of translucent casters. Blocks.
     fn read_parts(&self, gpu: &Gpu) -> Result<Vec<[ListCounters; 2]>, Error> {
-        gpu.try_read(&self.counters)
+        gpu.try_read(&self.targets.counters)
     }
 
     /// Counters of the solid and of the translucent list, summed over the parts. Blocks.
@@ -93,8 +93,7 @@ impl PreparedPicture {
         });
         wanted.rounds = rounds.max().unwrap_or(1).max(self.capacity.rounds);
         let needed = lists().map(|counted| counted.pairs_needed).max().unwrap_or(0);
-        let capacity = [&self.solid, &self.blended].map(|list| list.scratch.pair_capacity);
-        let capacity = capacity[0].min(capacity[1]);
+        let capacity = self.pair_capacity;
         if needed > capacity && capacity < budget {
             wanted.pairs = Some(needed);
         } else if lists().any(|counted| counted.overflowed > 0) {

@@ -1,26 +1,62 @@
 //! Inputs of a picture.
 use crate::{
-    model::{Scene, View},
+    model::{Environment, Scene, View},
     picture::band_memory::BandMemory,
-    records::FormerSlots,
-    shadows::{CasterSet, Maps, masks::MaskTextures},
+    records::{FormerSlots, Grid, LightRecords},
+    shadows::{Prepared, masks::MaskTextures},
+    stage::shade::PictureParams,
 };
+use glam::Vec3;
 use std::sync::Arc;
+use wgpu::Texture;
 
 /// Inputs of a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureRequest<'a> {
-    pub device: &'a wgpu::Device,
-    pub queue: &'a wgpu::Queue,
-    pub casters: &'a CasterSet,
     pub scene: &'a Scene,
     /// The scene's camera, through a sample position of its pixels.
     pub camera: &'a View,
-    /// Shadow views of the scene's lights.
-    pub views: &'a [View],
-    /// Maps of `views`.
-    pub maps: &'a Maps,
+    /// Maps of the scene's casters and lights, of the last frame.
+    pub prepared: &'a Prepared,
     pub capacity: PictureCapacity,
+}
+
+impl PictureRequest<'_> {
+    pub(super) fn light_records(&self) -> LightRecords {
+        let Self { scene, prepared, .. } = self;
+        let lights = scene.lights.iter().enumerate();
+        LightRecords::new(lights, prepared.views(), prepared.gpu_views(), &scene.shadow)
+    }
+
+    /// `first_setup`: footprint of the first translucent triangle.
+    pub(super) fn params(
+        &self,
+        records: &LightRecords,
+        grid: &Grid,
+        first_setup: u32,
+    ) -> PictureParams {
+        let Self { scene, camera, prepared, .. } = self;
+        PictureParams {
+            world_from_view: camera.view_from_world.inverse(),
+            ambient: scene.mean_ambient(),
+            light_count: scene.lights.len() as u32,
+            background: scene.background,
+            first_setup,
+            near: grid.near,
+            depth_range: grid.depth_range,
+            cells: grid.cells,
+            tile: grid.tile,
+            first_slice: grid.first_slice,
+            slices_per_doubling: grid.slices_per_doubling,
+            colored: u32::from(prepared.maps().colored.is_some()),
+            air_slices: scene.air.map_or(0, |air| air.steps),
+            exposure: scene.exposure.exp2(),
+            first_area: records.first_area(),
+            extinction: scene.air.map_or(Vec3::ZERO, |air| air.extinction),
+            environment_size: scene.environment.as_ref().map_or(0, |sky| sky.size()),
+            irradiance: scene.irradiance().map(|c| c.extend(0.0)),
+        }
+    }
 }
 
 /// State that a picture takes over from the previous one.
@@ -28,8 +64,10 @@ pub struct PictureRequest<'a> {
 pub struct Kept {
     /// Mask slots of the lights.
     pub slots: FormerSlots,
-    pub(super) masks: Option<Arc<MaskTextures>>,
+    pub(in crate::picture) masks: Option<Arc<MaskTextures>>,
     pub(super) band: Option<Arc<BandMemory>>,
+    /// Environment of the last picture that had one, and its texels on the device.
+    pub(in crate::picture) environment: Option<(Arc<Environment>, Texture)>,
 }
 
 /// Capacities that a picture is prepared with. The default suffices for most; [`PreparedPicture::needs`]

@@ -9,7 +9,10 @@ use crate::{
     frame::Kernels,
     gpu::{Allocator, Resources},
     records::{GpuView, MAX_VIEWS},
-    stage::project::{Chunk, ProjectParams},
+    stage::{
+        features::Flags,
+        project::{Chunk, ProjectParams},
+    },
 };
 use glam::Vec2;
 use std::sync::Arc;
@@ -77,7 +80,7 @@ impl Context<'_, '_> {
             scatter: u32::from(self.scatters(plan)),
             first_setup: plan.first_setup,
             include_non_casters: u32::from(plan.camera),
-            by_distance: u32::from(plan.filters && plan.features.over),
+            by_distance: u32::from(plan.filters && plan.features.has(Flags::HAS_OVER)),
         }
     }
 

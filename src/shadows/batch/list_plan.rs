@@ -127,7 +127,7 @@ impl ListPlan {
         match self.features {
             _ if self.camera => ROUND_LENGTH,
             Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            Features { plain: true, .. } => DISC_SEGMENT,
+            features if features.is_plain() => DISC_SEGMENT,
             _ => SEGMENT_LENGTH,
         }
     }

@@ -39,7 +39,7 @@ impl Parts {
         sorted: usize,
     ) -> Result<Option<Self>, Error> {
         let scratch = context.scratch;
-        let may_part = context.config.parts
+        let may_part = context.config.toggles.parts
             && list.may_part(context.config.profile.shape, scratch.pair_capacity);
         let Some(buffers) = scratch.parts.as_ref().filter(|_| may_part) else {
             return Ok(None);

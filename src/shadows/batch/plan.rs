@@ -10,7 +10,10 @@ use crate::{
     error::Error,
     model::{Class, View},
     records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
-    stage::{features::Features, project::Chunk},
+    stage::{
+        features::{Features, Flags},
+        project::Chunk,
+    },
     view::atlas::MapPlace,
 };
 use std::ops::RangeInclusive;
@@ -166,7 +169,7 @@ impl Plan {
             let small = casters.triangle_group(chunk.first_caster).triangles;
             small.is_some_and(|extent| is_small(extent, &views[chunk.view as usize]))
         });
-        blocking.features.small = !small_chunks.is_empty();
+        blocking.features.flags.set(Flags::HAS_SMALL, !small_chunks.is_empty());
         let tiny_chunks = filtering.tiny(casters, &groups, &views);
         let [blocking_bound, filtering_bound] = Class::LISTS.map(|list| {
             let is_listed = |group: &Group, view: &GpuView| {
@@ -183,9 +186,10 @@ impl Plan {
             not_blocked.for_each(|(view, _)| host.hide(view));
         }
         let dense = filtering.footprint_count >= DENSE * tile_count;
-        let features = filtering.features.of_walk(dense, config.queued);
-        let softening = config.soften && config.nodes > 0;
-        let features = Features { nodes: config.nodes, softening, ..features };
+        let features = filtering.features.of_walk(dense, config.toggles.queued);
+        let nodes = config.nodes();
+        let softening = config.settings.soften && nodes > 0;
+        let features = Features { nodes, ..features.with(Flags::HAS_SOFTENING, softening) };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }
@@ -203,7 +207,7 @@ impl Plan {
         let features = if *list == Class::SOLID {
             features.of_views(false, false)
         } else {
-            Features { plain: false, ..features }
+            features.with(Flags::NOT_PLAIN, true)
         };
         let bound = bound(casters, &[&visible], &[view], |group, _| list.contains(&group.class));
         let camera = true;

@@ -12,6 +12,7 @@ use crate::{
         accumulate::composed_texels,
         bin::{self, Dispatch, Segment},
         curve::{partial_bytes, partial_count},
+        features::Flags,
         sort::{PAIR_FORMAT, pair_limit},
     },
 };
@@ -99,7 +100,8 @@ impl ScratchSizes {
             (likely * 5 + 65536).max(FREE_PAIRS)
         };
         let guess = u32::try_from(guess).unwrap_or(u32::MAX);
-        let changes = lists().any(|list| list.features.over || list.features.volumes);
+        let changing = Flags::HAS_OVER | Flags::HAS_VOLUMES;
+        let changes = lists().any(|list| list.features.flags.intersects(changing));
         let segment_bytes = partial_bytes(nodes, changes);
         let limit = match nodes {
             0 => limit,
@@ -109,7 +111,8 @@ impl ScratchSizes {
                 u32::try_from(most).unwrap_or(u32::MAX).min(limit)
             }
         };
-        let pairs = pairs.unwrap_or(guess).min(config.pair_budget).clamp(least.min(limit), limit);
+        let pairs =
+            pairs.unwrap_or(guess).min(config.settings.pair_budget).clamp(least.min(limit), limit);
         let parts = |list: &&ListPlan| list.may_part(config.profile.shape, pairs);
         let room = lists().filter(parts).map(ListPlan::part_room).max().unwrap_or(0);
         let with_parts = plans.iter().filter(|plan| plan.lists.iter().any(|list| parts(&list)));
@@ -308,9 +311,8 @@ impl Scratch {
         config: &Config,
         plans: &[Plan],
         pairs: Option<u32>,
-        nodes: u32,
     ) -> bool {
-        let limits = device.limits();
+        let (limits, nodes) = (device.limits(), config.nodes());
         let need = ScratchSizes::of(config, plans, pairs, pair_limit(device), nodes, &limits);
         let sizes = self.sizes;
         need.footprints <= sizes.footprints
@@ -323,6 +325,6 @@ impl Scratch {
             && need.nodes == sizes.nodes
             && need.segment_bytes <= sizes.segment_bytes
             && (sizes.composed || !need.composed)
-            && (need.pairs..=config.pair_budget.max(1)).contains(&sizes.pairs)
+            && (need.pairs..=config.settings.pair_budget.max(1)).contains(&sizes.pairs)
     }
 }

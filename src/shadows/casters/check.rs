@@ -1,6 +1,6 @@
 //! Validation of a host's casters before they are used.
 use crate::{
-    error::Error,
+    error::{Error, Input},
     model::{Casters, Particle, Triangle},
     records::MAX_MATERIALS,
 };
@@ -19,7 +19,7 @@ impl Casters<'_> {
         }
         let known = |material: u32| (material as usize) < materials.len();
         let no_material = "its material is not among the materials";
-        find("particle", particles, |particle| match particle {
+        find(Input::Particle, particles, |particle| match particle {
             Particle { material, .. } if !known(*material) => Some(no_material),
             Particle { center, .. } if !center.is_finite() => Some("its centre must be finite"),
             Particle { radius, .. } if !(*radius > 0.0 && radius.is_finite()) => {
@@ -27,19 +27,19 @@ impl Casters<'_> {
             }
             _ => None,
         })?;
-        find("triangle", triangles, |triangle| match triangle {
+        find(Input::Triangle, triangles, |triangle| match triangle {
             Triangle { material, .. } if !known(*material) => Some(no_material),
             Triangle { positions, .. } if !positions.iter().all(|p| p.is_finite()) => {
                 Some("its corners must be finite")
             }
             _ => None,
         })?;
-        find("material", materials, |material| {
+        find(Input::Material, materials, |material| {
             let named = [material.texture, material.emissive_texture];
             let unknown = named.iter().flatten().any(|&index| index as usize >= textures.len());
             unknown.then_some("its texture is not among the textures")
         })?;
-        find("texture", textures, |texture| {
+        find(Input::Texture, textures, |texture| {
             let size = u64::from(texture.width) * u64::from(texture.height) * 4;
             (size == 0 || texture.rgba.len() as u64 != size)
                 .then_some("it must have width times height times 4 bytes, and some")
@@ -49,10 +49,10 @@ impl Casters<'_> {
 
 /// Error of the first of `items` that has a problem.
 fn find<T>(
-    what: &'static str,
+    what: Input,
     items: &[T],
     problem: impl Fn(&T) -> Option<&'static str>,
 ) -> Result<(), Error> {
     let found = items.iter().enumerate().find_map(|(index, item)| Some((index, problem(item)?)));
-    found.map_or(Ok(()), |(index, problem)| Err(Error::Invalid { what, index, problem }))
+    found.map_or(Ok(()), |(index, problem)| Err(what.invalid(index, problem)))
 }

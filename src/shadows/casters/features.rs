@@ -2,7 +2,7 @@
 use crate::shadows::host_inputs::HostCasters;
 use crate::{
     model::{CLASSES, Class, FAINTEST, Material, Particle, Receives, Shape, Transfer, Triangle},
-    stage::features::Features,
+    stage::features::{Features, Flags},
 };
 
 pub(super) fn features_of(
@@ -23,8 +23,7 @@ pub(super) fn features_of(
     }
     let owners = asks_for_owners(materials);
     for features in features.iter_mut().filter(|_| owners) {
-        features.owners = true;
-        features.plain = false;
+        features.flags |= Flags::HAS_OWNERS | Flags::NOT_PLAIN;
     }
     features
 }
@@ -41,8 +40,8 @@ pub(super) fn add_host_features(
             add_features(features, material, true);
             let faintest = material.opacity(set.least_alpha);
             let features = &mut features[Class::of(material) as usize];
-            features.faint |= faintest < FAINTEST && !material.transfer.is_opaque();
-            features.plain &= !owners;
+            let is_faint = faintest < FAINTEST && !material.transfer.is_opaque();
+            add(features, [(Flags::FAINT, is_faint), (Flags::NOT_PLAIN, owners)]);
         }
     }
 }
@@ -57,7 +56,8 @@ pub(super) fn add_emitted_features(
     let material = &materials[material as usize];
     add_features(features, material, true);
     add_opacity(features, material, least_alpha);
-    features[Class::of(material) as usize].plain &= !asks_for_owners(materials);
+    let owners = asks_for_owners(materials);
+    add(&mut features[Class::of(material) as usize], [(Flags::NOT_PLAIN, owners)]);
 }
 
 /// Whether some receiver is tinted by all casters except its own object's.
@@ -65,23 +65,35 @@ pub(super) fn asks_for_owners(materials: &[Material]) -> bool {
     materials.iter().any(|m| m.visible && m.receives == Receives::Others)
 }
 
-/// Sets `faint` for a caster of opacity `alpha`.
+/// Sets [`Flags::FAINT`] for a caster of opacity `alpha`.
 fn add_opacity(features: &mut [Features; CLASSES], material: &Material, alpha: f32) {
-    features[Class::of(material) as usize].faint |=
-        material.is_faint(alpha) && !material.transfer.is_opaque();
+    let is_faint = material.is_faint(alpha) && !material.transfer.is_opaque();
+    add(&mut features[Class::of(material) as usize], [(Flags::FAINT, is_faint)]);
 }
 
 fn add_features(features: &mut [Features; CLASSES], material: &Material, is_particle: bool) {
-    let features = &mut features[Class::of(material) as usize];
-    features.particles |= is_particle;
-    features.triangles |= !is_particle;
-    features.textures |= material.texture.or(material.emissive_texture).is_some();
-    features.puffs |= is_particle && material.shape == Shape::Puff;
-    features.quads |= is_particle && material.shape == Shape::Quad;
-    features.dither |= material.transfer == Transfer::Dither;
-    features.gain |= material.transfer == Transfer::Gain;
-    features.over |= material.transfer == Transfer::Over;
-    features.volumes |= !is_particle && material.is_volume();
-    features.solid &= !is_particle && material.transfer == Transfer::Opaque;
-    features.plain &= is_particle && material.is_plain_disc();
+    let (transfer, shape) = (material.transfer, material.shape);
+    let is_solid = !is_particle && transfer == Transfer::Opaque;
+    add(
+        &mut features[Class::of(material) as usize],
+        [
+            (Flags::HAS_PARTICLES, is_particle),
+            (Flags::HAS_TRIANGLES, !is_particle),
+            (Flags::HAS_TEXTURES, material.texture.or(material.emissive_texture).is_some()),
+            (Flags::HAS_PUFFS, is_particle && shape == Shape::Puff),
+            (Flags::HAS_QUADS, is_particle && shape == Shape::Quad),
+            (Flags::HAS_DITHER, transfer == Transfer::Dither),
+            (Flags::HAS_GAIN, transfer == Transfer::Gain),
+            (Flags::HAS_OVER, transfer == Transfer::Over),
+            (Flags::HAS_VOLUMES, !is_particle && material.is_volume()),
+            (Flags::NOT_SOLID, !is_solid),
+            (Flags::NOT_PLAIN, !(is_particle && material.is_plain_disc())),
+        ],
+    );
+}
+
+fn add<const N: usize>(features: &mut Features, flags: [(Flags, bool); N]) {
+    for (flag, _) in flags.into_iter().filter(|&(_, is)| is) {
+        features.flags |= flag;
+    }
 }

@@ -6,7 +6,7 @@ use crate::shadows::{
     read_back::ReadBack,
 };
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::{Commands, Dispatch, HostBindings},
     gpu::{Allocator, Resources},
     model::{Bounds, Class, Material},
@@ -54,7 +54,7 @@ struct HostSet {
 
 /// Index of the list in [`Class::LISTS`] that the set belongs to.
 fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Result<usize, Error> {
-    let invalid = |problem| Error::Invalid { what: "set of host casters", index, problem };
+    let invalid = |problem| Input::HostCasters.invalid(index, problem);
     let mut list = None;
     for &material in set.materials {
         let class = materials.get(material as usize).map(Class::of);

@@ -29,7 +29,7 @@ use crate::{
         dither::window,
     },
     records::{CASTER_TEXELS, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks},
-    stage::features::Features,
+    stage::features::{Features, Flags},
 };
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
@@ -313,7 +313,7 @@ impl CasterSet {
 
     /// Whether blending depends on the order of the casters.
     pub(super) fn is_ordered(&self) -> bool {
-        self.span(Class::FILTERING).features.over
+        self.span(Class::FILTERING).features.has(Flags::HAS_OVER)
     }
 
     /// Generation of the occluders' last change.

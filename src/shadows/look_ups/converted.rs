@@ -1,7 +1,7 @@
 //! Conversion of filter maps to the layout that a host's receivers already read.
 use crate::shadows::{Prepared, views::host_depths::HostCamera};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::{Commands, Dispatch},
     gpu::{Allocator, Memory, Timeline},
     records::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT},
@@ -62,7 +62,7 @@ impl Prepared {
     /// If the format has no alpha for the depth, a camera is invalid, or the device is out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
-        let invalid = |index, problem| Error::Invalid { what: "map layout", index, problem };
+        let invalid = |index, problem| Input::MapLayout.invalid(index, problem);
         let (format, number) = match layout.format {
             FilterFormat::Rgba16Float => (TextureFormat::Rgba16Float, FORMAT_RGBA16FLOAT),
             FilterFormat::Rgba8Unorm => (TextureFormat::Rgba8Unorm, FORMAT_RGBA8UNORM),

@@ -1,11 +1,11 @@
 //! Light look-up in the host's shaders: its WGSL and bindings.
 use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     gpu::{Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory, Timeline},
     model::Light,
     stage::{
-        features::Features,
+        features::{Features, Flags},
         levels::{BLOCKS, OF_AREA, OF_POINT},
     },
 };
@@ -73,7 +73,7 @@ impl Maps {
         let starts = prefix.starts_with(|c: char| c.is_ascii_digit()) || prefix.starts_with("__");
         if starts || prefix == "_" || !prefix.chars().all(is_letter) {
             let problem = "a name of WGSL must be able to begin with it";
-            return Err(Error::Invalid { what: "prefix", index: 0, problem });
+            return Err(Input::Prefix.invalid(0, problem));
         }
         Ok(part(source)?.host_part(group, prefix, &constants(self.nodes, self.gain)))
     }
@@ -81,7 +81,7 @@ impl Maps {
 
 fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
     // Whatever lights are bound, the text is the same.
-    Features { nodes, gain, filters: true, ..Features::NONE }.constants()
+    Features::of_maps(nodes, gain).with(Flags::HAS_FILTERS, true).constants()
 }
 
 /// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` casters.

@@ -2,12 +2,12 @@
 //! shadow maps transmit.
 use crate::shadows::Prepared;
 use crate::{
-    error::Error,
+    error::{Error, Input},
     frame::Commands,
     gpu::{Allocator, Memory, Timeline},
     model::Light,
     stage::{
-        features::Features,
+        features::{Features, Flags},
         shade::{AREA_LIGHT_SHARES, LIGHT_SHARES, NO_LIST, PointBatch, point_grid},
     },
 };
@@ -74,12 +74,8 @@ impl Prepared {
             .with("point_positions", points.positions)
             .with("point_normals", points.normals.unwrap_or(points.positions))
             .with("point_shares", &shares);
-        let features = Features {
-            nodes: maps.nodes,
-            gain: maps.gain,
-            filters: source.is_filtered,
-            ..Features::NONE
-        };
+        let features = Features::of_maps(maps.nodes, maps.gain);
+        let features = features.with(Flags::HAS_FILTERS, source.is_filtered);
         let (desc, mut commands) = match &source.levels {
             Some(levels) => (&AREA_LIGHT_SHARES, levels.commands.clone()),
             None => (&LIGHT_SHARES, Commands::new()),
@@ -115,7 +111,7 @@ fn check(points: &PointBuffers<'_>) -> Result<(), Error> {
     let has = buffers.iter().flatten().map(|buffer| buffer.size() / VECTOR).min().unwrap_or(0);
     if has < u64::from(points.count) {
         let problem = "a buffer of points ends before it";
-        return Err(Error::Invalid { what: "point", index: has as usize, problem });
+        return Err(Input::Point.invalid(has as usize, problem));
     }
     Ok(())
 }

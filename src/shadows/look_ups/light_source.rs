@@ -2,7 +2,7 @@
 //! area lights.
 use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
-    error::Error,
+    error::{Error, Input},
     gpu::{Allocator, Resources, write_records},
     model::{Light, View},
     records::LightRecords,
@@ -26,16 +26,14 @@ pub(in crate::shadows) struct LightSource {
 impl LightSource {
     /// All resources that `light_through` binds.
     pub(in crate::shadows) fn resources<'a>(&'a self, maps: &'a Maps) -> Resources<'a> {
-        let resources =
-            of_maps(maps).with("lights", &self.lights).with("picture_params", &self.params);
+        let resources = maps
+            .look_up_resources()
+            .with("lights", &self.lights)
+            .with("picture_params", &self.params);
         self.levels
             .iter()
             .fold(resources, |resources, levels| resources.with("levels", &levels.texture))
     }
-}
-
-fn of_maps(maps: &Maps) -> Resources<'_> {
-    maps.resources().with("opaques", maps.colored.as_ref().unwrap_or(&maps.opaques))
 }
 
 impl Prepared {
@@ -50,15 +48,13 @@ impl Prepared {
         camera: Option<&View>,
     ) -> Result<LightSource, Error> {
         for &index in chosen {
-            let (what, problem) = ("light", "it is not among the lights");
-            lights.get(index).ok_or(Error::Invalid { what, index, problem })?.check(index)?;
+            let unknown = Input::Light.invalid(index, "it is not among the lights");
+            lights.get(index).ok_or(unknown)?.check(index)?;
         }
         let (_, queue) = self.device();
         let maps = self.maps();
-        let views = self.views.iter().zip(&maps.places);
-        let views = views.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect();
         let of_light = chosen.iter().map(|&index| (index, &lights[index]));
-        let records = LightRecords::new(of_light, &self.views, views, &self.settings);
+        let records = LightRecords::new(of_light, &self.views, self.gpu_views(), &self.settings);
         let lights = light_texture(allocator, queue, &records)?;
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = PictureParams {
@@ -72,8 +68,9 @@ impl Prepared {
             ..PictureParams::zeroed()
         };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
-        let resources = of_maps(maps).with("lights", &lights).with("picture_params", &params);
-        let features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let resources =
+            maps.look_up_resources().with("lights", &lights).with("picture_params", &params);
+        let features = Features::of_maps(maps.nodes, maps.gain);
         let levels = if with_areas {
             AreaLevels::new(allocator, queue, &self.kernels, &records, &resources, features)?
         } else {

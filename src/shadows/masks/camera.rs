@@ -1,7 +1,7 @@
 //! Camera of a host: its depths and normals, checked and in the form that kernels read.
 use super::host::ShadowFunction;
 use crate::{
-    error::Error,
+    error::{Error, Input},
     model::{Bounds, Camera, View},
     records::{HostView, NORMALS_NONE, NORMALS_SIGNED, NORMALS_UNORM},
 };
@@ -31,7 +31,7 @@ enum Of<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joined<'a> {
+pub(crate) struct Joined<'a> {
     pub function: &'a ShadowFunction,
     pub bindings: &'a BindGroup,
     pub lights: &'a [usize],
@@ -84,7 +84,7 @@ impl<'a> MaskView<'a> {
     }
 
     pub(super) fn camera(&self) -> Result<MaskCamera, Error> {
-        let invalid = |problem| Error::Invalid { what: "view of masks", index: 0, problem };
+        let invalid = |problem| Input::MaskView.invalid(0, problem);
         let size = UVec2::new(self.depth.width(), self.depth.height());
         let depths = depth_view(self.depth, self.layer).map_err(invalid)?;
         let (view, world_from_clip, empty) = match self.of {

@@ -1,25 +1,27 @@
 //! Shadow masks for a host: its depths, normals and shadow functions in, textures out.
-use super::{MaskMemory, MaskTextures, PreparedMasks, camera::MaskCamera};
+use super::{MaskMemory, MaskTextures, camera::MaskCamera};
 use crate::{
-    error::Error,
-    gpu::{Allocator, HostText, Kernel, KernelDesc, KernelError, Memory, Tier, Timeline},
+    error::{Error, Input},
+    frame::Commands,
+    gpu::{Allocator, HostText, Kernel, KernelError, Memory, Tier, Timeline},
     model::{Light, MaskSettings},
     records::{
         ALL_LIGHTS, COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds,
     },
     shadows::{
-        AreaLevels, Prepared, Shadows, context::view_uniform, kernels::Variant,
-        light_source::LightSource,
+        Prepared, Shadows, batch::context::view_uniform, look_ups::light_source::LightSource,
     },
-    stage::{features::Features, mask},
+    stage::{
+        features::{Features, Flags},
+        mask,
+    },
 };
 use std::{
     collections::HashMap,
     sync::{Arc, Mutex, PoisonError},
 };
 use wgpu::{
-    BindGroup, BindGroupLayout, Texture, TextureFormat::R32Uint, TextureFormat::Rgba32Uint,
-    TextureUsages,
+    BindGroupLayout, Texture, TextureFormat::R32Uint, TextureFormat::Rgba32Uint, TextureUsages,
 };
 
 pub use super::camera::MaskView;
@@ -68,7 +70,11 @@ impl Shadows {
 }
 
 impl ShadowFunction {
-    fn kernel(&self, device: &wgpu::Device, features: Features) -> Result<Kernel, KernelError> {
+    pub(super) fn kernel(
+        &self,
+        device: &wgpu::Device,
+        features: Features,
+    ) -> Result<Kernel, KernelError> {
         let Text { label, wgsl, layout, tier, made } = &*self.0;
         let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kernel) = made.get(&features) {
@@ -77,8 +83,7 @@ impl ShadowFunction {
         let constants = features.constants();
         let choice = mask::JOINED;
         let host = HostText { label, wgsl, layout, choice, constants: &constants, shared: &[] };
-        let desc: &KernelDesc = if features.areas { &mask::AREA_LOOK_UP } else { &mask::LOOK_UP };
-        let kernel = Kernel::with_host_text(device, desc, *tier, &host)?;
+        let kernel = Kernel::with_host_text(device, mask::look_up(features), *tier, &host)?;
         Ok(made.entry(features).or_insert(kernel).clone())
     }
 }
@@ -103,9 +108,7 @@ pub struct LightMasks {
 #[derive(Debug)]
 struct Frame {
     memory: MaskMemory,
-    surfaces: (Kernel, BindGroup, [u32; 3]),
-    passes: PreparedMasks,
-    levels: Option<AreaLevels>,
+    commands: Commands,
     bytes: Memory,
 }
 
@@ -158,8 +161,10 @@ impl LightMasks {
         let textures = MaskTextures::take(&mut self.textures, device, size, settings.half, &slots)?;
         let joined = chosen.iter().map(|index| if joins(index) { JOINED_BIT } else { 0 });
         let memory = MaskMemory::joined(queue, settings, slots, textures, joined);
-        let frame = Inputs { prepared, source, camera, view, memory }.bind(allocator)?;
-        self.frame = Some(Frame { bytes, ..frame });
+        let inputs = Inputs { prepared, source: &source, camera: &camera, view, memory: &memory };
+        let commands = inputs.commands(&mut allocator)?;
+        commands.compile()?;
+        self.frame = Some(Frame { memory, commands, bytes });
         Ok(())
     }
 
@@ -170,13 +175,8 @@ impl LightMasks {
 
     /// Like [`Self::record`], with timestamps around each pass.
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let Some(Frame { surfaces, passes, levels, .. }) = &self.frame else { return };
-        if let Some(levels) = levels {
-            levels.commands.record(encoder, timeline);
-        }
-        let (kernel, bindings, groups) = surfaces;
-        kernel.record(&mut timeline.pass(encoder, "gobo mask"), bindings, *groups);
-        passes.record(encoder, timeline);
+        let Some(Frame { commands, .. }) = &self.frame else { return };
+        commands.record(encoder, timeline);
         timeline.end(encoder);
     }
 
@@ -221,22 +221,22 @@ impl LightMasks {
     }
 }
 
-/// Inputs of a frame's bindings.
+/// Inputs of a frame's masks.
 struct Inputs<'a> {
     prepared: &'a Prepared,
-    source: LightSource,
-    camera: MaskCamera,
+    source: &'a LightSource,
+    camera: &'a MaskCamera,
     view: &'a MaskView<'a>,
-    memory: MaskMemory,
+    memory: &'a MaskMemory,
 }
 
 impl Inputs<'_> {
-    fn bind(self, mut allocator: Allocator<'_>) -> Result<Frame, Error> {
-        let Inputs { prepared, source, camera, view, memory } = self;
-        let (device, queue) = prepared.device();
-        let maps = prepared.maps();
+    /// From the host's depths to the masks.
+    fn commands(&self, allocator: &mut Allocator<'_>) -> Result<Commands, Error> {
+        let &Self { prepared, source, camera, view, memory } = self;
+        let (maps, kernels, (_, queue)) = (prepared.maps(), &prepared.kernels, prepared.device());
         let gpu_view = camera.view.to_gpu(0, glam::UVec2::ZERO, 0);
-        let views = view_uniform(&mut allocator, queue, &[gpu_view]);
+        let views = view_uniform(allocator, queue, &[gpu_view]);
         let params = allocator.uniform::<HostView>("host_view");
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&camera.params));
         let copied = TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING;
@@ -256,38 +256,26 @@ impl Inputs<'_> {
             .with("clusters", &clusters)
             .with("host_depths", &camera.depths)
             .with("host_normals", camera.normals.as_ref().unwrap_or(&camera.depths));
-        let resources = none.iter().fold(resources, |own, none| own.with("levels", none));
-        let is_half = memory.is_half();
-        let variant = if is_half { Variant::HalfHostSurfaces } else { Variant::HostSurfaces };
-        let kernel = prepared.kernel(variant, Features::NONE)?;
-        let bindings = kernel.bind(device, &resources.clone().and(&memory.resources()))?;
-        let size = camera.view.size;
-        let edge = mask::GROUP_SIZE;
-        let groups = [size.x.div_ceil(edge), size.y.div_ceil(edge), 1];
-        let own = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
-        let areas = source.levels.is_some();
-        let features = Features { areas, filters: source.is_filtered, ..own };
-        let make = |variant, features| match view.joined {
-            Some(joined) if variant == Variant::MaskLookUp => {
-                let kernel = joined.function.kernel(device, features)?;
-                Ok((kernel, Some(joined.bindings.clone())))
-            }
-            _ => Ok((prepared.kernel(variant, features)?, None)),
-        };
-        let passes = PreparedMasks::new(device, queue, features, &memory, &resources, make)?;
-        Ok(Frame {
-            memory,
-            surfaces: (kernel, bindings, groups),
-            passes,
-            levels: source.levels,
-            bytes: Memory::default(),
-        })
+        let resources = none.iter().fold(resources, |all, none| all.with("levels", none));
+        let seen = if memory.is_half() { &mask::HALF_HOST_SURFACES } else { &mask::HOST_SURFACES };
+        let [x, y] = camera.view.size.to_array().map(|size| size.div_ceil(mask::GROUP_SIZE));
+        let of_host = resources.clone().and(&memory.resources());
+        let mut dispatches = vec![kernels.dispatch(seen, Features::NONE, &of_host, [x, y, 1])?];
+        let features = Features::of_maps(maps.nodes, maps.gain)
+            .with(Flags::HAS_AREAS, source.levels.is_some())
+            .with(Flags::HAS_FILTERS, source.is_filtered);
+        let joined = view.joined.as_ref();
+        dispatches.extend(memory.dispatches(kernels, queue, features, &resources, joined)?);
+        let levels = source.levels.as_ref();
+        let mut commands = levels.map_or_else(Commands::new, |levels| levels.commands.clone());
+        commands.pass("gobo mask", dispatches);
+        Ok(commands)
     }
 }
 
 fn check(settings: &MaskSettings) -> Result<(), Error> {
     let MaskSettings { taps, depth_scale, sensitivity, limit, .. } = *settings;
-    let invalid = |problem| Err(Error::Invalid { what: "mask setting", index: 0, problem });
+    let invalid = |problem| Err(Input::MaskSetting.invalid(0, problem));
     if taps % 2 == 0 || taps > MaskSettings::MAX_TAPS {
         return invalid("taps must be odd, 1 to 15");
     }

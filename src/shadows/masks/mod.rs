@@ -1,30 +1,28 @@
-//! Shadow masks, bound and ready to be recorded after the visible surfaces.
+//! Shadow masks, made after the visible surfaces.
 mod camera;
 mod host;
 
 pub use host::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 
-use super::kernels::Variant;
 use crate::{
     error::Error,
-    gpu::{Allocator, Kernel, Memory, Resources, Timeline, write_records},
+    frame::{Dispatch, HostBindings, Kernels},
+    gpu::{Allocator, KernelDesc, Memory, Resources, write_records},
     model::MaskSettings,
     records::{MaskParams, MaskSlots, mask_size},
     stage::{
         features::Features,
-        mask::{GROUP_SIZE, masks_at_once},
+        mask::{self, GROUP_SIZE, masks_at_once},
     },
 };
+use camera::Joined;
 use glam::UVec2;
 use std::sync::Arc;
 use wgpu::{
-    BindGroup, Buffer, Texture,
+    Buffer, Texture,
     TextureFormat::{R32Uint, Rgba8Unorm, Rgba32Uint},
     TextureUsages,
 };
-
-/// Look-up, rows, columns, enlarging.
-const PASSES: usize = 4;
 
 /// Textures of masks, kept from frame to frame while their capacity suffices.
 #[derive(Debug)]
@@ -45,7 +43,8 @@ pub(crate) struct MaskTextures {
     made: [Texture; 2],
     /// Masks at the picture's size, if they are computed at half of it.
     enlarged: Option<Texture>,
-    params: [Buffer; PASSES],
+    /// Of look-up, rows, columns and enlarging.
+    params: [Buffer; 4],
     /// Bytes by texture.
     pub memory: Memory,
 }
@@ -177,51 +176,33 @@ impl MaskMemory {
 
     /// Kernel that stores the visible surfaces of a picture.
     #[cfg(feature = "picture")]
-    pub(crate) fn of_surfaces(&self) -> Variant {
-        if self.settings.half { Variant::HalfMaskSurfaces } else { Variant::MaskSurfaces }
+    pub(crate) fn of_surfaces(&self) -> &'static KernelDesc {
+        if self.settings.half { &mask::HALF_SURFACES } else { &mask::SURFACES }
     }
-}
 
-/// A bound kernel with its workgroups.
-#[derive(Debug)]
-struct MaskPass {
-    kernel: Kernel,
-    bindings: BindGroup,
-    /// Bind group of the host.
-    host_bindings: Option<BindGroup>,
-    groups: [u32; 3],
-}
-
-#[derive(Debug)]
-pub(crate) struct PreparedMasks {
-    passes: Vec<MaskPass>,
-}
-
-impl PreparedMasks {
-    /// `resources`: views, lights, clusters and maps; `features`: of the maps; `make` compiles a kernel and
-    /// returns the host's bind group for it.
-    pub(crate) fn new(
-        device: &wgpu::Device,
+    /// Makes the masks from `mask_surfaces`. `resources`: views, lights, clusters and maps; `features`: of
+    /// the maps; `joined`: a shadow function of the host.
+    pub(crate) fn dispatches(
+        &self,
+        kernels: &Kernels,
         queue: &wgpu::Queue,
         features: Features,
-        memory: &MaskMemory,
         resources: &Resources<'_>,
-        mut make: impl FnMut(Variant, Features) -> Result<(Kernel, Option<BindGroup>), Error>,
-    ) -> Result<Self, Error> {
-        let MaskMemory { slots, settings, textures } = memory;
-        let own = mask_size(textures.size, settings.half);
-        let at_once = masks_at_once(slots.count);
-        let layers = slots.count.div_ceil(at_once);
-        let mut passes = Vec::new();
-        let mut add = |variant, size: UVec2, column, bound: Resources<'_>| {
-            let params = &textures.params[passes.len()];
+        joined: Option<&Joined<'_>>,
+    ) -> Result<Vec<Dispatch>, Error> {
+        let Self { slots, settings, textures } = self;
+        let size = mask_size(textures.size, settings.half);
+        let masks_at_once = masks_at_once(slots.count);
+        let layers = slots.count.div_ceil(masks_at_once);
+        let [of_look_up, of_rows, of_columns, of_enlarging] = &textures.params;
+        let fill = |params: &Buffer, size: UVec2, step, column| {
             let values = MaskParams {
                 size,
-                step: if settings.half && size == own { 2 } else { 1 },
+                step,
                 taps: settings.taps / 2,
                 sensitivity: settings.sensitivity,
                 depth_scale: settings.depth_scale,
-                column: u32::from(column),
+                column,
                 mask_count: slots.count,
                 anisotropic: u32::from(settings.anisotropic),
                 pad_0: 0,
@@ -229,37 +210,45 @@ impl PreparedMasks {
                 pad_2: 0,
             };
             queue.write_buffer(params, 0, bytemuck::bytes_of(&values));
-            let of_variant = if variant == Variant::MaskLookUp { features } else { Features::NONE };
-            let (kernel, host_bindings) =
-                make(variant, Features { masks_at_once: at_once, ..of_variant })?;
-            let bound = resources.clone().and(&bound).with("mask_params", params);
-            let groups = [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), layers];
-            let bindings = kernel.bind(device, &bound)?;
-            passes.push(MaskPass { kernel, bindings, host_bindings, groups });
-            Ok::<(), Error>(())
+            [size.x.div_ceil(GROUP_SIZE), size.y.div_ceil(GROUP_SIZE), layers]
         };
+        let step = 1 + u32::from(settings.half);
         let [first, second] = &textures.made;
         let seen = textures.half_surfaces.as_ref().unwrap_or(&textures.surfaces);
-        let on = |to| memory.resources().with("mask_surfaces", seen).with("new_masks", to);
-        add(Variant::MaskLookUp, own, false, on(first))?;
+        let resources = resources.clone().and(&self.resources());
+        let on = |to, params| {
+            let resources = resources.clone().with("mask_surfaces", seen).with("new_masks", to);
+            resources.with("mask_params", params)
+        };
+        let plain = Features { masks_at_once, ..Features::NONE };
+        let features = Features { masks_at_once, ..features };
+
+        let groups = fill(of_look_up, size, step, 0);
+        let look_up = match joined {
+            Some(joined) => joined.function.kernel(kernels.device(), features)?,
+            None => kernels.get(mask::look_up(features), features)?,
+        };
+        let look_up = Dispatch::new(kernels.device(), look_up, &on(first, of_look_up), groups)?;
+        let mut dispatches = vec![match joined {
+            Some(joined) => look_up.with_host(HostBindings::new(joined.bindings)),
+            None => look_up,
+        }];
         if settings.taps > 1 {
-            add(Variant::MaskBlur, own, false, on(second).with("light_masks", first))?;
-            add(Variant::MaskBlur, own, true, on(first).with("light_masks", second))?;
+            let blurs = [(of_rows, first, second), (of_columns, second, first)];
+            for (column, (params, from, to)) in (0..).zip(blurs) {
+                let groups = fill(params, size, step, column);
+                let resources = on(to, params).with("light_masks", from);
+                dispatches.push(kernels.dispatch(&mask::BLUR, plain, &resources, groups)?);
+            }
         }
         if let Some(enlarged) = &textures.enlarged {
-            let bound = memory.resources().with("light_masks", first);
-            add(Variant::MaskEnlarge, textures.size, false, bound.with("new_masks", enlarged))?;
+            let groups = fill(of_enlarging, textures.size, 1, 0);
+            let resources = resources
+                .with("light_masks", first)
+                .with("new_masks", enlarged)
+                .with("mask_params", of_enlarging);
+            dispatches.push(kernels.dispatch(&mask::ENLARGE, plain, &resources, groups)?);
         }
-        Ok(Self { passes })
-    }
-
-    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        for MaskPass { kernel, bindings, host_bindings, groups } in &self.passes {
-            let mut pass = timeline.pass(encoder, "gobo mask");
-            if let Some(host) = host_bindings {
-                pass.set_bind_group(1, host, &[]);
-            }
-            kernel.record(&mut pass, bindings, *groups);
-        }
+        Ok(dispatches)
     }
 }

@@ -67,7 +67,7 @@ impl Blur {
         plans: &[Plan],
         maps: &Maps,
     ) -> Result<Commands, Error> {
-        let features = Features { nodes: maps.nodes, gain: maps.gain, ..Features::NONE };
+        let features = Features::of_maps(maps.nodes, maps.gain);
         // `near_rows` and `rows` share a texture: `near_columns` reads the former before `rows` is written.
         let resources = maps
             .resources()

@@ -12,7 +12,7 @@ use crate::{
     gpu::{Allocator, Resources},
     stage::{
         colored,
-        features::Features,
+        features::{Features, Flags},
         filter::{self, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams, GROUP_SIZE},
     },
 };
@@ -73,7 +73,7 @@ impl Soften {
         over: bool,
     ) -> Result<Commands, Error> {
         let Self { raw, rows, params, .. } = self;
-        let features = Features { nodes: soft.nodes, gain: soft.gain, over, ..Features::NONE };
+        let features = Features::of_maps(soft.nodes, soft.gain).with(Flags::HAS_OVER, over);
         let [of_rows, of_columns] = match &raw.colored {
             Some(_) => [&colored::ROWS, &colored::COLUMNS],
             None => [&filter::ROWS, &filter::COLUMNS],

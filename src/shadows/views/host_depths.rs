@@ -1,7 +1,7 @@
 //! Depth maps of the host, and their cameras.
 use crate::shadows::host_inputs::HostDepth;
 use crate::{
-    error::Error,
+    error::{Error, Input},
     model::{Projection, View},
     records::ImportParams,
 };
@@ -29,7 +29,7 @@ pub(in crate::shadows) fn depth_inputs(
 ) -> Result<Vec<Option<DepthInput>>, Error> {
     let mut inputs = vec![None; views.len()];
     for (index, depth) in given.iter().enumerate() {
-        let invalid = |problem| Error::Invalid { what: "depth map of the host's", index, problem };
+        let invalid = |problem| Input::HostDepth.invalid(index, problem);
         let view = views.get(depth.view).ok_or(invalid("its view is not among the views"))?;
         let input = DepthInput::new(depth, view).map_err(invalid)?;
         if inputs[depth.view].replace(input).is_some() {

@@ -111,6 +111,11 @@ impl Maps {
         self.colored.iter().fold(maps, |maps, colored| maps.with("colored", colored))
     }
 
+    /// Resources of light look-ups, with opaque depths by channel if there are any.
+    pub(crate) fn look_up_resources(&self) -> Resources<'_> {
+        self.resources().with("opaques", self.colored.as_ref().unwrap_or(&self.opaques))
+    }
+
     /// New maps of the same size and rectangles.
     pub(in crate::shadows) fn softened(
         &self,

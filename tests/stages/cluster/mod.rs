@@ -3,18 +3,18 @@ mod alone;
 mod reach;
 
 use crate::common::{
-    TIERS, gpu, pipeline,
+    TIERS, gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
+    shadows,
 };
 use gobo::{
-    Error,
+    Error, Shadows,
     glam::{UVec2, Vec2, Vec3, Vec4},
     internals::{
         gpu::{Gpu, Tier, Timeline},
         picture::{PictureCapacity, PictureRequest, PreparedPicture},
         records::{ClusterCounters, Grid, Picture, Reach},
         reference::cluster::{Clusters, assign},
-        shadows::{CasterSet, Pipeline},
         view::shadow_views,
     },
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
@@ -38,34 +38,25 @@ fn on_device<T>(
     count_cost: bool,
     read: impl FnOnce(&Gpu, &PreparedPicture) -> Result<T, Error>,
 ) -> Result<T, Error> {
-    static PIPELINES: [OnceLock<(Gpu, Mutex<Pipeline>)>; 2] = [OnceLock::new(), OnceLock::new()];
-    let (gpu, pipeline) = PIPELINES[tier as usize].get_or_init(|| {
+    static SHADOWS: [OnceLock<(Gpu, Mutex<Shadows>)>; 2] = [OnceLock::new(), OnceLock::new()];
+    let (gpu, shadows) = SHADOWS[tier as usize].get_or_init(|| {
         let gpu = gpu(tier);
-        let pipeline = pipeline(&gpu);
-        (gpu, Mutex::new(pipeline))
+        let shadows = shadows(&gpu);
+        (gpu, Mutex::new(shadows))
     });
-    let mut pipeline = pipeline.lock().unwrap_or_else(PoisonError::into_inner);
-    let (device, queue) = (&gpu.device, &gpu.queue);
-    let casters = CasterSet::new(device, queue, &scene.casters())?;
-    let views = shadow_views(scene);
-    let maps = pipeline.prepare(device, queue, &casters, &views, None)?;
-    pipeline.config.count_cost = count_cost;
-    let request = PictureRequest {
-        device,
-        queue,
-        casters: &casters,
-        scene,
-        camera: &View::from_camera(&scene.camera, &scene.bounds()),
-        views: &views,
-        maps: &maps.maps,
-        capacity: PictureCapacity::default(),
-    };
-    let picture = pipeline.prepare_picture(&request, &mut Default::default())?;
+    let mut shadows = shadows.lock().unwrap_or_else(PoisonError::into_inner);
+    shadows.forget();
+    let prepared = shadows.prepare(&scene.casters(), &shadow_views(scene), &scene.shadow)?;
+    shadows.configure(|config| config.toggles.count_cost = count_cost);
+    let camera = &View::from_camera(&scene.camera, &scene.bounds());
+    let capacity = PictureCapacity::default();
+    let request = PictureRequest { scene, camera, prepared: &prepared, capacity };
+    let picture = shadows.prepare_picture(&request, &mut Default::default())?;
     let mut timeline = Timeline::untimed();
-    let mut encoder = device.create_command_encoder(&Default::default());
-    maps.record(&mut encoder, &mut timeline);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    prepared.record(&mut encoder)?;
     picture.record(&mut encoder, &mut timeline);
-    queue.submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     read(gpu, &picture)
 }
 

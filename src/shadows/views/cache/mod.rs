@@ -21,7 +21,7 @@ pub(in crate::shadows) struct MapCache {
     pub pending: Vec<usize>,
     /// Whether the other maps are in their places only after this is recorded.
     moving: bool,
-    recorded: AtomicBool,
+    recorded: Arc<AtomicBool>,
 }
 
 /// An input from the host.
@@ -116,7 +116,7 @@ impl MapCache {
             }
         });
         let views = views.collect();
-        Self { views, set: casters.id(), pending, moving, recorded: AtomicBool::new(false) }
+        Self { views, set: casters.id(), pending, moving, recorded: Arc::default() }
     }
 
     /// Whether maps of these views have the same sizes.
@@ -143,13 +143,15 @@ impl MapCache {
         self.pending.iter().map(|&view| self.views[view].hidden).sum()
     }
 
-    /// Marks the pending views as recorded in the host's encoder.
-    pub(in crate::shadows) fn mark_recorded(&self) {
-        self.recorded.store(true, Ordering::Relaxed);
+    /// Whether the pending views are recorded in the host's encoder, which the frame's [`Prepared`] sets.
+    ///
+    /// [`Prepared`]: crate::shadows::Prepared
+    pub(in crate::shadows) fn recorded(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.recorded)
     }
 
     /// Marks the pending views to be rendered again.
-    pub(in crate::shadows) fn forget(&mut self) {
-        self.recorded = AtomicBool::new(false);
+    pub(in crate::shadows) fn forget(&self) {
+        self.recorded.store(false, Ordering::Relaxed);
     }
 }

@@ -1,0 +1,83 @@
+//! Light of a picture besides the maps: levels of area lights, air, masks and the environment.
+use super::{
+    air::air,
+    environment::environment_texture,
+    prepared::{Kept, PictureRequest},
+};
+use crate::{
+    error::Error,
+    frame::{Commands, Dispatch},
+    gpu::{Allocator, Resources},
+    records::{LightRecords, MaskSlots},
+    shadows::{
+        AreaLevels, Shadows,
+        masks::{MaskMemory, MaskTextures},
+    },
+    stage::features::{Features, Flags},
+};
+use wgpu::Texture;
+
+#[derive(Debug)]
+pub(super) struct Lighting {
+    levels: Option<Texture>,
+    air: Texture,
+    environment: Texture,
+    /// Masks, if lights have any.
+    pub masks: Option<MaskMemory>,
+    /// Mask slots; unmasked lights are counted there.
+    pub slots: MaskSlots,
+    /// Features of the maps and masks that light comes through.
+    pub features: Features,
+    /// Fills levels and air.
+    pub before_lists: Commands,
+    /// Makes the masks, after the visible surfaces; empty without.
+    pub masking: Vec<Dispatch>,
+}
+
+impl Lighting {
+    /// `resources`: views, parameters, lights, clusters and maps.
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        shadows: &Shadows,
+        request: &PictureRequest<'_>,
+        kept: &mut Kept,
+        records: &LightRecords,
+        resources: Resources<'_>,
+    ) -> Result<Self, Error> {
+        let &PictureRequest { scene, camera, prepared, .. } = request;
+        let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
+        let features = Features::of_maps(maps.nodes, maps.gain)
+            .with(Flags::HAS_FILTERS, records.is_filtered());
+        let levels = AreaLevels::new(allocator, queue, kernels, records, &resources, features)?;
+        let features = features.with(Flags::HAS_AREAS, levels.is_some());
+        let (levels, mut before_lists) =
+            levels.map_or_else(Default::default, |it| (Some(it.texture), it.commands));
+        let resources = levels.iter().fold(resources, |all, levels| all.with("levels", levels));
+        let (air, fill_air) = air(allocator, queue, kernels, features, scene, &resources)?;
+        before_lists.append(fill_air);
+        let mask = scene.mask.as_ref();
+        let slots = mask.map(|settings| MaskSlots::new(scene, settings, camera, &kept.slots));
+        let slots = slots.unwrap_or_default();
+        let (mut masks, mut masking) = (None, Vec::new());
+        if let Some(settings) = mask.filter(|_| slots.count > 0) {
+            let (device, former) = (allocator.device, &mut kept.masks);
+            let textures = MaskTextures::take(former, device, camera.size, settings.half, &slots)?;
+            let memory = MaskMemory::new(queue, settings, slots.clone(), textures);
+            allocator.memory.add_all(memory.memory());
+            masking = memory.dispatches(kernels, queue, features, &resources, None)?;
+            masks = Some(memory);
+        }
+        let features = features
+            .with(Flags::HAS_MASKS, masks.is_some())
+            .with(Flags::HAS_SHADOWS, !prepared.views().is_empty());
+        let environment = environment_texture(allocator, queue, scene, &mut kept.environment)?;
+        Ok(Self { levels, air, environment, masks, slots, features, before_lists, masking })
+    }
+
+    /// `resources` and those of the lighting.
+    pub(super) fn with<'a>(&'a self, resources: Resources<'a>) -> Resources<'a> {
+        let resources = self.levels.iter().fold(resources, |all, it| all.with("levels", it));
+        let resources = self.masks.iter().fold(resources, |all, it| all.and(&it.resources()));
+        resources.with("air", &self.air).with("environment", &self.environment)
+    }
+}

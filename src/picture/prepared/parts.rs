@@ -1,0 +1,63 @@
+//! The parts of a picture, one after another.
+use crate::{
+    frame::{Commands, Dispatch},
+    picture::{lists::CameraList, shading::Shading},
+    stage::bin::BatchCounters,
+};
+use wgpu::Buffer;
+
+pub(super) struct Parts<'a> {
+    pub lists: &'a [CameraList; 2],
+    pub shading: &'a Shading,
+    /// Counters of the lists, part by part.
+    pub counters: &'a Buffer,
+    pub count: usize,
+}
+
+impl Parts<'_> {
+    /// From casters to pixels. `masking`: makes the masks of visible surfaces; empty without masks.
+    pub(super) fn commands(&self, masking: &[Dispatch]) -> Commands {
+        let mut commands = self.footprints();
+        commands.append(self.shading.casters());
+        let has_masks = !masking.is_empty();
+        if has_masks {
+            for part in 0..self.count {
+                commands.append(self.pairs(part));
+                commands.append(self.shading.surfaces(part));
+            }
+            commands.pass("gobo mask", masking.iter().cloned());
+        }
+        for part in 0..self.count {
+            if !has_masks || self.count > 1 {
+                commands.append(self.pairs(part));
+            }
+            commands.append(self.shading.part(part));
+        }
+        commands
+    }
+
+    /// From casters to the number of pairs of both lists.
+    pub(super) fn counting(&self) -> Commands {
+        let mut commands = self.footprints();
+        (0..self.count).for_each(|part| commands.append(self.pairs(part)));
+        commands
+    }
+
+    fn footprints(&self) -> Commands {
+        let mut commands = Commands::new();
+        self.lists.iter().for_each(|list| commands.append(list.footprints()));
+        commands
+    }
+
+    fn pairs(&self, part: usize) -> Commands {
+        const SIZE: u64 = size_of::<BatchCounters>() as u64;
+        let mut commands = Commands::new();
+        for (i, list) in (0..).zip(self.lists) {
+            commands.append(list.pairs(part));
+            let at = (2 * part as u64 + i) * SIZE;
+            let counters = list.list.counters.buffer();
+            commands.copy_buffer("gobo bin", (counters, 0), (self.counters, at), SIZE);
+        }
+        commands
+    }
+}

@@ -1,0 +1,290 @@
+//! Preparation of a frame: its maps, its scratch memory and its commands.
+use super::{
+    Config, Maps,
+    batch::{
+        Batch,
+        context::Context,
+        plan::{self, PendingView, Plan},
+        scratch::Scratch,
+    },
+    casters::CasterSet,
+    smoothing::{blur::Blur, filter_mips::filter_mips, soften::Soften},
+    statistics::Counted,
+    views::{
+        cache::{MapCache, Relocation},
+        host_depths::DepthInput,
+    },
+};
+use crate::{
+    error::Error,
+    frame::{Commands, Kernels},
+    gpu::{Allocator, Memory},
+    model::{Class, View},
+    stage::features::Flags,
+};
+use std::sync::Arc;
+
+/// Maps of some views, and their softening.
+#[derive(Debug)]
+pub(super) struct MapSet {
+    pub maps: Maps,
+    soften: Option<Soften>,
+    blur: Option<Blur>,
+    memory: Memory,
+}
+
+/// Maps of a frame, and what the next one takes over besides them.
+#[derive(Debug)]
+pub(super) struct FrameMaps {
+    pub set: MapSet,
+    scratch: (Arc<Scratch>, Memory),
+    pub cache: MapCache,
+}
+
+/// A frame's maps and commands.
+pub(super) struct Frame {
+    pub maps: FrameMaps,
+    /// From casters to the maps of all views that must be rendered.
+    pub commands: Commands,
+    /// From casters to the number of their pairs.
+    pub counting: Commands,
+    pub counted: Counted,
+    pub pair_capacity: u32,
+    /// Combinations (caster, view) that are not projected: their groups are outside the view or wholly
+    /// behind an opaque surface.
+    pub culled: u64,
+    pub memory: Memory,
+}
+
+/// Inputs of one frame.
+#[derive(Clone, Copy)]
+pub(super) struct Request<'a> {
+    pub queue: &'a wgpu::Queue,
+    pub kernels: &'a Kernels,
+    pub config: &'a Config,
+    pub casters: &'a CasterSet,
+    pub views: &'a [View],
+    /// Expected number of pairs of the largest batch; the budget bounds it.
+    pub pairs: Option<u32>,
+    /// The host's depth maps by view; empty if there are none.
+    pub depths: &'a [Option<DepthInput>],
+}
+
+/// Maps and memory of an earlier frame that are used again.
+#[derive(Default)]
+struct Reuse {
+    /// Maps that keep their rectangles.
+    maps: Option<MapSet>,
+    /// Maps that move, because the atlas is packed anew.
+    relocated: Option<MapSet>,
+    scratch: Option<(Arc<Scratch>, Memory)>,
+    cache: MapCache,
+}
+
+impl Reuse {
+    fn of(FrameMaps { set, scratch, cache }: FrameMaps, views: &[View]) -> Self {
+        let (maps, relocated) =
+            if cache.fits(views) { (Some(set), None) } else { (None, Some(set)) };
+        Self { maps, relocated, scratch: Some(scratch), cache }
+    }
+}
+
+impl MapSet {
+    fn new(request: &Request<'_>) -> Result<Self, Error> {
+        let &Request { queue, views, config, .. } = request;
+        let (window, colored) = (request.window(), request.colored());
+        let mut memory = Memory::default();
+        let device = request.kernels.device();
+        let mut allocator = Allocator { device, memory: &mut memory };
+        let (nodes, mips, blur) = (config.nodes(), config.settings.mips, config.settings.blur);
+        let mut maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0, mips)?;
+        let mut soften = None;
+        if window > 0 {
+            let (soft, softening) = Soften::new(&mut allocator, queue, maps, window)?;
+            (maps, soften) = (soft, Some(softening));
+        }
+        let blur = (blur > 0).then(|| Blur::new(&mut allocator, queue, &maps, blur)).transpose()?;
+        Ok(Self { maps, soften, blur, memory })
+    }
+
+    /// The maps that casters are rendered into.
+    fn raw(&self) -> &Maps {
+        self.soften.as_ref().map_or(&self.maps, |soften| &soften.raw)
+    }
+}
+
+impl<'a> Request<'a> {
+    /// Window of the dither patterns that are softened; 0 if none are [texels].
+    fn window(&self) -> u32 {
+        if self.config.settings.soften { self.casters.dither_window } else { 0 }
+    }
+
+    fn colored(&self) -> bool {
+        self.config.settings.colored && self.casters.dither_window > 0
+    }
+
+    fn gain(&self) -> bool {
+        self.casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_GAIN)
+    }
+
+    /// Allocates maps and scratch memory and makes the commands, whose kernels may not be compiled yet. With
+    /// the maps of an earlier frame only those views are rendered whose own parameters, visible groups or
+    /// casters within these have changed since it was recorded; the texels of all others are kept, or copied
+    /// to their new rectangles if the number of views or a map's size differs. A view that is rendered has
+    /// the same bits as in a whole frame of the same [`CasterSet`], unless pairs go past the budget.
+    pub(super) fn frame(&self, earlier: Option<FrameMaps>) -> Result<Frame, Error> {
+        let &Self { queue, kernels, config, casters, views, .. } = self;
+        let earlier = earlier.filter(|earlier| self.can_follow(earlier));
+        let reuse = earlier.map_or_else(Reuse::default, |earlier| Reuse::of(earlier, views));
+        let kept = reuse.maps.is_some();
+        let mut set = reuse.maps.map_or_else(|| MapSet::new(self), Ok)?;
+        set.maps.gain = self.gain();
+        let hides = config.toggles.hide.then(|| config.nodes());
+        let cache = MapCache::after(reuse.cache, casters, views, hides, self.depths);
+        let relocation = reuse.relocated.and_then(|old| {
+            let raw = old.soften.map(|soften| soften.raw);
+            Relocation::new(old.maps, raw, cache.kept(), views, &set.maps)
+        });
+        let mut plans = plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
+        let culled = culled_count(casters, cache.pending.len(), &plans);
+        let scratch = self.scratch(reuse.scratch, &mut plans)?;
+        let pair_capacity = scratch.0.pair_capacity;
+        let mut memory = casters.memory();
+        memory.add_all(&set.memory);
+        memory.add_all(&scratch.1);
+        if let Some(relocation) = &relocation {
+            relocation.count(&mut memory);
+        }
+        if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
+            set.raw().fill_clear(queue);
+            plans.iter_mut().for_each(|plan| plan.cleared = true);
+        }
+        let allocator = &mut Allocator { device: kernels.device(), memory: &mut memory };
+        let (mut commands, mut counting) = (Commands::new(), Commands::new());
+        if let Some(relocation) = &relocation {
+            let raw = set.soften.as_ref().map(|soften| &soften.raw);
+            commands.append(relocation.commands(&set.maps, raw));
+        }
+        let host = casters.shared_host();
+        if let Some(host) = host.as_ref().filter(|_| !plans.is_empty()) {
+            commands.append(host.commands());
+            counting.append(host.commands());
+        }
+        let mut lists = Vec::new();
+        for plan in &plans {
+            let batch = Batch::new(&mut self.context(allocator, &scratch.0), plan, set.raw())?;
+            commands.append(batch.commands);
+            counting.append(batch.counting);
+            lists.push(batch.counters);
+        }
+        let is_new = relocation.is_some() || !plans.is_empty();
+        commands.append(self.smoothing(allocator, &set, &plans, is_new)?);
+        let counted = Counted { lists, host };
+        let maps = FrameMaps { set, scratch, cache };
+        Ok(Frame { maps, commands, counting, counted, pair_capacity, culled, memory })
+    }
+
+    fn pending<'b>(&'b self, cache: &'b MapCache, maps: &Maps) -> Vec<PendingView<'b>> {
+        let pending = cache.pending.iter().map(|&index| PendingView {
+            view: &self.views[index],
+            place: maps.places[index],
+            groups: cache.groups(index),
+            depth: self.depths.get(index).and_then(Option::as_ref),
+        });
+        pending.collect()
+    }
+
+    pub(super) fn context<'b, 'd>(
+        &'b self,
+        allocator: &'b mut Allocator<'d>,
+        scratch: &'b Arc<Scratch>,
+    ) -> Context<'b, 'd> {
+        let &Self { queue, kernels, config, casters, .. } = self;
+        Context {
+            allocator,
+            queue,
+            kernels,
+            config,
+            casters,
+            scratch,
+            camera: false,
+            binned_rects: None,
+        }
+    }
+
+    /// Commands behind all batches. `is_new`: whether a filter map has changed.
+    fn smoothing(
+        &self,
+        allocator: &mut Allocator<'_>,
+        MapSet { maps, soften, blur, .. }: &MapSet,
+        plans: &[Plan],
+        is_new: bool,
+    ) -> Result<Commands, Error> {
+        let &Self { queue, kernels, casters, views, .. } = self;
+        let mut commands = Commands::new();
+        if let Some(soften) = soften {
+            let over = casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_OVER);
+            commands.append(soften.commands(allocator, queue, kernels, plans, maps, over)?);
+        }
+        if let Some(blur) = blur {
+            commands.append(blur.commands(allocator, queue, kernels, plans, maps)?);
+        }
+        commands.append(filter_mips(allocator, queue, kernels, views, maps, is_new)?);
+        Ok(commands)
+    }
+
+    /// Whether maps of `earlier` may be kept.
+    fn can_follow(&self, FrameMaps { set, cache, .. }: &FrameMaps) -> bool {
+        let (nodes, settings) = (self.config.nodes(), &self.config.settings);
+        let window = set.soften.as_ref().map_or(0, |soften| soften.window);
+        // Curves cannot be moved, and all have the same format.
+        let same_curves = nodes == 0 || (set.maps.gain == self.gain() && cache.fits(self.views));
+        // Maps with coloured dithering are rendered anew each time.
+        !self.colored()
+            && set.raw().colored.is_none()
+            && window == self.window()
+            && set.blur.as_ref().map_or(0, |blur| blur.radius) == settings.blur
+            && set.maps.filters.mip_level_count() == 1 + settings.mips
+            && set.maps.nodes == nodes
+            && same_curves
+    }
+
+    /// Scratch memory of the batches, an earlier frame's if it is large enough, and its size.
+    fn scratch(
+        &self,
+        earlier: Option<(Arc<Scratch>, Memory)>,
+        plans: &mut [Plan],
+    ) -> Result<(Arc<Scratch>, Memory), Error> {
+        let (device, config) = (self.kernels.device(), self.config);
+        let fits = |scratch: &Scratch| scratch.fits(device, config, plans, self.pairs);
+        let usable = earlier.filter(|(scratch, _)| fits(scratch));
+        let scratch = usable.map_or_else(|| self.new_scratch(plans, self.pairs), Ok)?;
+        if config.toggles.count_first {
+            let needed = self.count(plans, &scratch.0)?;
+            if needed > scratch.0.pair_capacity {
+                return self.new_scratch(plans, Some(needed));
+            }
+        }
+        Ok(scratch)
+    }
+
+    fn new_scratch(
+        &self,
+        plans: &[Plan],
+        pairs: Option<u32>,
+    ) -> Result<(Arc<Scratch>, Memory), Error> {
+        let &Self { queue, config, .. } = self;
+        let mut memory = Memory::default();
+        let mut allocator = Allocator { device: self.kernels.device(), memory: &mut memory };
+        let nodes = config.nodes();
+        let scratch = Scratch::new(&mut allocator, queue, config, plans, pairs, nodes)?;
+        Ok((Arc::new(scratch), memory))
+    }
+}
+
+/// Combinations (caster, pending view) that are in no list.
+fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
+    let all: usize = Class::LISTS.map(|list| casters.count(list)).into_iter().sum();
+    let listed: u64 = plans.iter().map(Plan::caster_count).sum();
+    (all * view_count) as u64 - listed
+}
