@@ -1,7 +1,7 @@
 //! Errors of the library, except those of scene files (see [`crate::scene`]).
 use crate::{
     gpu::{Missing, Tier},
-    model::InvalidLight,
+    model::{InvalidClip, InvalidLight},
 };
 
 /// Error of opening a device or rendering a frame.
@@ -26,6 +26,8 @@ pub enum Error {
     Unsupported { tier: Tier, missing: Vec<Missing> },
     #[error(transparent)]
     Light(#[from] InvalidLight),
+    #[error(transparent)]
+    Clip(#[from] InvalidClip),
     #[error(transparent)]
     Kernel(#[from] crate::gpu::KernelError),
     /// An input that does not keep the contract of its fields; `index` among those of its kind, 0 of a single one.

@@ -4,6 +4,7 @@ mod bounds;
 mod camera;
 mod caster;
 mod class;
+mod clip;
 mod counters;
 pub mod dither;
 pub mod emission;
@@ -30,6 +31,7 @@ pub use caster::{
 };
 pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};
+pub use clip::InvalidClip;
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
 pub use environment::{

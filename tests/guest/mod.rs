@@ -1,5 +1,6 @@
 //! Inputs that a host has on the device: casters in its buffers, and depth maps.
 mod casters;
+mod clip;
 mod depths;
 mod emitters;
 mod kernels;
