@@ -8,7 +8,7 @@ use super::{
         DEPTHS,
         mean::{add_nodes, merge},
     },
-    filter::stored,
+    soften::stored,
     threads::each,
 };
 use crate::{

@@ -9,10 +9,10 @@ use super::{
         soften::soften_curves,
         tile::{CurveModes, CurveTexel, curves},
     },
-    filter::filter,
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
     resolve::resolve,
+    soften::soften,
     sort,
     texture::Image,
     threads::each,
@@ -207,7 +207,7 @@ impl<'a> SceneRecords<'a> {
             }
         }
         soften_curves(maps, self.soften_window, over);
-        filter(maps, self.soften_window);
+        soften(maps, self.soften_window);
     }
 
     /// Whether footprint `i` is of a caster that filters light.

@@ -4,40 +4,57 @@
 //! In: the maps. Out: the same. `near_around` holds, per texel, the nearest translucent depth of its
 //! window, its alpha, and the first depth of the window's curves; `rows` the sum over a row's window and
 //! its weight.
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, Constant, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
-/// Edge of a workgroup [texels].
-pub const GROUP_SIZE: u32 = 8;
-
-const fn of(name: &'static str, root: &'static str) -> KernelDesc {
-    let tiers = &[Tier::Core];
-    KernelDesc { name, entry: name, root, with: &[], constants: &[], tiers }
+/// A pass of a separable filter.
+pub(super) const fn separable(
+    name: &'static str,
+    with: &'static [Choice],
+    constants: &'static [Constant],
+) -> KernelDesc {
+    let (entry, root, tiers) = ("filter_window", "blur/separable.wgsl", &[Tier::Core]);
+    KernelDesc { name, entry, root, with, constants, tiers }
 }
 
-pub const NEAR_ROWS: KernelDesc = of("blur_near_rows", "blur/near_rows.wgsl");
-pub const NEAR_COLUMNS: KernelDesc = of("blur_near_columns", "blur/near_columns.wgsl");
-pub const ROWS: KernelDesc = of("blur_rows", "blur/rows.wgsl");
-pub const COLUMNS: KernelDesc = of("blur_columns", "blur/columns.wgsl");
+const WINDOW: Choice = Choice::new("window", "blur/window.wgsl");
+const COLUMN: &[Constant] = &[("COLUMN", 1.0)];
 
-const fn of_curves(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        entry: "blur_curves",
-        root: "blur/curves.wgsl",
-        with,
-        constants: &[("NODES", 8.0)],
-        tiers: &[Tier::Core],
-    }
-}
+pub const NEAR_ROWS: KernelDesc =
+    separable("blur_near_rows", &[Choice::new("accumulator", "blur/near_rows.wgsl"), WINDOW], &[]);
+pub const NEAR_COLUMNS: KernelDesc = separable(
+    "blur_near_columns",
+    &[Choice::new("accumulator", "blur/near_columns.wgsl"), WINDOW],
+    COLUMN,
+);
+pub const ROWS: KernelDesc =
+    separable("blur_rows", &[Choice::new("accumulator", "blur/rows.wgsl"), WINDOW], &[]);
+pub const COLUMNS: KernelDesc =
+    separable("blur_columns", &[Choice::new("accumulator", "blur/columns.wgsl"), WINDOW], COLUMN);
 
-pub const CURVE_ROWS: KernelDesc =
-    of_curves("blur_curve_rows", &[Choice::new("below", "blur/curve_rows.wgsl")]);
-pub const CURVE_COLUMNS: KernelDesc =
-    of_curves("blur_curve_columns", &[Choice::new("below", "blur/curve_columns.wgsl")]);
+pub const CURVE_ROWS: KernelDesc = KernelDesc {
+    name: "blur_curve_rows",
+    entry: "blur_curves",
+    root: "blur/curves.wgsl",
+    with: &[Choice::new("below", "blur/curves.wgsl")],
+    constants: &[("NODES", 8.0)],
+    tiers: &[Tier::Core],
+};
+pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
+    name: "blur_curve_columns",
+    constants: &[("NODES", 8.0), ("COLUMN", 1.0)],
+    ..CURVE_ROWS
+};
 
 /// Makes a mip level of the filter map.
-pub const FILTER_MIP: KernelDesc = of("make_filter_mip", "blur/filter_mip.wgsl");
+pub const FILTER_MIP: KernelDesc = KernelDesc {
+    name: "make_filter_mip",
+    entry: "make_filter_mip",
+    root: "blur/filter_mip.wgsl",
+    with: &[],
+    constants: &[],
+    tiers: &[Tier::Core],
+};
 
 /// WGSL: `wgsl/blur/window.wgsl`.
 #[repr(C)]

@@ -1,6 +1,6 @@
 //! colored: coloured dithering. Each channel of a dithered caster has its own threshold and its own opaque
 //! depth, so that three depths hold coloured layers in any order (McGuire and Enderton 2011). Replaces
-//! `occlude`, and `filter` if shadows are softened.
+//! `occlude`.
 //!
 //! In: the inputs of `occlude`. Out: `colored`, the opaque depth per channel; `opaques`, the largest of the
 //! three, behind which there is no light. Softened: maps without `colored`.
@@ -44,24 +44,6 @@ pub const RESOLVE: KernelDesc = KernelDesc {
     with: &[COLORED, COLORED_DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
-};
-
-pub const ROWS: KernelDesc = KernelDesc {
-    name: "colored_rows",
-    entry: "colored_rows",
-    root: "soften/colored_rows.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
-
-pub const COLUMNS: KernelDesc = KernelDesc {
-    name: "colored_columns",
-    entry: "colored_columns",
-    root: "soften/colored_columns.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
 };
 
 /// Kernels for casters that block light, with coloured dithering.

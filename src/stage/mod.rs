@@ -10,7 +10,6 @@ pub mod cluster;
 pub mod colored;
 pub mod curve;
 pub mod features;
-pub mod filter;
 pub mod import;
 pub mod levels;
 pub mod llvmpipe;
@@ -22,6 +21,7 @@ pub mod project;
 pub mod resolve;
 pub mod shade;
 pub mod simulate;
+pub mod soften;
 pub mod sort;
 mod walk;
 
@@ -55,12 +55,11 @@ pub const KERNELS: &[&KernelDesc] = &[
     &bin::PART_PLAN,
     &bin::PART_NEXT,
     &bin::PART_GATHER,
-    &filter::ROWS,
-    &filter::COLUMNS,
-    &filter::CURVE_ROWS,
-    &filter::CURVE_COLUMNS,
-    &colored::ROWS,
-    &colored::COLUMNS,
+    &soften::ROWS,
+    &soften::COLUMNS,
+    &soften::COLORED_ROWS,
+    &soften::COLORED_COLUMNS,
+    &soften::CURVE_COLUMNS,
     &blur::NEAR_ROWS,
     &blur::NEAR_COLUMNS,
     &blur::ROWS,

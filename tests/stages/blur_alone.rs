@@ -10,7 +10,7 @@ use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
     glam::{UVec2, Vec3},
     internals::{
-        gpu::Resources,
+        gpu::{KernelDesc, Resources},
         records::ViewMaps,
         reference::{blur::blur, curve::Streaming},
         stage::{
@@ -64,18 +64,17 @@ fn every_texel_of_the_views_is_blurred_and_no_other() {
             .with("curves", &curves)
             .with("near_rows", &near_rows)
             .with("near_around", &near_around)
-            .with("rows", &rows)
-            .with("row_curves", &row_curves);
+            .with("rows", &rows);
+        let of = |from, to| resources.clone().with("raw_curves", from).with("curves", to);
         let four = Features { nodes: NODES as u32, ..Features::NONE }.constants();
-        let kernels = [
-            &stage::NEAR_ROWS,
-            &stage::NEAR_COLUMNS,
-            &stage::ROWS,
-            &stage::CURVE_ROWS,
-            &stage::CURVE_COLUMNS,
-            &stage::COLUMNS,
-        ];
-        run_all(&gpu, tier, &four, &resources, &kernels.map(|kernel| (kernel, GROUPS)));
+        let run = |resources: &Resources<'_>, kernels: &[&'static KernelDesc]| {
+            let kernels: Vec<_> = kernels.iter().map(|kernel| (*kernel, GROUPS)).collect();
+            run_all(&gpu, tier, &four, resources, &kernels);
+        };
+        run(&resources, &[&stage::NEAR_ROWS, &stage::NEAR_COLUMNS, &stage::ROWS]);
+        run(&of(&curves, &row_curves), &[&stage::CURVE_ROWS]);
+        run(&of(&row_curves, &curves), &[&stage::CURVE_COLUMNS]);
+        run(&resources, &[&stage::COLUMNS]);
         let what = format!("{tier:?}, {radius}");
         for (name, between) in [
             ("near_rows", &near_rows),

@@ -31,6 +31,5 @@
 @group(0) @binding(70) var raw_curves: texture_2d_array<u32>;
 @group(0) @binding(107) var near_rows: texture_2d_array<f32>;
 @group(0) @binding(108) var near_around: texture_2d_array<f32>;
-@group(0) @binding(109) var row_curves: texture_2d_array<u32>;
 @group(0) @binding(89) var levels: texture_2d<u32>;
 @group(0) @binding(96) var environment: texture_2d<f32>;

@@ -24,7 +24,6 @@
 @group(0) @binding(60) var soft_opaques: texture_storage_2d_array<r32float, write>;
 @group(0) @binding(107) var near_rows: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(108) var near_around: texture_storage_2d_array<rgba32float, write>;
-@group(0) @binding(109) var row_curves: texture_storage_2d_array<rgba32uint, write>;
 @group(0) @binding(111) var filter_mip: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(61) var sorted_pairs: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(65) var layers: texture_storage_2d<rgba32uint, write>;

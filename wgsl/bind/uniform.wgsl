@@ -16,13 +16,13 @@ import package::records::material::{GpuMaterial, MAX_MATERIALS};
 import package::records::point::PointBatch;
 import package::records::view::{GpuView, MAX_VIEWS};
 import package::shade::band::Band;
-import package::soften::window::FilterParams;
+import package::soften::run::SoftenParams;
 import package::sort::sort::SortPass;
 
 @group(0) @binding(0) var<uniform> air_params: AirParams;
 @group(0) @binding(1) var<uniform> bin_params: BinParams;
 @group(0) @binding(2) var<uniform> cluster_params: ClusterParams;
-@group(0) @binding(3) var<uniform> filter_params: FilterParams;
+@group(0) @binding(3) var<uniform> soften_params: SoftenParams;
 @group(0) @binding(4) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(5) var<uniform> picture_params: PictureParams;
 @group(0) @binding(6) var<uniform> project_params: ProjectParams;

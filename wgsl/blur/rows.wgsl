@@ -1,27 +1,25 @@
-// blur, rows: the sum of the filter over each row's window, and its weight. CPU reference:
-// src/reference/blur.rs. Rust: src/stage/blur.rs.
+// blur, rows: the sum of the filter over each row's window, and its weight.
 
 import package::bind::sampled::{filters, near_around};
 import package::bind::stored::rows;
-import package::bind::uniform::views;
-import package::blur::sight::sees;
-import package::blur::window::{gaussian, window_ends};
+import package::blur::window::{gaussian, sees};
+import package::records::view::GpuView;
 
-@compute @workgroup_size(8, 8)
-fn blur_rows(@builtin(global_invocation_id) id: vec3<u32>) {
-    let view = views[id.z];
-    let texel = vec2<i32>(id.xy);
-    if any(texel >= vec2<i32>(view.size)) {
-        return;
-    }
-    let at = vec2<i32>(view.origin) + texel;
-    let near = textureLoad(near_around, at, view.layer, 0).b;
-    let ends = window_ends(texel.x, i32(view.size.x));
-    var sum = vec4(0.0);
-    for (var i = ends.x; i <= ends.y; i += 1) {
-        let there = at + vec2(i, 0);
-        let weight = select(0.0, gaussian(i), sees(view, there, near));
-        sum += vec4(textureLoad(filters, there, view.layer, 0).rgb, 1.0) * weight;
-    }
-    textureStore(rows, at, view.layer, sum);
+struct Sum {
+    light: vec4<f32>, // and the weight
+    near: f32,        // first translucent depth of the window
+}
+
+fn start(view: GpuView, at: vec2<i32>) -> Sum {
+    return Sum(vec4(0.0), textureLoad(near_around, at, view.layer, 0).b);
+}
+
+fn add(sum: Sum, view: GpuView, at: vec2<i32>, off: i32) -> Sum {
+    let weight = select(0.0, gaussian(off), sees(view, at, sum.near));
+    let light = vec4(textureLoad(filters, at, view.layer, 0).rgb, 1.0);
+    return Sum(sum.light + light * weight, sum.near);
+}
+
+fn store(view: GpuView, at: vec2<i32>, sum: Sum) {
+    textureStore(rows, at, view.layer, sum.light);
 }

@@ -1,10 +1,10 @@
 // soften, curve columns: curves of four texels in a column per invocation, multiplied by the visibility
-// through dithered surfaces over a window. CPU reference: src/reference/curve/soften.rs. Host:
-// src/stage/filter.rs.
+// through dithered surfaces over a window. CPU reference: src/reference/curve/soften.rs. Rust:
+// src/stage/soften.rs.
 
-import package::bind::sampled::{raw_curves, rows};
+import package::bind::sampled::raw_curves;
 import package::bind::stored::curves;
-import package::bind::uniform::{filter_params, views};
+import package::bind::uniform::views;
 import package::curve::light4::{
     black4, decode_light, encode_lights, encode_means, fixed, scaled, selected, white4,
 };
@@ -14,8 +14,7 @@ import package::curve::node::curve_layer;
 import package::curve::stored::{packed_pair, packed_row};
 import package::features::NODES;
 import package::records::view::GpuView;
-import package::soften::curve_run::{CURVE_RUN_LAYERS, CurveRun, EMPTY_CURVE_RUN, add_curve_run};
-import package::soften::window::window_weight;
+import package::soften::run::{EMPTY_RUN, Run, add_run, load_run, window};
 
 const ROWS: u32 = 4u;
 
@@ -24,23 +23,18 @@ fn ordered() -> bool {
     return false;
 }
 
-fn column_run(view: GpuView, size: vec2<i32>, texel: vec2<i32>, radius: i32) -> CurveRun {
-    var sum = EMPTY_CURVE_RUN;
-    let layer = CURVE_RUN_LAYERS * view.layer;
-    for (var i = -radius; i <= radius; i += 1) {
+fn column_run(view: GpuView, size: vec2<i32>, texel: vec2<i32>) -> Run {
+    var sum = EMPTY_RUN;
+    let ends = window(texel.y, size.y - 1 - texel.y);
+    for (var i = ends.x; i <= ends.y; i += 1) {
         let y = clamp(texel.y + i, 0, size.y - 1);
-        let at = vec2<i32>(view.origin) + vec2(texel.x, y);
-        let shares = textureLoad(rows, at, layer, 0);
-        let depths = textureLoad(rows, at, layer + 1u, 0);
-        let hole = textureLoad(rows, at, layer + 2u, 0);
-        let run = CurveRun(shares.rgb, shares.a, depths.rgb, depths.a, hole.xy, hole.z);
-        sum = add_curve_run(sum, run, window_weight(i, radius), abs(i));
+        sum = add_run(sum, load_run(view, vec2<i32>(view.origin) + vec2(texel.x, y)), i);
     }
     return sum;
 }
 
 // Depths at which the ramp starts and ends.
-fn ramp(run: CurveRun) -> vec2<f32> {
+fn ramp(run: Run) -> vec2<f32> {
     let mean = run.moments.y / run.moments.x;
     let variance = max(run.moments.z / run.moments.x - mean * mean, 0.0);
     let most = min(mean - run.nearest, run.farthest - mean);
@@ -80,24 +74,22 @@ fn store_pair(view: GpuView, at: vec2<u32>, pair: u32, softened: vec4<bool>) {
 }
 
 @compute @workgroup_size(8, 8)
-fn curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
+fn soften_curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     let view = views[id.z];
     let size = vec2<i32>(view.size);
     let first = vec2<i32>(id.xy) * vec2(1, i32(ROWS));
     if any(first >= size) {
         return;
     }
-    // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
-    let radius = select(0, filter_params.radius, textureDimensions(rows).x > 0u);
     var passing = white4();
     var start = vec4(0.0);
     var end = vec4(0.0);
     var softened = vec4(false);
     for (var i = 0u; i < ROWS; i += 1u) {
         let texel = vec2(first.x, min(first.y + i32(i), size.y - 1));
-        let run = column_run(view, size, texel, radius);
-        let own = select(texel, vec2<i32>(run.hole), run.hole.x >= 0.0);
-        places[i] = view.origin + vec2<u32>(own);
+        let run = column_run(view, size, texel);
+        let own = vec2<i32>(view.origin) + texel;
+        places[i] = vec2<u32>(select(own, vec2<i32>(run.hole), run.hole.x >= 0.0));
         let left = max(1.0 - run.blocked, vec3(0.0));
         passing.red[i] = left.r;
         passing.green[i] = left.g;
@@ -109,31 +101,13 @@ fn curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     clear_list();
     adding = black4();
-    load_pair(view, 0u);
-    load_pair(view, 1u);
-    if NODES > 4u {
-        load_pair(view, 2u);
-        load_pair(view, 3u);
-    }
-    if NODES > 8u {
-        load_pair(view, 4u);
-        load_pair(view, 5u);
-        load_pair(view, 6u);
-        load_pair(view, 7u);
+    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
+        load_pair(view, pair);
     }
     let behind = decode_light(node_lights[NODES - 1u], node_means[NODES - 1u]);
     insert(fixed(start), fixed(end), passing, scaled(behind, passing), softened);
     let at = view.origin + vec2<u32>(first);
-    store_pair(view, at, 0u, softened);
-    store_pair(view, at, 1u, softened);
-    if NODES > 4u {
-        store_pair(view, at, 2u, softened);
-        store_pair(view, at, 3u, softened);
-    }
-    if NODES > 8u {
-        store_pair(view, at, 4u, softened);
-        store_pair(view, at, 5u, softened);
-        store_pair(view, at, 6u, softened);
-        store_pair(view, at, 7u, softened);
+    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
+        store_pair(view, at, pair, softened);
     }
 }

@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/soften/curve_*.wgsl`: softening of curves under dithered shadows.
+//! CPU reference of `wgsl/soften/curve_columns.wgsl`: softening of curves under dithered shadows.
 //!
 //! The light of a texel becomes `C(z) V(z)`. `V` is the visibility through dithered surfaces over one
 //! window of their pattern, as one ramp with the mean and variance of their depths. `C` is the texel's own
@@ -8,8 +8,8 @@ use super::{Node, Streaming, unpack};
 use crate::{
     records::{PackedNode, ViewMaps},
     reference::{
-        filter::{around, texels},
         occlude::is_dithered,
+        soften::{around, texels},
     },
 };
 use glam::{BVec3, Vec3};
@@ -104,7 +104,7 @@ impl Streaming {
     }
 }
 
-/// Softens curves before [`crate::reference::filter::filter`], which changes the opaque depths. `over`:
+/// Softens curves before [`crate::reference::soften::soften`], which changes the opaque depths. `over`:
 /// hits may add light.
 pub fn soften_curves(maps: &mut ViewMaps, window: u32, over: bool) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);

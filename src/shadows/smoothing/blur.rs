@@ -1,26 +1,20 @@
 //! Blur of the filter maps and curves, in place, after all batches. Only rendered maps are blurred: maps
 //! that are kept already are.
-use crate::shadows::{
-    batch::{
-        context::{map_groups, view_uniform},
-        plan::Plan,
-    },
-    views::maps::Maps,
-};
+use super::{passes, texture_like};
 use crate::{
     error::Error,
     frame::{Commands, Kernels},
     gpu::{Allocator, Resources},
     model::BLUR_DEVIATIONS,
+    shadows::{batch::plan::Plan, views::maps::Maps},
     stage::{
-        blur::{self, BlurParams, GROUP_SIZE},
+        blur::{self, BlurParams},
         features::Features,
     },
 };
 use wgpu::{
     Texture,
     TextureFormat::{Rgba32Float, Rgba32Uint},
-    TextureUsages,
 };
 
 /// Textures of the blur.
@@ -42,15 +36,11 @@ impl Blur {
         maps: &Maps,
         radius: u32,
     ) -> Result<Self, Error> {
-        let mut like = |name, texture: &Texture, format| {
-            let size = texture.size();
-            let size = [size.width, size.height, size.depth_or_array_layers].map(u64::from);
-            allocator.texture(name, format, size, TextureUsages::STORAGE_BINDING)
-        };
-        let rows = like("blur_rows", &maps.filters, Rgba32Float)?;
-        let near_around = like("near_around", &maps.filters, Rgba32Float)?;
-        let row_curves =
-            (maps.nodes > 0).then(|| like("row_curves", &maps.curves, Rgba32Uint)).transpose()?;
+        let filters = &maps.filters;
+        let rows = texture_like(allocator, "blur_rows", Rgba32Float, filters, 1)?;
+        let near_around = texture_like(allocator, "near_around", Rgba32Float, filters, 1)?;
+        let mut curves = || texture_like(allocator, "row_curves", Rgba32Uint, &maps.curves, 1);
+        let row_curves = (maps.nodes > 0).then(&mut curves).transpose()?;
         let params = allocator.uniform::<BlurParams>("blur_params");
         let scale = -0.5 * (BLUR_DEVIATIONS / radius as f32).powi(2);
         let value = BlurParams { radius: radius as i32, scale, ..BlurParams::default() };
@@ -75,27 +65,22 @@ impl Blur {
             .with("near_around", &self.near_around)
             .with("rows", &self.rows)
             .with("blur_params", &self.params);
-        let mut commands = Commands::new();
-        for plan in plans {
-            let views = view_uniform(allocator, queue, &plan.views);
-            let resources = resources.clone().with("views", &views);
-            let groups = map_groups(&plan.views, GROUP_SIZE);
+        passes(allocator, queue, "gobo blur", plans, &resources, |resources, groups| {
             let run = |desc, resources: &Resources<'_>| {
                 kernels.dispatch(desc, features, resources, groups)
             };
             let mut dispatches = vec![
-                run(&blur::NEAR_ROWS, &resources)?,
-                run(&blur::NEAR_COLUMNS, &resources)?,
-                run(&blur::ROWS, &resources)?,
+                run(&blur::NEAR_ROWS, resources)?,
+                run(&blur::NEAR_COLUMNS, resources)?,
+                run(&blur::ROWS, resources)?,
             ];
             if let Some(row_curves) = &self.row_curves {
-                let resources = resources.clone().with("row_curves", row_curves);
-                dispatches.push(run(&blur::CURVE_ROWS, &resources)?);
-                dispatches.push(run(&blur::CURVE_COLUMNS, &resources)?);
+                let of = |from, to| resources.clone().with("raw_curves", from).with("curves", to);
+                dispatches.push(run(&blur::CURVE_ROWS, &of(&maps.curves, row_curves))?);
+                dispatches.push(run(&blur::CURVE_COLUMNS, &of(row_curves, &maps.curves))?);
             }
-            dispatches.push(run(&blur::COLUMNS, &resources)?);
-            commands.pass("gobo blur", dispatches);
-        }
-        Ok(commands)
+            dispatches.push(run(&blur::COLUMNS, resources)?);
+            Ok(dispatches)
+        })
     }
 }

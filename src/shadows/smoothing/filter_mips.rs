@@ -1,4 +1,5 @@
 //! Mip levels of the filter map, made for all views after some of them changed.
+use super::GROUP_SIZE;
 use crate::shadows::{batch::context::view_uniform, views::maps::Maps};
 use crate::{
     error::Error,
@@ -7,7 +8,7 @@ use crate::{
     model::View,
     records::{GpuView, MAX_VIEWS},
     stage::{
-        blur::{BlurParams, FILTER_MIP, GROUP_SIZE},
+        blur::{BlurParams, FILTER_MIP},
         features::Features,
     },
 };

@@ -2,3 +2,48 @@
 pub(super) mod blur;
 pub(super) mod filter_mips;
 pub(super) mod soften;
+
+use super::batch::{
+    context::{map_groups, view_uniform},
+    plan::Plan,
+};
+use crate::{
+    error::Error,
+    frame::{Commands, Dispatch},
+    gpu::{Allocator, KernelError, Resources},
+};
+use wgpu::{Texture, TextureFormat, TextureUsages};
+
+/// Texels of a workgroup in x and y.
+const GROUP_SIZE: u32 = 8;
+
+/// A texture like a map, with `layers` for each of the map's.
+fn texture_like(
+    allocator: &mut Allocator<'_>,
+    name: &'static str,
+    format: TextureFormat,
+    map: &Texture,
+    layers: u32,
+) -> Result<Texture, Error> {
+    let size = map.size();
+    let size = [size.width, size.height, size.depth_or_array_layers * layers].map(u64::from);
+    allocator.texture(name, format, size, TextureUsages::STORAGE_BINDING)
+}
+
+/// A pass over the texels of each plan's views; `dispatches`: of the resources and workgroups.
+fn passes(
+    allocator: &mut Allocator<'_>,
+    queue: &wgpu::Queue,
+    label: &'static str,
+    plans: &[Plan],
+    resources: &Resources<'_>,
+    dispatches: impl Fn(&Resources<'_>, [u32; 3]) -> Result<Vec<Dispatch>, KernelError>,
+) -> Result<Commands, Error> {
+    let mut commands = Commands::new();
+    for plan in plans {
+        let views = view_uniform(allocator, queue, &plan.views);
+        let resources = resources.clone().with("views", &views);
+        commands.pass(label, dispatches(&resources, map_groups(&plan.views, GROUP_SIZE))?);
+    }
+    Ok(commands)
+}

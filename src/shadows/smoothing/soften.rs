@@ -1,22 +1,16 @@
-//! Softening of dithered maps: holes become a grey filter, after all batches.
-use crate::shadows::{
-    batch::{
-        context::{map_groups, view_uniform},
-        plan::Plan,
-    },
-    views::maps::Maps,
-};
+//! Softening of dithered maps: holes become a filter, after all batches.
+use super::{passes, texture_like};
 use crate::{
     error::Error,
     frame::{Commands, Kernels},
-    gpu::{Allocator, Resources},
+    gpu::Allocator,
+    shadows::{batch::plan::Plan, views::maps::Maps},
     stage::{
-        colored,
         features::{Features, Flags},
-        filter::{self, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams, GROUP_SIZE},
+        soften::{self, CURVE_TEXELS, SoftenParams},
     },
 };
-use wgpu::{TextureFormat::Rgba32Float, TextureUsages};
+use wgpu::TextureFormat::Rgba32Float;
 
 /// Maps before softening, and intermediate textures.
 #[derive(Debug)]
@@ -25,8 +19,6 @@ pub(in crate::shadows) struct Soften {
     pub raw: Maps,
     pub window: u32,
     rows: wgpu::Texture,
-    /// Rows of curves, if there are any.
-    curve_rows: Option<wgpu::Texture>,
     params: wgpu::Buffer,
 }
 
@@ -40,26 +32,12 @@ impl Soften {
         window: u32,
     ) -> Result<(Maps, Self), Error> {
         let soft = raw.softened(allocator)?;
-        let like = raw.filters.size();
-        let size = [like.width, like.height, like.depth_or_array_layers].map(u64::from);
-        // Each view has two layers with coloured dithering.
-        let layers = if raw.colored.is_some() { 2 } else { 1 };
-        let mut rows = |name, layers| {
-            let size = [size[0], size[1], size[2] * u64::from(layers)];
-            allocator.texture(name, Rgba32Float, size, TextureUsages::STORAGE_BINDING)
-        };
-        let curve_rows =
-            (raw.nodes > 0).then(|| rows("curve_rows", CURVE_RUN_LAYERS)).transpose()?;
-        let rows = rows("filter_rows", layers)?;
-        let params = allocator.uniform::<FilterParams>("filter_params");
-        let value = FilterParams {
-            radius: (window / 2) as i32,
-            colored: u32::from(raw.colored.is_some()),
-            pad_0: 0,
-            pad_1: 0,
-        };
+        let layers = soften::run_layers(raw.colored.is_some(), raw.nodes);
+        let rows = texture_like(allocator, "soften_rows", Rgba32Float, &raw.filters, layers)?;
+        let params = allocator.uniform::<SoftenParams>("soften_params");
+        let value = SoftenParams { radius: (window / 2) as i32, ..SoftenParams::default() };
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
-        Ok((soft, Self { raw, window, rows, curve_rows, params }))
+        Ok((soft, Self { raw, window, rows, params }))
     }
 
     /// The softening of the views of `plans`. `over`: hits may add light.
@@ -75,38 +53,26 @@ impl Soften {
         let Self { raw, rows, params, .. } = self;
         let features = Features::of_maps(soft.nodes, soft.gain).with(Flags::HAS_OVER, over);
         let [of_rows, of_columns] = match &raw.colored {
-            Some(_) => [&colored::ROWS, &colored::COLUMNS],
-            None => [&filter::ROWS, &filter::COLUMNS],
+            Some(_) => [&soften::COLORED_ROWS, &soften::COLORED_COLUMNS],
+            None => [&soften::ROWS, &soften::COLUMNS],
         };
         let resources = raw
             .resources()
             .with("rows", rows)
-            .with("filter_params", params)
+            .with("soften_params", params)
+            .with("colored", raw.colored.as_ref().unwrap_or(&raw.opaques))
+            .with("raw_curves", &raw.curves)
+            .with("curves", &soft.curves)
             .with("soft_filters", &soft.filters)
             .with("soft_nearests", &soft.nearests)
             .with("soft_opaques", &soft.opaques);
-        let mut commands = Commands::new();
-        for plan in plans {
-            let views = view_uniform(allocator, queue, &plan.views);
-            let resources = resources.clone().with("views", &views);
-            let [x, y, z] = map_groups(&plan.views, GROUP_SIZE);
-            let run = |desc, resources: &Resources<'_>, y| {
-                kernels.dispatch(desc, features, resources, [x, y, z])
-            };
-            let mut dispatches =
-                vec![run(of_rows, &resources, y)?, run(of_columns, &resources, y)?];
-            if let Some(rows) = &self.curve_rows {
-                let resources = resources
-                    .with("rows", rows)
-                    .with("colored", raw.colored.as_ref().unwrap_or(&raw.opaques))
-                    .with("raw_curves", &raw.curves)
-                    .with("curves", &soft.curves);
-                dispatches.push(run(&filter::CURVE_ROWS, &resources, y)?);
-                let y = y.div_ceil(CURVE_TEXELS);
-                dispatches.push(run(&filter::CURVE_COLUMNS, &resources, y)?);
+        passes(allocator, queue, "gobo soften", plans, &resources, |resources, [x, y, z]| {
+            let run = |desc, y| kernels.dispatch(desc, features, resources, [x, y, z]);
+            let mut dispatches = vec![run(of_rows, y)?, run(of_columns, y)?];
+            if raw.nodes > 0 {
+                dispatches.push(run(&soften::CURVE_COLUMNS, y.div_ceil(CURVE_TEXELS))?);
             }
-            commands.pass("gobo filter", dispatches);
-        }
-        Ok(commands)
+            Ok(dispatches)
+        })
     }
 }

@@ -3,7 +3,7 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources},
     model::View,
-    stage::filter::CURVE_RUN_LAYERS,
+    stage::soften::run_layers,
     view::atlas::{Atlas, AtlasLimits, MapPlace},
 };
 use glam::UVec2;
@@ -49,7 +49,7 @@ impl Maps {
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
         // Each layer has several layers of curves, or of the softening's runs.
-        let of_softening = if softened && nodes > 0 { CURVE_RUN_LAYERS } else { 1 };
+        let of_softening = if softened { run_layers(colored, nodes) } else { 1 };
         let layers = limits.layers / (nodes / 2).max(of_softening);
         let limits = AtlasLimits { layers, ..limits };
         let sizes: Vec<UVec2> = views.iter().map(|view| view.size).collect();

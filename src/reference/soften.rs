@@ -1,5 +1,4 @@
-//! CPU reference of `wgsl/soften/filter_*.wgsl` and `colored_*.wgsl`: softening of dithered shadows. The visibility
-//! behind dithered surfaces is blurred over one window of their pattern and becomes a filter; depths are never
+//! CPU reference of `wgsl/soften/`: softening of dithered shadows. The visibility behind dithered surfaces is blurred over one window of their pattern and becomes a filter; depths are never
 //! blurred.
 use super::{occlude::is_dithered, threads::each};
 use crate::records::ViewMaps;
@@ -55,7 +54,7 @@ impl Window {
 
 /// Softens the light behind dithered surfaces; `window` as in [`crate::model::dither::window`]. Depths per channel
 /// become one.
-pub fn filter(maps: &mut ViewMaps, window: u32) {
+pub fn soften(maps: &mut ViewMaps, window: u32) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     if radius == 0 {
         return;

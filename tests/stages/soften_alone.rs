@@ -14,7 +14,7 @@ use gobo::{
         reference::curve::soften::soften_curves,
         stage::{
             features::Features,
-            filter::{self as stage, CURVE_RUN_LAYERS, CURVE_TEXELS, FilterParams},
+            soften::{self as stage, CURVE_TEXELS, SoftenParams, run_layers},
         },
     },
     wgpu::{BufferUsages, TextureFormat as Format},
@@ -44,18 +44,19 @@ fn every_texel_of_the_views_is_softened_and_no_other() {
         let maps = random_maps(u64::from(window));
         let inputs = Inputs::new(&gpu, &maps);
         let views = odd_view_buffer(&gpu);
-        let params = FilterParams { radius: (window / 2) as i32, colored: 0, pad_0: 0, pad_1: 0 };
-        let params = gpu.upload("filter_params", &[params], BufferUsages::UNIFORM);
+        let params = SoftenParams { radius: (window / 2) as i32, ..SoftenParams::default() };
+        let params = gpu.upload("soften_params", &[params], BufferUsages::UNIFORM);
         let rows = poisoned::<4>(&gpu, "rows", Format::Rgba32Float, 1);
         let filters = poisoned::<2>(&gpu, "soft_filters", Format::Rgba16Float, 1);
         let [nearests, opaques] = ["soft_nearests", "soft_opaques"]
             .map(|name| poisoned::<1>(&gpu, name, Format::R32Float, 1));
-        let shared = Resources::new().with("views", &views).with("filter_params", &params);
+        let shared = Resources::new().with("views", &views).with("soften_params", &params);
         let resources = shared
             .clone()
             .with("filters", &inputs.filters)
             .with("nearests", &inputs.nearests)
             .with("opaques", &inputs.opaques)
+            .with("colored", &inputs.opaques)
             .with("rows", &rows)
             .with("soft_filters", &filters)
             .with("soft_nearests", &nearests)
@@ -77,7 +78,8 @@ fn every_texel_of_the_views_is_softened_and_no_other() {
         sums.take_all();
         sums.assert_rest();
 
-        let rows = poisoned::<4>(&gpu, "curve_rows", Format::Rgba32Float, CURVE_RUN_LAYERS);
+        let rows =
+            poisoned::<4>(&gpu, "curve_rows", Format::Rgba32Float, run_layers(false, NODES as u32));
         let curves = poisoned::<4>(&gpu, "soft_curves", Format::Rgba32Uint, NODES as u32 / 2);
         let resources = shared
             .with("rows", &rows)
@@ -87,7 +89,7 @@ fn every_texel_of_the_views_is_softened_and_no_other() {
         let four = Features { nodes: NODES as u32, ..Features::NONE }.constants();
         // Columns end at the view's last row, and not within an invocation's four.
         let columns = [GROUPS[0], GROUPS[1].div_ceil(CURVE_TEXELS), GROUPS[2]];
-        let kernels = [(&stage::CURVE_ROWS, GROUPS), (&stage::CURVE_COLUMNS, columns)];
+        let kernels = [(&stage::ROWS, GROUPS), (&stage::CURVE_COLUMNS, columns)];
         run_all(&gpu, tier, &four, &resources, &kernels);
         let mut sums = Written::<4>::new(&gpu, &format!("{what}: rows of curves"), &rows);
         sums.take_all();

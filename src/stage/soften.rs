@@ -1,0 +1,55 @@
+//! soften: dithered opaque depths become a grey or coloured filter, by a separable blur of the visibility over one
+//! window of the pattern.
+//!
+//! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
+//! dithered surfaces as one more ramp.
+use super::blur::separable;
+use crate::gpu::{Choice, KernelDesc, Tier};
+use bytemuck::{Pod, Zeroable};
+
+const WINDOW: Choice = Choice::new("window", "soften/run.wgsl");
+const OF_ROWS: &[Choice] = &[Choice::new("accumulator", "soften/rows.wgsl"), WINDOW];
+const OF_COLUMNS: &[Choice] = &[Choice::new("accumulator", "soften/columns.wgsl"), WINDOW];
+
+pub const ROWS: KernelDesc = separable("soften_rows", OF_ROWS, &[]);
+pub const COLUMNS: KernelDesc = separable("soften_columns", OF_COLUMNS, &[("COLUMN", 1.0)]);
+
+/// [`ROWS`] of depths per channel.
+pub const COLORED_ROWS: KernelDesc = separable("soften_colored_rows", OF_ROWS, &[("COLORED", 1.0)]);
+/// [`COLUMNS`] of depths per channel.
+pub const COLORED_COLUMNS: KernelDesc =
+    separable("soften_colored_columns", OF_COLUMNS, &[("COLUMN", 1.0), ("COLORED", 1.0)]);
+
+/// Texels of a column per invocation. WGSL: `ROWS` in `wgsl/soften/curve_columns.wgsl`.
+pub const CURVE_TEXELS: u32 = 4;
+
+/// After [`ROWS`], or [`COLORED_ROWS`], which leave the same with curves.
+pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
+    name: "soften_curve_columns",
+    entry: "soften_curve_columns",
+    root: "soften/curve_columns.wgsl",
+    with: &[Choice::new("visit", "soften/curve_columns.wgsl")],
+    constants: &[("NODES", 8.0)],
+    tiers: &[Tier::Core],
+};
+
+/// Layers of `rows` per layer of the maps. WGSL: `run_layer` in `wgsl/soften/run.wgsl`.
+pub const fn run_layers(colored: bool, nodes: u32) -> u32 {
+    match (colored, nodes) {
+        (false, 0) => 1,
+        (true, 0) => 2,
+        _ => 3,
+    }
+}
+
+/// WGSL: `wgsl/soften/run.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct SoftenParams {
+    /// Half the window [texels].
+    pub radius: i32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+    pub pad_2: u32,
+}
+crate::gpu_layout!(SoftenParams { radius, pad_0, pad_1, pad_2 });
