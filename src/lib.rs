@@ -50,29 +50,22 @@
 //! - `internals`: the inside, for this repository's tests and program; without a promise.
 #![cfg_attr(
     not(feature = "internals"),
-    allow(
-        dead_code,
-        unreachable_pub,
-        unused_imports,
-        reason = "some of the inside is for tests and the program"
-    )
+    allow(dead_code, unreachable_pub, reason = "some of the inside is for tests and the program")
 )]
+#![cfg_attr(not(feature = "internals"), warn(missing_docs))]
 // A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
 mod frame;
 mod gpu;
-#[warn(missing_docs)]
 pub mod model;
 #[cfg(feature = "picture")]
 mod picture;
 mod records;
 mod reference;
 #[cfg(feature = "picture")]
-#[warn(missing_docs)]
 pub mod render;
 #[cfg(feature = "scene")]
-#[warn(missing_docs)]
 pub mod scene;
 mod shadows;
 mod stage;

@@ -9,9 +9,13 @@ pub enum Backend {
     /// The best adapter of any interface.
     #[default]
     Auto,
+    /// Vulkan.
     Vulkan,
+    /// Metal.
     Metal,
+    /// Direct3D 12.
     Dx12,
+    /// OpenGL and OpenGL ES.
     Gl,
     /// No adapter: the CPU reference.
     Cpu,
@@ -20,6 +24,7 @@ pub enum Backend {
 /// Wanted adapter, and the highest tier allowed.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
+    /// Interface of the adapter.
     pub backend: Backend,
     /// Part of the adapter's name; case does not matter.
     pub adapter: Option<String>,

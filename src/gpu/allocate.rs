@@ -7,6 +7,7 @@ use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 pub struct Memory(pub Vec<(&'static str, u64)>);
 
 impl Memory {
+    /// Adds bytes to those of a name.
     pub fn add(&mut self, name: &'static str, bytes: u64) {
         match self.0.iter_mut().find(|(known, _)| *known == name) {
             Some((_, sum)) => *sum += bytes,

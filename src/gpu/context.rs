@@ -6,11 +6,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// An open device with its kernels and properties. A clone is the same device, with the same kernels.
 #[derive(Clone, Debug)]
 pub struct Gpu {
+    /// The open device.
     pub device: wgpu::Device,
+    /// Its queue.
     pub queue: wgpu::Queue,
     /// Cache of compiled kernels.
     pub kernels: KernelCache,
+    /// Name and kind of the adapter.
     pub adapter: wgpu::AdapterInfo,
+    /// Tier of its kernels.
     pub tier: Tier,
     /// Reason for the tier: `native: SUBGROUP, TEXTURE_ATOMIC`.
     pub tier_reason: String,

@@ -8,37 +8,77 @@ use crate::{
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// No adapter, or none of the wanted name.
     #[error("no usable GPU adapter{}{}: {}", named(.wanted), listed(.found), remedy(.found))]
-    Adapter { wanted: Option<String>, found: Vec<String> },
+    Adapter {
+        /// Part of the name that was asked for.
+        wanted: Option<String>,
+        /// Names of the adapters that there are.
+        found: Vec<String>,
+    },
     /// Adapters, each with what it lacks.
     #[error("no usable GPU adapter: {}; {}", .0.join("; "), remedy(&[]))]
     Unusable(Vec<String>),
     /// Feature that an adapter lacks for the kernels.
     #[error("it lacks {0}")]
     Lacks(String),
+    /// An adapter does not open.
     #[error("the adapter {adapter} gave no device: {source}")]
-    Device { adapter: String, source: wgpu::RequestDeviceError },
+    Device {
+        /// Name of the adapter.
+        adapter: String,
+        /// wgpu's error.
+        source: wgpu::RequestDeviceError,
+    },
+    /// More than a limit of the device, or of the library, allows.
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
-    Limit { limit: &'static str, have: u64, need: u64, remedy: &'static str },
+    Limit {
+        /// Name of the limit: wgpu's if it is the device's.
+        limit: &'static str,
+        /// The limit.
+        have: u64,
+        /// What exceeds it.
+        need: u64,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// A device that was opened without required features or limits.
     #[error("the device cannot run the {tier} tier: {}; open it with `ShadowSettings::features` and \
              `ShadowSettings::limits`", joined(.missing))]
-    Unsupported { tier: Tier, missing: Vec<Missing> },
+    Unsupported {
+        /// Tier that it was to run.
+        tier: Tier,
+        /// Everything that it lacks.
+        missing: Vec<Missing>,
+    },
+    /// A light does not keep the contract of its fields.
     #[error(transparent)]
     Light(#[from] InvalidLight),
+    /// A kernel cannot be compiled or bound.
     #[error(transparent)]
     Clip(#[from] InvalidClip),
     #[error(transparent)]
     Kernel(#[from] crate::gpu::KernelError),
-    /// An input that does not keep the contract of its fields; `index` among those of its kind, 0 of a single one.
+    /// Another input does not keep the contract of its fields.
     #[error("{what} {index} cannot be used: {problem}")]
-    Invalid { what: Input, index: usize, problem: &'static str },
+    Invalid {
+        /// Kind of the input.
+        what: Input,
+        /// Index among those of its kind; 0 of a single one.
+        index: usize,
+        /// Why, for a reader.
+        problem: &'static str,
+    },
+    /// [`Prepared`](crate::Prepared) maps that a later `prepare` has taken over.
     #[error("a later `prepare` has taken these maps over; use what it returned")]
     Superseded,
+    /// Validation error of the device outside a call that could return it.
     #[error("the device refused a command: {0}")]
     Refused(String),
+    /// The device is out of memory.
     #[error("the device has no memory left: {0}; use a smaller shadow size")]
     Memory(String),
+    /// The device is lost.
     #[error("the device stopped answering: {0}")]
     Lost(String),
 }
@@ -47,36 +87,52 @@ pub enum Error {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Input {
+    /// A particle of [`Casters`](crate::Casters).
     #[error("particle")]
     Particle,
+    /// A triangle of [`Casters`](crate::Casters).
     #[error("triangle")]
     Triangle,
+    /// A material of [`Casters`](crate::Casters).
     #[error("material")]
     Material,
+    /// A texture of [`Casters`](crate::Casters).
     #[error("texture")]
     Texture,
+    /// A light that is not among those of the views.
     #[error("light")]
     Light,
+    /// A [`View`](crate::View).
     #[error("view")]
     View,
+    /// [`ShadowSettings`](crate::ShadowSettings).
     #[error("setting")]
     Setting,
+    /// [`HostCasters`](crate::HostCasters).
     #[error("set of host casters")]
     HostCasters,
+    /// A [`HostDepth`](crate::HostDepth).
     #[error("depth map of the host's")]
     HostDepth,
+    /// A [`MapLayout`](crate::host::MapLayout); the index is of a view.
     #[error("map layout")]
     MapLayout,
+    /// The prefix of [`Maps::wgsl`](crate::Maps::wgsl).
     #[error("prefix")]
     Prefix,
+    /// A point of [`PointBuffers`](crate::host::PointBuffers).
     #[error("point")]
     Point,
+    /// A [`MaskView`](crate::host::MaskView).
     #[error("view of masks")]
     MaskView,
+    /// [`MaskSettings`](crate::model::MaskSettings).
     #[error("mask setting")]
     MaskSetting,
+    /// An emitter, for a [`Simulation`](crate::host::Simulation).
     #[error("emitter")]
     Emitter,
+    /// A frame that `gobo export` cannot write.
     #[error("frame to be exported")]
     Frame,
 }

@@ -5,14 +5,41 @@ use super::link::LinkError;
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum KernelError {
+    /// WGSL that cannot be linked.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The device cannot compile or bind a kernel.
     #[error("the device refused the kernel {kernel}: {message}")]
-    Refused { kernel: &'static str, message: String },
+    Refused {
+        /// Label of the kernel.
+        kernel: &'static str,
+        /// The device's message, with file and line.
+        message: String,
+    },
+    /// A kernel of one device, used on another.
     #[error("the kernel {kernel} was made for another device: make it on this one")]
-    OtherDevice { kernel: &'static str },
+    OtherDevice {
+        /// Label of the kernel.
+        kernel: &'static str,
+    },
+    /// A resource that a kernel declares was not given.
     #[error("the kernel {kernel} needs {resource}, which was not given")]
-    Missing { kernel: &'static str, resource: &'static str },
+    Missing {
+        /// Label of the kernel.
+        kernel: &'static str,
+        /// Name that the kernel declares.
+        resource: &'static str,
+    },
+    /// A resource of another type than the kernel declares.
     #[error("the kernel {kernel} binds {resource} as {wanted}, which {given} is not")]
-    Mistyped { kernel: &'static str, resource: &'static str, wanted: String, given: String },
+    Mistyped {
+        /// Label of the kernel.
+        kernel: &'static str,
+        /// Name that the kernel declares.
+        resource: &'static str,
+        /// Its declared type.
+        wanted: String,
+        /// The given resource.
+        given: String,
+    },
 }

@@ -130,6 +130,7 @@ impl Timeline {
         Self::by(Timer::Steps(Box::new(steps)))
     }
 
+    /// Forgets the stages, before the next frame.
     pub fn reset(&mut self) {
         self.stages.clear();
         if let Timer::Steps(steps) = &mut self.timer {
@@ -154,6 +155,7 @@ impl Timeline {
         }
     }
 
+    /// Begins a compute pass of the stage `label`, with timestamps if it takes them.
     pub fn pass<'e>(
         &mut self,
         encoder: &'e mut wgpu::CommandEncoder,

@@ -28,6 +28,7 @@ pub(crate) fn filled<T: bytemuck::NoUninit>(
 }
 
 impl Gpu {
+    /// A buffer of these elements.
     pub fn upload<T: bytemuck::NoUninit>(
         &self,
         label: &str,

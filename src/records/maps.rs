@@ -5,6 +5,7 @@ use glam::UVec2;
 /// The maps of one view, read back. Texel `(x, y)` is at `y * size.x + x`; row 0 is the top.
 #[derive(Clone, Debug)]
 pub struct ViewMaps {
+    /// The view of the maps.
     pub view: View,
     /// `F`: product of the transmittances in front of the opaque surface, linear rgb.
     pub filter: Vec<[f32; 3]>,

@@ -63,6 +63,8 @@ crate::gpu_layout!(GpuView {
 });
 
 impl View {
+    /// The view in kernel form. `first_tile`: among the tiles of a batch; `origin` and `layer`: of its map's
+    /// rectangle [texels].
     pub fn to_gpu(&self, first_tile: u32, origin: UVec2, layer: u32) -> GpuView {
         let (part_index, part_count) = self.part.place();
         let (part, fade) = match self.part {

@@ -9,6 +9,7 @@ use glam::UVec2;
 pub struct MapPlace {
     /// First texel of the map in its layer.
     pub origin: UVec2,
+    /// Layer of the texture array.
     pub layer: u32,
 }
 

@@ -389,6 +389,7 @@ fn loaded_channel(bits: u32, gain: bool) -> f32 {
 }
 
 impl CurveMap {
+    /// Number of texels.
     pub fn texel_count(&self) -> usize {
         self.packed.len() / self.nodes.max(1)
     }
