@@ -119,7 +119,8 @@ impl Fit<'_> {
             (of_scene, middle_of_scene, 0.0)
         };
         let near = self.near.unwrap_or(0.0);
-        let shift = -middle.as_vec2().extend(extent.front());
+        let front = extent.front(self.near.or(self.far).is_some());
+        let shift = -middle.as_vec2().extend(front);
         View {
             light: Some(self.light),
             name: self.names[index],
@@ -127,7 +128,7 @@ impl Fit<'_> {
             projection: Projection::Orthographic,
             size: UVec2::splat(size),
             near,
-            far: self.far.unwrap_or_else(|| extent.far(extent.min.z, near)),
+            far: self.far.unwrap_or_else(|| extent.far(front, extent.min.z, near)),
             view_from_world: Mat4::from_translation(shift) * axes,
             scale: (1.0 / texel) as f32,
         }

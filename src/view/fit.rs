@@ -225,8 +225,9 @@ impl Owner<'_> {
             (middle.as_vec2(), Vec2::splat((texel * f64::from(size) * 0.5) as f32));
         let deepest = cover.deepest(&axes, middle - reach, middle + reach).min(extent.min.z);
         let near = shadow.near.unwrap_or(0.0);
-        let far = shadow.far.unwrap_or_else(|| extent.far(deepest, near));
-        let shift = Mat4::from_translation(-middle.extend(extent.front()));
+        let front = extent.front(shadow.near.or(shadow.far).is_some());
+        let far = shadow.far.unwrap_or_else(|| extent.far(front, deepest, near));
+        let shift = Mat4::from_translation(-middle.extend(front));
         let base = self.base(self.names.1[0], self.part, size, shift * axes);
         let scale = (1.0 / texel) as f32;
         View { projection: Projection::Orthographic, near, far, scale, ..base }

@@ -58,16 +58,20 @@ impl Extent {
         (texel, snapped((self.min + self.max).as_dvec3().truncate() * 0.5, texel))
     }
 
-    /// z of the plane from which depths are measured, in front of the box.
-    pub(super) fn front(&self) -> f32 {
+    /// z of the plane from which depths are measured, in front of the box; right in front of it if planes are
+    /// `given`.
+    pub(super) fn front(&self, given: bool) -> f32 {
+        if given {
+            return self.max.z + self.margin;
+        }
         let depth = f64::from(self.max.z - self.min.z + 2.0 * self.margin);
         let unit = rounded_up(depth, STEPS) / 8.0;
         ((f64::from(self.max.z + self.margin) / unit).ceil() * unit) as f32
     }
 
-    /// Distance of a far plane behind `deepest`, the least z of casters and receivers, from [`Self::front`] [m].
-    pub(super) fn far(&self, deepest: f32, near: f32) -> f32 {
-        let far = stepped(self.front() - deepest + self.margin);
+    /// Distance of a far plane behind `deepest`, the least z of casters and receivers, from `front` [m].
+    pub(super) fn far(&self, front: f32, deepest: f32, near: f32) -> f32 {
+        let far = stepped(front - deepest + self.margin);
         far.max(near + self.margin.max(near.abs() * 1e-3))
     }
 }

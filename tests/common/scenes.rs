@@ -110,7 +110,8 @@ pub(crate) fn triangle(positions: [Vec3; 3], material: u32) -> Triangle {
 /// Fixes a directional light's view at 20 x 20 x 20 m around the origin, whatever else casts: by an opaque
 /// triangle between two corners, which covers no texel as it has no area.
 pub(crate) fn hold_view(scene: &mut Scene, opaque: u32) {
-    let far = Vec3::splat(10.0);
+    // With its margin and a texel more, a window is stepped up to 20 m.
+    let far = Vec3::splat(9.2);
     scene.triangles.push(triangle([-far, far, far], opaque));
 }
 

@@ -164,7 +164,8 @@ fn each_channel_lets_its_transmittance_through() {
         scene.shadow.colored = true;
         scene.shadow.size = 256;
         for id in 0..2 {
-            let faces = pane(0.2 + 0.1 * id as f32, 1.5, id);
+            // Half the edge of a window of 4 m, less its margin.
+            let faces = pane(0.2 + 0.1 * id as f32, 1.96, id);
             scene.triangles.extend(faces.map(|face| gobo::model::Triangle { id: id + 9, ..face }));
         }
         let maps = map_frame(TIERS[1], &scene).maps.remove(0);

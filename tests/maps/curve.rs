@@ -282,7 +282,7 @@ fn slabs_do_not_depend_on_the_order_of_equal_depths() {
     for particle in &mut scene.particles {
         particle.center.y = (particle.center.y * 4.0).round() / 4.0;
         // No texel has so few hits that they are inserted one by one.
-        particle.radius = 0.4;
+        particle.radius = 0.45;
         particle.color.w = 0.1;
     }
     let mut mixed = scene.clone();

@@ -252,13 +252,16 @@ fn share_through(maps: &[f32]) -> f64 {
     maps.iter().filter(|z| **z == 1.0).count() as f64 / maps.len() as f64
 }
 
+/// Half edge of what fills a window of 4 m but for its margin, which is stepped up to that [m].
+const FITTING: f32 = 1.96;
+
 fn stack(pattern: Pattern, a: f32, ids: &[u32]) -> Scene {
     let mut scene =
         empty(vec![Material { tint: Vec4::new(1.0, 1.0, 1.0, a), ..dithered(pattern, 1) }]);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
     scene.shadow.size = 256;
     for (i, &id) in ids.iter().enumerate() {
-        let faces = pane(0.2 + 0.1 * i as f32, 1.5, 0);
+        let faces = pane(0.2 + 0.1 * i as f32, FITTING, 0);
         scene.triangles.extend(faces.map(|face| gobo::model::Triangle { id, ..face }));
     }
     scene
@@ -290,9 +293,10 @@ fn fading_panes_vanish_from_the_map_without_a_step() {
             let mut chance = Chance::new(2);
             scene.particles = (0..256)
                 .map(|i| {
-                    let at = Vec3::new((i % 16) as f32 - 7.5, (i / 16) as f32 - 7.5, 0.0) * 0.2;
+                    let at = Vec3::new((i % 16) as f32 - 7.5, (i / 16) as f32 - 7.5, 0.0)
+                        * (FITTING / 8.0);
                     let id = chance.below(1 << 24) as u32;
-                    gobo::model::Particle { id, ..particle(at, 0.1, Vec4::ONE) }
+                    gobo::model::Particle { id, ..particle(at, FITTING / 16.0, Vec4::ONE) }
                 })
                 .collect();
             (scene.materials[0].shape, scene.materials[0].profile) = (Shape::Quad, Profile::Flat);

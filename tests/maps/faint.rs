@@ -22,7 +22,7 @@ const CURVE: f64 = 0.01;
 const COUNT: u32 = 40_000;
 /// Halfway between two 32-bit floats when it is subtracted from 1.
 const ALPHA: f32 = 167.5 / 16_777_216.0;
-/// Radius of a caster [m]; a texel is 1.3 m.
+/// Radius of a caster [m]; a texel is 1.25 m.
 const RADIUS: f32 = 2.0;
 const COLOR: Vec3 = Vec3::new(0.0, 0.5, 0.9);
 
