@@ -1,0 +1,22 @@
+// Nodes of curves during insertion, in workgroup memory: a texel has its own, so that none waits for another.
+
+import package::curve::list::Node;
+import package::features::NODES;
+
+const NODE_LANES: u32 = 64u; // a workgroup's texels: 8 x 8
+
+var<workgroup> nodes: array<array<Node, NODE_LANES>, NODES + 1u>;
+var<private> own_lane: u32;
+
+// `texel`: that of the invocation.
+fn open_nodes(texel: vec2<u32>) {
+    own_lane = (texel.y & 7u) * 8u + (texel.x & 7u);
+}
+
+fn node_at(i: u32) -> Node {
+    return nodes[i][own_lane];
+}
+
+fn set_node(i: u32, node: Node) {
+    nodes[i][own_lane] = node;
+}
