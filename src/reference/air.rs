@@ -37,10 +37,10 @@ pub const THIN: f32 = 1e-3;
 /// Angle at a lamp between two samples [radians]: half a degree.
 pub const SAMPLE_ANGLE: f32 = 0.008_726_6;
 /// Most samples of a light in a slice.
-pub const MAX_SAMPLES: u32 = 16;
+pub const MAX_AIR_SAMPLES: u32 = 16;
 /// Most samples of all lights in a slice, unless each has the least: the loops of an invocation share
 /// llvmpipe's 65,535 iterations.
-pub const MAX_OF_ALL: u32 = 256;
+pub const MAX_LIT_SAMPLES: u32 = 256;
 /// Distance from a lamp below which its light does not rise [m].
 pub const NEAREST: f32 = 0.01;
 /// Instead of 0 in a divisor.
@@ -93,7 +93,7 @@ impl Ray {
         let seen = (apart * (high - low)).atan2(apart * apart + low * high);
         let angle = if is_local { seen } else { 0.0 };
         let least = params.samples;
-        let most = (MAX_OF_ALL / lighting.lights().len() as u32).clamp(least, MAX_SAMPLES);
+        let most = (MAX_LIT_SAMPLES / lighting.lights().len() as u32).clamp(least, MAX_AIR_SAMPLES);
         let count = ((angle / SAMPLE_ANGLE).ceil() as u32).clamp(least, most);
         let sample = |i: u32| {
             let part = (i as f32 + 0.5) / count as f32;

@@ -47,8 +47,8 @@ use std::collections::{BTreeMap, BTreeSet};
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
-        ("MAX_OF_ALL", air::MAX_OF_ALL),
-        ("MAX_SAMPLES", air::MAX_SAMPLES),
+        ("MAX_LIT_SAMPLES", air::MAX_LIT_SAMPLES),
+        ("MAX_AIR_SAMPLES", air::MAX_AIR_SAMPLES),
         ("ALL_LIGHTS", ALL_LIGHTS),
         ("AREA_FLAT", AREA_FLAT),
         ("AREA_SPHERE", AREA_SPHERE),
@@ -178,7 +178,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("GOLDEN_SINE", taps::GOLDEN.y),
         ("HEAD_ON", shading::HEAD_ON),
         ("MIN_BEND", curve::bodies::MIN_BEND),
-        ("MIN_COSINE", receive::MIN_COSINE),
+        ("MIN_INCIDENCE", receive::MIN_INCIDENCE),
         ("MIN_DISTANCE", f32::MIN_POSITIVE),
         ("MIN_REST", curve::MIN_REST),
         ("MIN_ROOT", curve::bodies::MIN_ROOT),
@@ -237,7 +237,7 @@ const KERNELS_OWN: &[&str] = &[
     "MIN_TAU",
     "LIST_LENGTH",
     "MANY",
-    "MAX_TILES",
+    "MAX_WORKGROUPS",
     "METAL_STEPS",
     "NO_CASTER",
     "MISS",

@@ -9,7 +9,7 @@ import package::records::dispatch::{
     MERGED_DISPATCH, PARTED_DISPATCH, PART_DISPATCH, SEGMENT_DISPATCH,
 };
 
-const MAX_TILES: u32 = 65535u; // workgroups in a row on every adapter
+const MAX_WORKGROUPS: u32 = 65535u; // workgroups in a row on every adapter
 const TILE_LANES: u32 = 64u;
 
 @compute @workgroup_size(TILE_LANES)
@@ -17,7 +17,7 @@ fn part_next(@builtin(local_invocation_index) lane: u32) {
     let first = atomicLoad(&dispatches[4u * PARTED_DISPATCH + 3u]);
     let before = atomicLoad(&tile_pairs[first]);
     var end = first;
-    var limit = min(bin_params.tile_count, first + MAX_TILES);
+    var limit = min(bin_params.tile_count, first + MAX_WORKGROUPS);
     while end < limit {
         let middle = (end + limit + 1u) / 2u;
         let fits = atomicLoad(&tile_pairs[middle]) - before <= part_params.room;

@@ -14,8 +14,8 @@ const PER_FOUR_PI: f32 = 0.07957747;
 const SAMPLE_ANGLE: f32 = 0.0087266;
 // Most samples of a light in a slice, and of all lights: the loops of an invocation share llvmpipe's 65,535
 // iterations.
-const MAX_SAMPLES: u32 = 16u;
-const MAX_OF_ALL: u32 = 256u;
+const MAX_AIR_SAMPLES: u32 = 16u;
+const MAX_LIT_SAMPLES: u32 = 256u;
 // Distance from a lamp below which its light does not rise [m]: that of `incoming`.
 const NEAREST: f32 = 0.01;
 // Instead of 0 in a divisor.
@@ -70,7 +70,7 @@ fn scattered(light: GpuLight, eye: vec3<f32>, direction: vec3<f32>, ray: vec3<f3
     let apart = max(length(origin - ray * nearest), NEAREST);
     let is_local = light.kind != LIGHT_DIRECTIONAL;
     let angle = select(0.0, atan2(apart * (high - low), apart * apart + low * high), is_local);
-    let most = clamp(MAX_OF_ALL / picture_params.light_count, air_params.samples, MAX_SAMPLES);
+    let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, air_params.samples, MAX_AIR_SAMPLES);
     let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), air_params.samples, most);
     let is_lit = high > low && (light.traits & SHAFTS_BIT) != 0u;
     let count = select(0u, wanted, is_lit);

@@ -15,7 +15,7 @@ import package::shade::taps::{
 import package::shade::tint::{set_plane, tint_depth};
 
 // Least cosine of a slope: 86 degrees.
-const MIN_COSINE: f32 = 0.0625;
+const MIN_INCIDENCE: f32 = 0.0625;
 
 // Light through one texel to light depth z, by the rules of the receiver. Texels outside the view's map are
 // clamped to its border.
@@ -134,7 +134,7 @@ fn shadow(light: GpuLight, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     // Without a normal there is no slope.
-    let slope = light.slope_bias * dot(normal, normal) * sine / max(cosine, MIN_COSINE);
+    let slope = light.slope_bias * dot(normal, normal) * sine / max(cosine, MIN_INCIDENCE);
     let face = cube_face(point - light.position);
     let end = light.first_view + light.view_count;
     var is_own = true;     // a further shadow can only take light

@@ -26,7 +26,7 @@ struct Slant {
 }
 
 /// Least cosine of a slope: 86 degrees.
-pub const MIN_COSINE: f32 = 0.0625;
+pub const MIN_INCIDENCE: f32 = 0.0625;
 
 /// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
@@ -213,7 +213,7 @@ impl Lighting<'_> {
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // Without a normal there is no slope.
-        let tangent = normal.length_squared() * sine / cosine.max(MIN_COSINE);
+        let tangent = normal.length_squared() * sine / cosine.max(MIN_INCIDENCE);
         let slant = Slant { sine, tangent, reach };
         let first = light.first_view as usize;
         let views = self.views_of(first, light, point);

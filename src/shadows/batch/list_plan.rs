@@ -160,8 +160,8 @@ impl ListPlan {
     pub(crate) fn most_parts(&self, room: u32, tile_count: u32) -> u32 {
         /// Each is recorded, needed or not. The pairs of the host's casters have no useful bound.
         const MAX: u64 = 512;
-        const MAX_OF_HOST: u64 = 32;
-        let most = if self.host.is_some() { MAX_OF_HOST } else { MAX };
+        const MAX_HOST_PARTS: u64 = 32;
+        let most = if self.host.is_some() { MAX_HOST_PARTS } else { MAX };
         // Two parts that follow each other have more pairs than there is room for in one.
         let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
         enough.min(u64::from(tile_count) + 1).min(most) as u32
