@@ -3,6 +3,7 @@
 //!
 //! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
 //! dithered surfaces as one more ramp.
+use super::{curve, walk};
 use crate::gpu::{Choice, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -43,7 +44,11 @@ pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
     name: "curve_columns",
     entry: "curve_columns",
     root: "soften/curve_columns.wgsl",
-    with: &[Choice::new("visit", "soften/curve_columns.wgsl")],
+    with: &[
+        Choice::new("visit", "soften/curve_columns.wgsl"),
+        walk::INVOCATION_ROWS,
+        curve::OPEN_NODES,
+    ],
     constants: &[("NODES", 8.0)],
     tiers: &[Tier::Core],
 };

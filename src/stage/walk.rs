@@ -26,3 +26,5 @@ pub(super) const FACED_CANDIDATE: Choice =
     Choice::new("candidate", "traversal/candidate_faced.wgsl");
 /// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
+/// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.
+pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");

@@ -11,9 +11,9 @@ import choice::rows::{RowBits, RowIs, Rows, any_row};
 
 // Least difference between the square roots of the light in front of a body and behind it at which it is
 // worth two nodes: in its middle, the line is off by half of its square.
-const LEAST_BEND: f32 = 0.0625;
+const MIN_BEND: f32 = 0.0625;
 const SHORTEST: u32 = 4u; // ramp that becomes two, in fixed point
-const LEAST_ROOT: f32 = 0.022097087; // of light: black counts as 1/2048
+const MIN_ROOT: f32 = 0.022097087; // of light: black counts as 1/2048
 
 var<private> alone: RowBits;     // bit i: node i is a single hit, not merged
 var<private> new_place: RowBits; // index of the inserted node
@@ -66,7 +66,7 @@ fn split_bodies() {
     loop {
         let most = most_bent();
         let free = node_at(select(0u, 1u, HAS_SOFTENING)).span == RowBits(0u);
-        let is = free & (most.bend > Rows(LEAST_BEND));
+        let is = free & (most.bend > Rows(MIN_BEND));
         halve(most, is);
         if !any_row(is) {
             break;
@@ -94,7 +94,7 @@ fn most_bent() -> Bent {
         let long = (node.span & RowBits(0xffffu)) >= (node.span >> RowBits(16u)) + SHORTEST;
         let single = has_bit(alone, RowBits(i));
         let is = long & single & (next >= middle_of(node.span)) & (bend > most.bend);
-        let least = Rows(LEAST_ROOT);
+        let least = Rows(MIN_ROOT);
         let behind = Lights(max(own.red, least), max(own.green, least), max(own.blue, least));
         most = Bent(
             select(most.bend, bend, is),

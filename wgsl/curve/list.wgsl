@@ -49,13 +49,13 @@ fn selected_node(a: Node, b: Node, is: RowIs) -> Node {
     );
 }
 
-// `texel`: the invocation's first.
-fn clear_list(texel: vec2<u32>) {
+// `place`: of the invocation; those of a workgroup are neighbours.
+fn clear_list(place: vec2<u32>) {
     disordered = 0u;
     latest = RowBits(0u);
     adding = black();
     clear_bodies();
-    open_nodes(texel);
+    open_nodes(place);
     let unused = coded(RowBits(0u), white());
     for (var i = 0u; i < unrolled(NODES); i += 1u) {
         set_node(i, unused);

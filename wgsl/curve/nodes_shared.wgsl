@@ -3,14 +3,14 @@
 import package::curve::list::Node;
 import package::features::NODES;
 
-const NODE_LANES: u32 = 64u; // a workgroup's texels: 8 x 8
+const NODE_LANES: u32 = 64u; // of a workgroup
 
 var<workgroup> nodes: array<array<Node, NODE_LANES>, NODES + 1u>;
 var<private> own_lane: u32;
 
-// `texel`: that of the invocation.
-fn open_nodes(texel: vec2<u32>) {
-    own_lane = (texel.y & 7u) * 8u + (texel.x & 7u);
+// `place`: of the invocation; those of a workgroup are 8 x 8 neighbours.
+fn open_nodes(place: vec2<u32>) {
+    own_lane = (place.y & 7u) * 8u + (place.x & 7u);
 }
 
 fn node_at(i: u32) -> Node {

@@ -5,7 +5,7 @@ import package::curve::list::Node;
 
 var<private> nodes: array<Node, 17>; // one more than a curve has at most
 
-fn open_nodes(texel: vec2<u32>) {}
+fn open_nodes(place: vec2<u32>) {}
 
 fn node_at(i: u32) -> Node {
     return nodes[i];
