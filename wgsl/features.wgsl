@@ -47,8 +47,8 @@ override HAS_FILTERS: bool = false;
 // Some light of the picture reads maps, because it has no mask.
 override HAS_SHADOWS: bool = true;
 
-// Turns of a loop over what may lie in registers, as `for (var i = 0u; i < unrolled(4u); i += 1u)`: the linker
-// writes it out for drivers that keep no array in registers otherwise (src/gpu/link/unrolled.rs).
+// Bound of a loop over what may lie in registers: the linker writes the loop out for drivers that keep no other
+// array there (src/gpu/link/unrolled.rs).
 fn unrolled(turns: u32) -> u32 {
     return turns;
 }

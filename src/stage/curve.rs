@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
-use super::walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS};
+use super::walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING};
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
     records::CURVE_SEGMENT,
@@ -49,6 +49,7 @@ pub const TILES: KernelDesc = KernelDesc {
         INVOCATION_ROWS,
         OPEN_NODES,
         HITS,
+        WAITING,
         TILE,
         PAIRS,
         WALK,
@@ -63,7 +64,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, SEGMENT, PAIRS, WALK, CANDIDATE],
+    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, SEGMENT, PAIRS, WALK, CANDIDATE],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };

@@ -15,6 +15,8 @@ pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/l
 pub const FOUR_ROWS: Choice = Choice::new("rows", "llvmpipe/rows_four.wgsl");
 /// Nodes of curves are registers.
 pub const PRIVATE_NODES: Choice = Choice::new("nodes", "llvmpipe/nodes_private.wgsl");
+/// Hits that wait for late ones are registers.
+pub const SORTED_WAITING: Choice = Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl");
 /// Loops over what lies in registers are written out.
 pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects discs until there is one for each lane.

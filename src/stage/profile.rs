@@ -64,7 +64,7 @@ impl Profile {
 
     /// Choices that replace a kernel's own.
     pub fn choices(&self) -> Vec<Choice> {
-        let columns = [llvmpipe::FOUR_ROWS, llvmpipe::PRIVATE_NODES];
+        let columns = [llvmpipe::FOUR_ROWS, llvmpipe::PRIVATE_NODES, llvmpipe::SORTED_WAITING];
         let chosen = [
             (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
             (self.loaded, &[llvmpipe::LOADED]),

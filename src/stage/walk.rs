@@ -28,3 +28,5 @@ pub(super) const FACED_CANDIDATE: Choice =
 pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
+/// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
+pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");

@@ -8,7 +8,7 @@ import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, u
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::crossing;
 import package::hit::hit_order::{
-    Hits, WAITING, clear_order, late_hits, next_waiting, no_hits, pass_on, with_hit,
+    Hits, WAITING, clear_order, late_hits, no_hits, pass_on, with_hit,
 };
 import package::hit::key_depths::{front_depths, start_keys};
 import package::hit::object::object_of;
@@ -18,6 +18,7 @@ import package::records::view::GpuView;
 import package::sums::faint::keep3;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
 import choice::rows::{ROW_COUNT, RowBits, Rows, any_row, row, row_bits, with_bits, with_row};
+import choice::waiting::take_hits;
 
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
@@ -106,7 +107,7 @@ fn compose(hits: Hits) {
 fn finish() {
     if HAS_OVER {
         for (var i = 0u; i < WAITING; i += 1u) {
-            compose(next_waiting());
+            compose(take_hits());
         }
         if late_hits > 0u {
             atomicAdd(&counters.disordered, late_hits);

@@ -6,7 +6,7 @@ import package::curve::lights::{Lights, difference, scaled, selected, white};
 import package::curve::list::{coded, light_behind, selected_node};
 import package::curve::merge::Merge;
 import package::features::{HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODES, unrolled};
-import choice::nodes::{node_at, set_node};
+import choice::nodes::{node_at, node_count, set_node};
 import choice::rows::{RowBits, RowIs, Rows, any_row};
 
 // Least difference between the square roots of the light in front of a body and behind it at which it is
@@ -85,7 +85,7 @@ fn root(light: Lights) -> Lights {
 fn most_bent() -> Bent {
     var most = Bent(Rows(0.0), RowBits(0u), white());
     var before = white();
-    for (var i = 0u; i < unrolled(NODES); i += 1u) {
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
         let node = node_at(i);
         let own = root(light_behind(node));
         let bend = difference(before, own);
@@ -109,7 +109,7 @@ fn most_bent() -> Bent {
 // Moves what is in front of the bent ramp into the free node; the two halves follow.
 fn halve(most: Bent, is: RowIs) {
     let half = coded(RowBits(0u), most.light);
-    for (var i = 0u; i < unrolled(NODES); i += 1u) {
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
         let node = node_at(i);
         let next = node_at(i + 1u);
         let moves = is & (RowBits(i + 1u) < most.place);

@@ -8,7 +8,7 @@ import package::curve::lights::{
 import package::curve::merge::{cheapest_merge, merged_span};
 import package::features::{HAS_GAIN, HAS_OVER, NODES, unrolled};
 import package::sums::sums::BLACK;
-import choice::nodes::{node_at, open_nodes, set_node};
+import choice::nodes::{node_at, node_count, open_nodes, set_node};
 import choice::rows::{RowBits, RowIs, Rows, count_rows};
 import choice::visit::ordered;
 
@@ -57,7 +57,7 @@ fn clear_list(place: vec2<u32>) {
     clear_bodies();
     open_nodes(place);
     let unused = coded(RowBits(0u), white());
-    for (var i = 0u; i < unrolled(NODES); i += 1u) {
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
         set_node(i, unused);
     }
 }
@@ -113,7 +113,7 @@ fn insert_between(span: RowBits, light: Lights, passed: Lights, last: RowIs, cou
     let new_span = select(RowBits(0xffffffffu), span, counts);
     var before = coded(RowBits(0u), white());
     new_place = RowBits(0u);
-    for (var i = 0u; i < unrolled(NODES); i += 1u) {
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
         let node = node_at(i);
         let in_front = node.span <= new_span;
         before = selected_node(before, node, in_front);
@@ -134,7 +134,7 @@ fn insert_between(span: RowBits, light: Lights, passed: Lights, last: RowIs, cou
     }
     disordered += count_rows(lost);
     let came = coded(new_span, selected(behind, passed, last));
-    for (var n = 0u; n < unrolled(NODES + 1u); n += 1u) {
+    for (var n = 0u; n < unrolled(node_count + 1u); n += 1u) {
         let i = NODES - n;
         let node = node_at(i);
         let front = node_at(max(i, 1u) - 1u);
@@ -147,7 +147,7 @@ fn insert_between(span: RowBits, light: Lights, passed: Lights, last: RowIs, cou
 
 // Replaces node `place` and the one behind it by their merge, and moves those behind them up by one.
 fn close_up(place: RowBits, merged: RowBits) {
-    for (var i = 0u; i < unrolled(NODES); i += 1u) {
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
         var node = selected_node(node_at(i + 1u), node_at(i), RowBits(i) < place);
         node.span = select(node.span, merged, RowBits(i) == place);
         set_node(i, node);

@@ -2,7 +2,7 @@
 
 import package::curve::lights::level;
 import package::features::{HAS_GAIN, NODES, unrolled};
-import choice::nodes::node_at;
+import choice::nodes::{node_at, node_count};
 import choice::rows::{RowBits, RowIs, Rows};
 import choice::visit::ordered;
 
@@ -25,7 +25,7 @@ fn cheapest_merge() -> Merge {
     );
     var before = Rows(select(65535.0, 1.0, HAS_GAIN));
     var a = node_at(0u);
-    for (var i = 0u; i < unrolled(NODES); i += 1u) {
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
         let b = node_at(i + 1u);
         let between = level(a.means >> RowBits(16u));
         let behind = level(b.means >> RowBits(16u));

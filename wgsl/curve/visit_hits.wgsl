@@ -9,13 +9,14 @@ import package::curve::volumes::{change_density, crossed, last_face, surface_lig
 import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::{face_crossing, volume_face};
-import package::hit::hit_order::{Hits, WAITING, next_waiting, no_hits, pass_on, with_hit};
+import package::hit::hit_order::{Hits, WAITING, no_hits, pass_on, with_hit};
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::traversal::candidate::Offer;
 import package::traversal::kinds::visited;
 import choice::rows::{ROW_COUNT, RowIs, row, with_row};
+import choice::waiting::take_hits;
 
 fn ordered() -> bool {
     return false;
@@ -106,5 +107,5 @@ fn waiting_steps() -> u32 {
 }
 
 fn join_waiting() {
-    let placed = join_hits(next_waiting(), black());
+    let placed = join_hits(take_hits(), black());
 }

@@ -2,6 +2,9 @@
 // Software drivers read other arrays one lane at a time.
 
 import package::curve::list::Node;
+import package::features::NODES;
+
+const node_count: u32 = NODES;
 
 var<private> nodes: array<Node, 17>; // one more than a curve has at most
 
