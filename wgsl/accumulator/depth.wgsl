@@ -1,4 +1,4 @@
-// State: nearest opaque depth of an invocation's texels. CPU reference: src/reference/occlude.rs.
+// Accumulator: nearest opaque depth of an invocation's texels. CPU reference: src/reference/occlude.rs.
 
 import package::features::unrolled;
 import package::hit::blocks::{blocks, stored_depth};

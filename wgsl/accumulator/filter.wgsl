@@ -1,5 +1,5 @@
-// Accumulator: transmittance and nearest depth of four texels, front to back, in registers. CPU reference:
-// src/reference/accumulate.rs.
+// Accumulator: transmittance and nearest depth of an invocation's texels, front to back, in registers. CPU
+// reference: src/reference/accumulate.rs.
 
 import package::bind::changed::counters;
 import package::bind::sampled::opaques;
@@ -22,17 +22,17 @@ import choice::waiting::take_hits;
 
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
-var<private> corner: vec2<f32>;             // first of the texels, in the view's map
-var<private> passed: array<vec3<f32>, ROW_COUNT>;   // transmittance so far
-var<private> lost: array<vec3<f32>, ROW_COUNT>;     // absorbed by faint casters, not yet multiplied into `passed`
-var<private> passed_in_order: Lights;       // order-dependent blending: scale, and added light
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
+var<private> passed: array<vec3<f32>, ROW_COUNT>; // transmittance so far
+var<private> lost: array<vec3<f32>, ROW_COUNT>;   // absorbed by faint casters, not yet multiplied into `passed`
+var<private> passed_in_order: Lights; // order-dependent blending: scale, and added light
 var<private> added_in_order: Lights;
-var<private> own_from: Rows;           // light depths between which hits belong to this part of the walk
+var<private> own_from: Rows;          // light depths between which hits belong to this part of the walk
 var<private> own_before: Rows;
 var<private> own_faces: bool;
-var<private> crossed: array<vec4<i32>, ROW_COUNT>;  // volumes: optical depth, and faces left minus entered
+var<private> crossed: array<vec4<i32>, ROW_COUNT>; // volumes: optical depth, and faces left minus entered
 var<private> nearest: Rows;
-var<private> owner: RowBits;              // owner tag of the nearest
+var<private> owner: RowBits; // owner tag of the nearest
 var<private> opaque_depth: Rows;
 
 fn start(view: GpuView, texel: vec2<u32>) {

@@ -1,4 +1,4 @@
-// State: curves of an invocation's texels. CPU reference: src/reference/curve/tile.rs.
+// Accumulator: curves of an invocation's texels. CPU reference: src/reference/curve/tile.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::lights::{

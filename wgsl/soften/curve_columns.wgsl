@@ -5,8 +5,8 @@
 import package::bind::sampled::{raw_curves, rows};
 import package::bind::stored::curves;
 import package::bind::uniform::{filter_params, views};
-import package::curve::lights::{black, fixed, scaled, selected, white, with_light};
-import package::curve::list::{Node, adding, clear_list, coded, insert, light_behind};
+import package::curve::lights::{fixed, scaled, selected, white, with_light};
+import package::curve::list::{Node, clear_list, coded, insert, light_behind};
 import package::curve::loaded::loaded_node;
 import package::curve::node::curve_layer;
 import package::curve::stored::{stored_node, stored_pair};
