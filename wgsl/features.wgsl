@@ -30,9 +30,6 @@ override NODES: u32 = 0u;
 override HAS_SOFTENING: bool = false;
 // The picture shows the cost of each pixel.
 override COUNT_COST: bool = false;
-// Loops over the texels of a lane are not unrolled. Unrolled they are faster, but some compilers take a
-// minute for that.
-override ROLLED: bool = false;
 // Walks visit particles and triangles in loops of their own.
 override KINDS_APART: bool = false;
 // Look-ups read filters after they have found a translucent caster.
@@ -49,3 +46,9 @@ override HAS_PANES: bool = true;
 override HAS_FILTERS: bool = false;
 // Some light of the picture reads maps, because it has no mask.
 override HAS_SHADOWS: bool = true;
+
+// Bound of a loop over what may lie in registers: the linker writes the loop out for drivers that keep no other
+// array there (src/gpu/link/unrolled.rs).
+fn unrolled(turns: u32) -> u32 {
+    return turns;
+}

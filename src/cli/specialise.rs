@@ -7,7 +7,8 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
     let profile = Profile {
         shape: Shape::Wide,
         scatter_tiny: true,
-        rolled: false,
+        columns: false,
+        unrolled: false,
         kinds_apart: false,
         wide: true,
         queued: false,

@@ -84,8 +84,9 @@ impl Kernel {
         target: Target,
     ) -> Result<Self, String> {
         let (mut constants, mut flags) = (BTreeMap::new(), BTreeMap::new());
-        for (_, open) in parse(&wgsl)?.overrides.iter() {
-            let name = open.name.as_deref().unwrap_or_default();
+        let overrides = parse(&wgsl)?.overrides;
+        // Lengths of arrays are nameless ones.
+        for name in overrides.iter().filter_map(|(_, open)| open.name.as_deref()) {
             let (start, end, ty, usual) = declaration(&wgsl, name)
                 .ok_or_else(|| format!("the override {name} has no type"))?;
             let is_it = |(known, _): &&Constant| *known == name;

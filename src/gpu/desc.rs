@@ -1,7 +1,7 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
     kernel_error::KernelError,
-    link::{Constant, Library, Linked, SAMPLED},
+    link::{Constant, Library, Linked, SAMPLED, UNROLLED},
     resource::Binding,
     tier::Tier,
 };
@@ -80,7 +80,11 @@ impl KernelDesc {
         constants: &[Constant],
     ) -> Result<Specialised, KernelError> {
         let linked = self.link_with(tier, others)?;
-        let wgsl = linked.with_values(&[constants, self.constants].concat());
+        let constants = [constants, self.constants].concat();
+        let mut wgsl = linked.with_values(&constants);
+        if others.iter().any(|choice| choice.name == UNROLLED) {
+            wgsl = linked.unrolled(wgsl, &constants);
+        }
         let sampled = others.iter().find(|choice| choice.name == SAMPLED);
         Specialised::new(linked, wgsl, sampled.map(|choice| choice.files[tier as usize]))
     }

@@ -15,6 +15,7 @@
 mod loaded;
 #[cfg(not(target_arch = "wasm32"))]
 mod pruned;
+mod unrolled;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use pruned::prune;
@@ -32,6 +33,9 @@ pub type Constant = (&'static str, f64);
 
 /// Choice whose file declares sampled textures as storage textures.
 pub const SAMPLED: &str = "sampled";
+
+/// Choice of kernels whose marked loops are written out; its file marks them.
+pub const UNROLLED: &str = "unrolled";
 
 /// Module name of imports that a text of the host declares.
 pub(super) const HOST_TEXT: &str = "";

@@ -29,7 +29,7 @@ pub use context::{Gpu, unusable_adapter};
 pub use desc::{Choice, KernelDesc, Specialised};
 pub use kernel::{HostText, Kernel};
 pub use kernel_error::KernelError;
-pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, words};
+pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, OwnedResource, Resource, Resources};

@@ -9,7 +9,7 @@ use super::{
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
-    walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels},
+    walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING, WALK, WalkKernels},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -43,7 +43,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, FILTER, MAPS, STORED, WALK, CANDIDATE],
+    with: &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -52,7 +52,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[FILTER, MAPS, WALK, CANDIDATE, SUMS],
+    with: &[FILTER, INVOCATION_ROWS, WAITING, MAPS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -62,7 +62,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
     name: "accumulate_ordered",
     entry: "walk_ordered_segment",
     root: "entry/ordered_segment.wgsl",
-    with: &[FILTER, ORDERED_MAPS, WALK, CANDIDATE, SUMS],
+    with: &[FILTER, INVOCATION_ROWS, WAITING, ORDERED_MAPS, WALK, CANDIDATE, SUMS],
     constants: &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
 };

@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
-use super::walk::{CANDIDATE, IN_ORDER, SUMS};
+use super::walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING};
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
     records::CURVE_SEGMENT,
@@ -31,6 +31,8 @@ const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Visits soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
 const DISC_CANDIDATE: Choice = Choice::new("candidate", "curve/visit_discs.wgsl");
+/// Nodes during insertion; [`Profile`](super::profile::Profile) may replace it.
+pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
 const TILE: Choice = Choice::new("output", "curve/tile.wgsl");
@@ -41,7 +43,19 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, CURVES, HITS, TILE, PAIRS, WALK, CANDIDATE, SUMS],
+    with: &[
+        IN_ORDER,
+        CURVES,
+        INVOCATION_ROWS,
+        OPEN_NODES,
+        HITS,
+        WAITING,
+        TILE,
+        PAIRS,
+        WALK,
+        CANDIDATE,
+        SUMS,
+    ],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
@@ -50,7 +64,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[CURVES, HITS, SEGMENT, PAIRS, WALK, CANDIDATE],
+    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, SEGMENT, PAIRS, WALK, CANDIDATE],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
@@ -59,7 +73,19 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, CURVES, DISCS, TILE, PAIRS, WALK, DISC_CANDIDATE, SUMS],
+    with: &[
+        IN_ORDER,
+        CURVES,
+        INVOCATION_ROWS,
+        OPEN_NODES,
+        DISCS,
+        WAITING,
+        TILE,
+        PAIRS,
+        WALK,
+        DISC_CANDIDATE,
+        SUMS,
+    ],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };
@@ -68,7 +94,17 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[CURVES, DISCS, SEGMENT, PAIRS, WALK, DISC_CANDIDATE],
+    with: &[
+        CURVES,
+        INVOCATION_ROWS,
+        OPEN_NODES,
+        DISCS,
+        WAITING,
+        SEGMENT,
+        PAIRS,
+        WALK,
+        DISC_CANDIDATE,
+    ],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };
@@ -77,7 +113,7 @@ pub const RESOLVE: KernelDesc = KernelDesc {
     name: "resolve_curve",
     entry: "resolve_tile",
     root: "entry/resolve.wgsl",
-    with: &[CURVES, NODES, RESOLVED, SUMS],
+    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, NODES, RESOLVED, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
 };

@@ -1,16 +1,24 @@
 //! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). To do
-//! without them, delete both, `queued`, `interleaved` and `loaded`: only speed is lost.
+//! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS},
     walk::SUMS,
 };
-use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier};
+use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
 /// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them. The core tier has
 /// too few of those.
 pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
+/// Invocations hold four texels in a column.
+pub const FOUR_ROWS: Choice = Choice::new("rows", "llvmpipe/rows_four.wgsl");
+/// Nodes of curves are registers.
+pub const PRIVATE_NODES: Choice = Choice::new("nodes", "llvmpipe/nodes_private.wgsl");
+/// Hits that wait for late ones are registers.
+pub const SORTED_WAITING: Choice = Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl");
+/// Loops over what lies in registers are written out.
+pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects discs until there is one for each lane.
 const QUEUE: Choice = Choice::new("traversal", "llvmpipe/disc_queue.wgsl");
 /// Prefetches maps before they are written.

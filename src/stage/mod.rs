@@ -25,7 +25,7 @@ pub mod soften;
 pub mod sort;
 mod walk;
 
-pub use walk::WalkKernels;
+pub use walk::{WalkKernels, tile_shares};
 
 use crate::gpu::{KernelDesc, Tier};
 

@@ -6,7 +6,7 @@ use super::{
     features::{Features, Flags},
     project::CHUNK_SIZE,
     resolve,
-    walk::{CANDIDATE, IN_ORDER, SUMS, WALK, WalkKernels},
+    walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WALK, WalkKernels},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
@@ -31,7 +31,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, DEPTH, DEPTHS, WALK, CANDIDATE],
+    with: &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -50,7 +50,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "occlude_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[DEPTH, DEPTHS, WALK, CANDIDATE, SUMS],
+    with: &[DEPTH, INVOCATION_ROWS, DEPTHS, WALK, CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

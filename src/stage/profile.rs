@@ -13,9 +13,12 @@ pub struct Profile {
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether loops over the texels of a lane stay loops. On SwiftShader, whose compiler takes a minute
-    /// for an unrolled kernel and a second for a rolled one.
-    pub rolled: bool,
+    /// Whether invocations hold columns of four texels, with the nodes of their curves in registers. On
+    /// software adapters, which load workgroup memory slowly.
+    pub columns: bool,
+    /// Whether loops over what lies in registers are written out. Not on SwiftShader, whose compiler takes a
+    /// minute for such a kernel and a second for loops.
+    pub unrolled: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.
     pub kinds_apart: bool,
@@ -42,7 +45,8 @@ impl Profile {
         Self {
             shape: if is_software { Shape::Serial } else { Shape::Wide },
             scatter_tiny: !is_software,
-            rolled: adapter.driver.starts_with("SwiftShader"),
+            columns: is_software,
+            unrolled: is_software && !adapter.driver.starts_with("SwiftShader"),
             kinds_apart: is_software,
             wide: adapter.subgroup_max_size > 32,
             queued: is_software && lanes == [8, 8],
@@ -53,23 +57,20 @@ impl Profile {
     }
 
     /// Values of the overrides.
-    pub fn constants(&self) -> [Constant; 4] {
-        [
-            ("ROLLED", self.rolled),
-            ("WIDE", self.wide),
-            ("KINDS_APART", self.kinds_apart),
-            ("BARE_FIRST", self.bare_first),
-        ]
-        .map(|(name, is)| (name, f64::from(u8::from(is))))
+    pub fn constants(&self) -> [Constant; 3] {
+        [("WIDE", self.wide), ("KINDS_APART", self.kinds_apart), ("BARE_FIRST", self.bare_first)]
+            .map(|(name, is)| (name, f64::from(u8::from(is))))
     }
 
     /// Choices that replace a kernel's own.
-    pub fn choices(&self) -> &'static [Choice] {
-        match (self.interleaved, self.loaded) {
-            (true, true) => &[llvmpipe::INTERLEAVED, llvmpipe::LOADED],
-            (true, false) => &[llvmpipe::INTERLEAVED],
-            (false, true) => &[llvmpipe::LOADED],
-            (false, false) => &[],
-        }
+    pub fn choices(&self) -> Vec<Choice> {
+        let columns = [llvmpipe::FOUR_ROWS, llvmpipe::PRIVATE_NODES, llvmpipe::SORTED_WAITING];
+        let chosen = [
+            (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
+            (self.loaded, &[llvmpipe::LOADED]),
+            (self.columns, &columns),
+            (self.unrolled, &[llvmpipe::WRITTEN_OUT]),
+        ];
+        chosen.into_iter().filter(|(is, _)| *is).flat_map(|(_, choices)| choices).copied().collect()
     }
 }

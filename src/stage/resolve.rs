@@ -3,7 +3,7 @@
 use super::{
     accumulate::{FILTER, MAPS, ORDERED_MAPS},
     occlude::{DEPTH, DEPTHS},
-    walk::SUMS,
+    walk::{INVOCATION_ROWS, SUMS},
 };
 use crate::gpu::{KernelDesc, Tier};
 
@@ -11,7 +11,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "resolve_tiles",
     entry: "resolve_tile",
     root: "entry/resolve.wgsl",
-    with: &[FILTER, MAPS, SUMS],
+    with: &[FILTER, INVOCATION_ROWS, MAPS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -21,7 +21,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
     name: "resolve_ordered",
     entry: "resolve_tile",
     root: "entry/resolve.wgsl",
-    with: &[FILTER, ORDERED_MAPS, SUMS],
+    with: &[FILTER, INVOCATION_ROWS, ORDERED_MAPS, SUMS],
     constants: &[("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
 };
@@ -30,7 +30,7 @@ pub const OPAQUE: KernelDesc = KernelDesc {
     name: "resolve_opaque",
     entry: "resolve_tile",
     root: "entry/resolve.wgsl",
-    with: &[DEPTH, DEPTHS, SUMS],
+    with: &[DEPTH, INVOCATION_ROWS, DEPTHS, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

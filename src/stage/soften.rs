@@ -3,7 +3,7 @@
 //!
 //! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
 //! dithered surfaces as one more ramp.
-use super::blur::separable;
+use super::{blur::separable, curve, walk};
 use crate::gpu::{Choice, KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -28,7 +28,11 @@ pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
     name: "soften_curve_columns",
     entry: "soften_curve_columns",
     root: "soften/curve_columns.wgsl",
-    with: &[Choice::new("visit", "soften/curve_columns.wgsl")],
+    with: &[
+        Choice::new("visit", "soften/curve_columns.wgsl"),
+        walk::INVOCATION_ROWS,
+        curve::OPEN_NODES,
+    ],
     constants: &[("NODES", 8.0)],
     tiers: &[Tier::Core],
 };

@@ -10,7 +10,7 @@ use gobo::{
         stage::{
             KERNELS, bin, curve,
             levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
-            llvmpipe::LOADED,
+            llvmpipe::{FOUR_ROWS, LOADED, PRIVATE_NODES, SORTED_WAITING, WRITTEN_OUT},
             sort::SERIAL_SCATTER,
             variants,
         },
@@ -44,8 +44,9 @@ fn kernels_are_valid_on_their_tier() {
         is_valid(&module, capabilities).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         let entry_points: Vec<_> = module.entry_points.iter().map(|e| e.name.as_str()).collect();
         assert_eq!(entry_points, [desc.entry]);
+        // Lengths of arrays have no name.
         let overrides: Vec<_> =
-            module.overrides.iter().map(|(_, o)| o.name.as_deref().unwrap()).collect();
+            module.overrides.iter().filter_map(|(_, open)| open.name.as_deref()).collect();
         for (name, _) in desc.constants {
             assert!(overrides.contains(name), "{} has no {name}", desc.name);
         }
@@ -56,6 +57,9 @@ fn kernels_are_valid_on_their_tier() {
         }
     }
 }
+
+/// What invocations of software adapters hold.
+const COLUMNS: [Choice; 3] = [FOUR_ROWS, PRIVATE_NODES, SORTED_WAITING];
 
 /// Software adapters read sampled textures as storage textures, as far as the tier has those.
 #[test]
@@ -68,8 +72,10 @@ fn kernels_of_software_adapters_are_valid() {
     for (desc, tier) in
         KERNELS.iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)))
     {
+        let of_software = [&COLUMNS[..], &[LOADED, WRITTEN_OUT]].concat();
         let [own, loaded] =
-            [&[][..], &[LOADED]].map(|choices| desc.specialised(tier, choices, &[]).unwrap());
+            [&[][..], &of_software].map(|choices| desc.specialised(tier, choices, &[]).unwrap());
+        assert!(!loaded.wgsl.contains("< unrolled("), "{}: a loop is not written out", desc.name);
         let module = loaded.module.as_ref().unwrap();
         is_valid(module, NATIVE).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         assert_eq!(own.bindings.len(), loaded.bindings.len());
@@ -104,6 +110,7 @@ fn every_declaration_is_some_kernels() {
         let choices = [source, BLOCKS].map(|choice| (choice.name, choice.files[0]));
         linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
+    linked.extend(KERNELS.iter().map(|desc| desc.link_with(Tier::Native, &COLUMNS).unwrap()));
     let items = linked.iter().flat_map(|linked| &linked.items);
     let mut used: HashSet<_> = items.map(|item| (item.file, item.name)).collect();
     // Kernels of software adapters replace one by the other.
@@ -266,6 +273,8 @@ fn a_refused_kernel_names_file_and_line() {
         Choice::new("accumulator", "curve/gather.wgsl"),
         Choice::new("output", "curve/resolve.wgsl"),
         Choice::new("sums", "sums/buffers.wgsl"),
+        FOUR_ROWS,
+        PRIVATE_NODES,
         Choice::new("visit", "hit/dither.wgsl"),
     ];
     let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };
@@ -275,7 +284,7 @@ fn a_refused_kernel_names_file_and_line() {
     let line = 1 + list.lines().position(|line| line.starts_with("fn add_node(")).unwrap();
     assert!(error.contains(&format!("wgsl/curve/list.wgsl:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
-    let unchosen = KernelDesc { with: &WRONG[..3], ..curve::RESOLVE };
+    let unchosen = KernelDesc { with: &WRONG[..5], ..curve::RESOLVE };
     let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[], &[]).unwrap_err();
     assert!(matches!(error, KernelError::Link(_)), "{error}");
     assert!(error.to_string().contains("does not choose `visit`"), "{error}");

@@ -11,6 +11,7 @@ mod curve_receivers;
 mod dither_maps;
 mod extremes;
 mod faint;
+mod forms;
 mod hidden;
 mod lights;
 mod order;

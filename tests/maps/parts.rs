@@ -40,7 +40,7 @@ fn tint(transfer: Transfer, rgba: [f32; 4]) -> Material {
     Material { tint: Vec4::from_array(rgba), ..material(transfer) }
 }
 
-fn scenes() -> Vec<(&'static str, Scene)> {
+pub(super) fn scenes() -> Vec<(&'static str, Scene)> {
     let glass = tint(Transfer::Filter, [0.9, 0.4, 0.6, 0.7]);
     let wall = material(Transfer::Opaque);
     let dithered = tint(Transfer::Dither, [1.0, 1.0, 1.0, 0.5]);
@@ -73,7 +73,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-fn assert_same(found: &[ViewMaps], expected: &[ViewMaps], what: &str) {
+pub(super) fn assert_same(found: &[ViewMaps], expected: &[ViewMaps], what: &str) {
     assert_eq!(found.len(), expected.len());
     for (found, expected) in found.iter().zip(expected) {
         assert!(found.opaque == expected.opaque, "{what}: opaque");
@@ -127,17 +127,13 @@ fn maps_of_every_kind_do_not_depend_on_the_budget() {
     }
 }
 
-/// A tile with more pairs than a segment, beside others: many on one texel, which few fit.
-#[test]
-#[ignore = "many casters: make test-all"]
-fn long_tiles_do_not_depend_on_the_budget() {
+/// Tiles with more pairs than a segment, beside others: many on one texel, which few fit.
+pub(super) fn long_tiles() -> [(&'static str, Scene); 3] {
     let flat = Material { profile: Profile::Flat, ..material(Transfer::Filter) };
     let over = Material { profile: Profile::Flat, ..tint(Transfer::Over, [0.9, 0.6, 0.5, 1.0]) };
-    let wall = material(Transfer::Opaque);
-    for (name, look) in
-        [("discs", material(Transfer::Filter)), ("flat discs", flat), ("over", over)]
-    {
-        let mut scene = empty(vec![look, wall.clone()]);
+    let looks = [("discs", material(Transfer::Filter)), ("flat discs", flat), ("over", over)];
+    looks.map(|(name, look)| {
+        let mut scene = empty(vec![look, material(Transfer::Opaque)]);
         hold_view(&mut scene, 1);
         scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
         scene.lights[0].size = Some(48);
@@ -148,6 +144,14 @@ fn long_tiles_do_not_depend_on_the_budget() {
             let color = chance.vec3(0.0, 1.0).extend(2e-3 * chance.unit());
             scene.particles.push(Particle { id, ..particle(center, 0.8, color) });
         }
+        (name, scene)
+    })
+}
+
+#[test]
+#[ignore = "many casters: make test-all"]
+fn long_tiles_do_not_depend_on_the_budget() {
+    for (name, mut scene) in long_tiles() {
         for receiver in [Receiver::Curve, Receiver::Nearest] {
             scene.shadow.receiver = receiver;
             assert_budget_does_not_matter(name, &scene);

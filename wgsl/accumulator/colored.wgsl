@@ -1,8 +1,8 @@
-// Accumulator: nearest opaque depth per channel of four texels. CPU reference: src/reference/occlude.rs.
+// Accumulator: nearest opaque depth per channel of an invocation's texels. CPU reference: src/reference/occlude.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::{colored, opaques};
-import package::features::ROLLED;
+import package::features::unrolled;
 import package::hit::blocks::stored_depth;
 import package::hit::blocks_colored::{blocked_channels, last_depth, nearnesses};
 import package::hit::caster_hit::caster_hit;
@@ -12,50 +12,43 @@ import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{depth_to_nearness, nearness_to_depth};
 import package::traversal::lane::sum_index;
+import choice::rows::ROW_COUNT;
 import choice::sums::{clear_sums, load_sums, raise_channels};
 
-const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
-var<private> corner: vec2<f32>; // first of the four texels, in the view's map
-var<private> nearest: array<vec3<f32>, 4>;
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
+var<private> nearest: array<vec3<f32>, ROW_COUNT>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
-    nearest[0] = vec3(1.0);
-    nearest[1] = vec3(1.0);
-    nearest[2] = vec3(1.0);
-    nearest[3] = vec3(1.0);
-}
-
-fn visit_texel(view: GpuView, footprint: Footprint, i: u32) {
-    let texel = corner + vec2(0.5, f32(i) + 0.5);
-    let hit = caster_hit(view, footprint, texel, 1.0);
-    let blocked = blocked_channels(view, footprint, texel, hit);
-    nearest[i] = select(nearest[i], min(nearest[i], vec3(stored_depth(hit))), blocked);
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        nearest[i] = vec3(1.0);
+    }
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
-    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        visit_texel(view, footprint, i);
-    }
-    if !ROLLED {
-        visit_texel(view, footprint, 0u);
-        visit_texel(view, footprint, 1u);
-        visit_texel(view, footprint, 2u);
-        visit_texel(view, footprint, 3u);
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let texel = corner + vec2(0.5, f32(i) + 0.5);
+        let hit = caster_hit(view, footprint, texel, 1.0);
+        let blocked = blocked_channels(view, footprint, texel, hit);
+        nearest[i] = select(nearest[i], min(nearest[i], vec3(stored_depth(hit))), blocked);
     }
 }
 
 // Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
-    let last = max(max(nearest[0], nearest[1]), max(nearest[2], nearest[3]));
+    var last = vec3(0.0);
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        last = max(last, nearest[i]);
+    }
     return all(last <= vec3(front));
 }
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let at = texel + vec2(0u, i);
         let depths = min(nearest[i], vec3(small_depth(view, at)));
         textureStore(opaques, view.origin + at, view.layer, vec4(last_depth(depths)));
@@ -64,7 +57,7 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 }
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         if any(nearest[i] < vec3(1.0)) {
             raise_channels(sum_index(segment.tile, place + vec2(0u, i)), nearnesses(nearest[i]));
         }
@@ -84,7 +77,7 @@ fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2
 }
 
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let sum = sum_index(tile_id, place + vec2(0u, i));
         let at = tile.place * TILE_SIZE + place + vec2(0u, i);
         let sums = load_sums(sum);

@@ -25,7 +25,7 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 }
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < ROWS; i += 1u) {
         if nearest_texel(i) < 1.0 {
             raise_nearness(sum_index(segment.tile, place + vec2(0u, i)), depth_to_nearness(nearest_texel(i)));
         }
@@ -43,7 +43,7 @@ fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2
 }
 
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < ROWS; i += 1u) {
         let sum = sum_index(tile_id, place + vec2(0u, i));
         let at = tile.place * TILE_SIZE + place + vec2(0u, i);
         let depth = min(nearness_to_depth(load_nearness(sum)), small_depth(view, at));

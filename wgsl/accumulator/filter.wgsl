@@ -1,14 +1,14 @@
-// Accumulator: transmittance and nearest depth of four texels, front to back, in registers. CPU reference:
-// src/reference/accumulate.rs.
+// Accumulator: transmittance and nearest depth of an invocation's texels, front to back, in registers. CPU
+// reference: src/reference/accumulate.rs.
 
 import package::bind::changed::counters;
 import package::bind::sampled::opaques;
-import package::curve::light4::{Light4, black4, plus, scaled, white4};
-import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, ROLLED};
+import package::curve::lights::{Lights, black, light_row, plus, scaled, white};
+import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, unrolled};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::crossing;
 import package::hit::hit_order::{
-    Hit4, WAITING, clear_order, hits_of, late_hits, next_waiting, pass_on,
+    Hits, WAITING, clear_order, late_hits, no_hits, pass_on, with_hit,
 };
 import package::hit::key_depths::{front_depths, start_keys};
 import package::hit::object::object_of;
@@ -17,57 +17,62 @@ import package::records::owner::{NO_OWNER, owner_tag};
 import package::records::view::GpuView;
 import package::sums::faint::keep3;
 import package::sums::sums::{BLACK, VISIBLE_OPACITY, light};
+import choice::rows::{ROW_COUNT, RowBits, Rows, any_row, row, row_bits, with_bits, with_row};
+import choice::waiting::take_hits;
 
-const ROWS: u32 = 4u; // texels that an invocation holds, in a column
+const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
-var<private> corner: vec2<f32>;             // first of the four texels, in the view's map
-var<private> passed: array<vec3<f32>, 4>;   // transmittance so far
-var<private> lost: array<vec3<f32>, 4>;     // absorbed by faint casters, not yet multiplied into `passed`
-var<private> passed_in_order: Light4;       // order-dependent blending: scale, and added light
-var<private> added_in_order: Light4;
-var<private> own_from: vec4<f32>;           // light depths between which hits belong to this part of the walk
-var<private> own_before: vec4<f32>;
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
+var<private> passed: array<vec3<f32>, ROW_COUNT>; // transmittance so far
+var<private> lost: array<vec3<f32>, ROW_COUNT>;   // absorbed by faint casters, not yet multiplied into `passed`
+var<private> passed_in_order: Lights; // order-dependent blending: scale, and added light
+var<private> added_in_order: Lights;
+var<private> own_from: Rows;          // light depths between which hits belong to this part of the walk
+var<private> own_before: Rows;
 var<private> own_faces: bool;
-var<private> crossed: array<vec4<i32>, 4>;  // volumes: optical depth, and faces left minus entered
-var<private> nearest: vec4<f32>;
-var<private> owner: vec4<u32>;              // owner tag of the nearest
-var<private> opaque_depth: vec4<f32>;
+var<private> crossed: array<vec4<i32>, ROW_COUNT>; // volumes: optical depth, and faces left minus entered
+var<private> nearest: Rows;
+var<private> owner: RowBits; // owner tag of the nearest
+var<private> opaque_depth: Rows;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
-    nearest = vec4(1.0);
-    owner = vec4(NO_OWNER);
-    passed_in_order = white4();
-    added_in_order = black4();
-    own_from = vec4(-1.0);
-    own_before = vec4(2.0);
+    nearest = Rows(1.0);
+    owner = RowBits(NO_OWNER);
+    passed_in_order = white();
+    added_in_order = black();
+    own_from = Rows(-1.0);
+    own_before = Rows(2.0);
     own_faces = true;
     clear_order();
     start_keys(view, corner);
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         passed[i] = vec3(1.0);
         lost[i] = vec3(0.0);
         crossed[i] = vec4(0);
-        opaque_depth[i] = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
+        let at = view.origin + texel + vec2(0u, i);
+        opaque_depth = with_row(opaque_depth, i, textureLoad(opaques, at, view.layer, 0).r);
     }
 }
 
 // Hit in front of the opaque surface.
 fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
-    let hit = caster_hit(view, footprint, texel, opaque_depth[i]);
+    let opaque = row(opaque_depth, i);
+    let hit = caster_hit(view, footprint, texel, opaque);
     if HAS_VOLUMES && own_faces {
-        crossed[i] += crossing(view, footprint, texel, opaque_depth[i]);
+        crossed[i] += crossing(view, footprint, texel, opaque);
     }
-    var counts = hit.depth >= 0.0 && hit.depth < opaque_depth[i];
+    var counts = hit.depth >= 0.0 && hit.depth < opaque;
     if HAS_OVER {
-        counts = counts && hit.depth >= own_from[i] && hit.depth < own_before[i];
+        counts = counts && hit.depth >= row(own_from, i) && hit.depth < row(own_before, i);
     }
     let seen = counts && hit.opacity >= VISIBLE_OPACITY;
-    if HAS_OWNERS && seen && hit.depth < nearest[i] {
-        owner[i] = owner_tag(object_of(footprint));
+    let before = row(nearest, i);
+    if HAS_OWNERS && seen && hit.depth < before {
+        owner = with_bits(owner, i, owner_tag(object_of(footprint)));
     }
-    nearest[i] = select(nearest[i], min(nearest[i], hit.depth), seen);
+    nearest = with_row(nearest, i, select(before, min(before, hit.depth), seen));
     if !counts {
         return MISS;
     }
@@ -86,49 +91,46 @@ fn visit_texel(view: GpuView, footprint: Footprint, i: u32) {
 }
 
 fn visit_in_order(view: GpuView, footprint: Footprint) {
-    var met = array(MISS, MISS, MISS, MISS);
-    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        met[i] = hit_texel(view, footprint, i);
+    var came = no_hits();
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        came = with_hit(came, i, hit_texel(view, footprint, i));
     }
-    if !ROLLED {
-        met[0] = hit_texel(view, footprint, 0u);
-        met[1] = hit_texel(view, footprint, 1u);
-        met[2] = hit_texel(view, footprint, 2u);
-        met[3] = hit_texel(view, footprint, 3u);
-    }
-    compose(pass_on(hits_of(met)));
+    compose(pass_on(came));
 }
 
-fn compose(hits: Hit4) {
+fn compose(hits: Hits) {
     passed_in_order = scaled(passed_in_order, hits.light);
     added_in_order = plus(scaled(added_in_order, hits.light), hits.added);
 }
 
 // Composes the hits that still wait, behind all that were visited.
 fn finish() {
-    for (var i = 0u; FAINT && i < 4u; i += 1u) {
-        passed[i] *= 1.0 - lost[i];
+    if HAS_OVER {
+        for (var i = 0u; i < WAITING; i += 1u) {
+            compose(take_hits());
+        }
+        if late_hits > 0u {
+            atomicAdd(&counters.disordered, late_hits);
+        }
     }
-    for (var i = 0u; HAS_OVER && i < WAITING; i += 1u) {
-        compose(next_waiting());
-    }
-    for (var i = 0u; HAS_OVER && i < 4u; i += 1u) {
-        passed[i] = vec3(passed_in_order.red[i], passed_in_order.green[i], passed_in_order.blue[i]);
-    }
-    if HAS_OVER && late_hits > 0u {
-        atomicAdd(&counters.disordered, late_hits);
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        if HAS_OVER {
+            passed[i] = light_row(passed_in_order, i);
+        } else if FAINT {
+            passed[i] *= 1.0 - lost[i];
+        }
     }
 }
 
 fn added_texel(i: u32) -> vec3<f32> {
     if HAS_OVER {
-        return vec3(added_in_order.red[i], added_in_order.green[i], added_in_order.blue[i]);
+        return light_row(added_in_order, i);
     }
     return vec3(0.0);
 }
 
 fn owner_texel(i: u32) -> u32 {
-    return owner[i];
+    return row_bits(owner, i);
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
@@ -136,20 +138,14 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
         visit_in_order(view, footprint);
         return;
     }
-    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         visit_texel(view, footprint, i);
-    }
-    if !ROLLED {
-        visit_texel(view, footprint, 0u);
-        visit_texel(view, footprint, 1u);
-        visit_texel(view, footprint, 2u);
-        visit_texel(view, footprint, 3u);
     }
 }
 
 fn nearest_texel(i: u32) -> f32 {
     // 0 if the light is inside a volume.
-    return select(nearest[i], 0.0, HAS_VOLUMES && crossed[i].w > 0);
+    return select(row(nearest, i), 0.0, HAS_VOLUMES && crossed[i].w > 0);
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {
@@ -167,12 +163,12 @@ fn settled(front: f32) -> bool {
         return false;
     }
     if HAS_OVER {
-        return !any(opaque_depth > front_depths(front));
+        return !any_row(opaque_depth > front_depths(front));
     }
     var open = false;
-    for (var i = 0u; i < 4u; i += 1u) {
-        let lit = HAS_GAIN || any(passed[i] >= vec3(BLACK)) || nearest[i] > front;
-        open = open || (lit && opaque_depth[i] > front);
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let lit = HAS_GAIN || any(passed[i] >= vec3(BLACK)) || row(nearest, i) > front;
+        open = open || (lit && row(opaque_depth, i) > front);
     }
     return !open;
 }

@@ -2,7 +2,7 @@
 // from which the maps are resolved. CPU reference: src/reference/accumulate.rs, src/reference/resolve.rs.
 
 import package::bind::stored::{filters, nearests};
-import package::features::HAS_OWNERS;
+import package::features::{HAS_OWNERS, unrolled};
 import package::records::footprint::Footprint;
 import package::records::owner::{tagged_alpha, tagged_depth};
 import package::records::tile::{Segment, Tile};
@@ -40,16 +40,9 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     finish();
     // A copy: an array indexed by a loop is memory, and the walk's state should stay in registers.
-    var own: array<vec4<f32>, 8>;
-    own[0] = own_texel(0u);
-    own[1] = own_texel(1u);
-    own[2] = own_texel(2u);
-    own[3] = own_texel(3u);
-    if ROWS > 4u {
-        own[4] = own_texel(4u);
-        own[5] = own_texel(5u);
-        own[6] = own_texel(6u);
-        own[7] = own_texel(7u);
+    var own: array<vec4<f32>, ROWS>;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        own[i] = vec4(passed_texel(i), nearest_texel(i));
     }
     for (var i = 0u; i < ROWS; i += 1u) {
         let sum = sum_index(segment.tile, place + vec2(0u, i));
@@ -60,17 +53,12 @@ fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     }
 }
 
-// Transmittance, and nearest depth.
-fn own_texel(i: u32) -> vec4<f32> {
-    return vec4(passed_texel(i), nearest_texel(i));
-}
-
 fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2<u32>) {
     scatter(view, footprint, tile_place * TILE_SIZE + in_tile);
 }
 
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < ROWS; i += 1u) {
         let sum = sum_index(tile_id, place + vec2(0u, i));
         let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);
         textureStore(filters, at, view.layer, vec4(blackened(light(load_sums(sum))), 1.0));

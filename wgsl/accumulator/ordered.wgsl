@@ -21,6 +21,7 @@ import package::sums::sums::{
     FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
 };
 import package::traversal::lane::sum_index;
+import choice::rows::{row, row_bits};
 import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
@@ -30,11 +31,11 @@ fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
-            partials[at] = pack_partial(Partial(passed[i], added_texel(i), nearest[i], vec3(0), 0, NO_OWNER));
+            partials[at] = pack_partial(Partial(passed[i], added_texel(i), row(nearest, i), vec3(0), 0, NO_OWNER));
             if HAS_VOLUMES || HAS_OWNERS {
                 let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
                 let tau = bitcast<vec3<u32>>(crossed[i].xyz);
-                partials[at + 1u] = vec4(tau, leaves | (owner[i] << 16u));
+                partials[at + 1u] = vec4(tau, leaves | (row_bits(owner, i) << 16u));
             }
         } else {
             let sum = sum_index(segment.tile, place + vec2(0u, i));
@@ -73,7 +74,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
     let first = tile.merged - 1u;
     let count = segment_count(tile);
     let composed = select(0u, min(count, max(capacity, first) - first), count > 1u);
-    for (var i = 0u; i < 4u; i += 1u) {
+    for (var i = 0u; i < ROWS; i += 1u) {
         let sum = sum_index(tile_id, place + vec2(0u, i));
         var passed = vec3(1.0);
         var tau = vec3(0);

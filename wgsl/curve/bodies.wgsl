@@ -1,13 +1,13 @@
-// Bodies in the curves of four texels: puffs, and stretches of volumes, in which light falls exponentially.
-// Ramps are linear, so while a curve has a free node, its ramp that bends most becomes two, with the light
-// in the middle right. CPU reference: src/reference/curve/bodies.rs.
+// Bodies in curves: puffs, and stretches of volumes, in which light falls exponentially. Ramps are linear, so
+// while a curve has a free node, its ramp that bends most becomes two, with the light in the middle right.
+// CPU reference: src/reference/curve/bodies.rs.
 
-import package::curve::light4::{
-    Light4, decode_light, encode_lights, encode_means, plus, root4, scaled, selected, white4,
-};
-import package::curve::list::{node_lights, node_means, spans};
-import package::curve::merge::{best, best_before, best_means};
-import package::features::{HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODES};
+import package::curve::lights::{Lights, difference, scaled, selected, white};
+import package::curve::list::{coded, light_behind, selected_node};
+import package::curve::merge::Merge;
+import package::features::{HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODES, unrolled};
+import choice::nodes::{node_at, node_count, set_node};
+import choice::rows::{RowBits, RowIs, Rows, any_row};
 
 // Least difference between the square roots of the light in front of a body and behind it at which it is
 // worth two nodes: in its middle, the line is off by half of its square.
@@ -15,13 +15,15 @@ const MIN_BEND: f32 = 0.0625;
 const SHORTEST: u32 = 4u; // ramp that becomes two, in fixed point
 const MIN_ROOT: f32 = 0.022097087; // of light: black counts as 1/2048
 
-var<private> alone: vec4<u32>;     // bit i: node i is a single hit, not merged
-var<private> new_place: vec4<u32>; // index of the inserted node
-// The ramp that bends most so far.
-var<private> bend: vec4<f32>;
-var<private> bent: vec4<u32>;
-var<private> bent_light: Light4; // in its middle
-var<private> root_before: Light4;
+var<private> alone: RowBits;     // bit i: node i is a single hit, not merged
+var<private> new_place: RowBits; // index of the inserted node
+
+// The ramp that bends most.
+struct Bent {
+    bend: Rows,
+    place: RowBits,
+    light: Lights, // in its middle
+}
 
 // Whether any ramp may be a body. With `over` light may grow inside one.
 fn has_bodies() -> bool {
@@ -29,28 +31,31 @@ fn has_bodies() -> bool {
 }
 
 fn clear_bodies() {
-    alone = vec4(0u);
-    new_place = vec4(0u);
+    alone = RowBits(0u);
+    new_place = RowBits(0u);
 }
 
-fn below(i: vec4<u32>) -> vec4<u32> {
-    return (vec4(1u) << i) - 1u;
+fn below(i: RowBits) -> RowBits {
+    return (RowBits(1u) << i) - 1u;
 }
 
-// Follows an insertion at `new_place`, and the merge of `best` and the node behind it.
-fn follow_merge(counts: vec4<bool>) {
+fn has_bit(bits: RowBits, i: RowBits) -> RowIs {
+    return ((bits >> i) & RowBits(1u)) == RowBits(1u);
+}
+
+// Follows an insertion at `new_place`, and the merge of `best`.
+fn follow_merge(best: Merge, counts: RowIs) {
     if !has_bodies() {
         return;
     }
     let front = below(new_place);
-    let open = (alone & front) | ((alone & ~front) << vec4(1u)) | (vec4(1u) << new_place);
+    let open = (alone & front) | ((alone & ~front) << RowBits(1u)) | (RowBits(1u) << new_place);
     // One that absorbs nothing leaves the other as it is.
-    let own = open >> best;
-    let second = (best_means[0] == best_means[1]) & ((own & vec4(1u)) == vec4(1u));
-    let kept = select(second, (own & vec4(2u)) == vec4(2u), best_before == best_means[0]);
-    let merged = select(vec4(0u), vec4(1u) << best, kept);
-    let shut = (open & below(best)) | merged | ((open >> vec4(1u)) & ~below(best + 1u));
-    alone = select(alone, shut, counts);
+    let second = (best.between == best.behind) & has_bit(open, best.place);
+    let kept = select(second, has_bit(open, best.place + 1u), best.before == best.between);
+    let merged = select(RowBits(0u), RowBits(1u) << best.place, kept);
+    let behind = (open >> RowBits(1u)) & ~below(best.place + 1u);
+    alone = select(alone, (open & below(best.place)) | merged | behind, counts);
 }
 
 // Splits bodies while nodes are free; one is left for a ramp of the softening.
@@ -59,102 +64,67 @@ fn split_bodies() {
         return;
     }
     loop {
-        find_bent();
-        let free = select(spans[0], spans[1], HAS_SOFTENING) == vec4(0u);
-        let is = free & (bend > vec4(MIN_BEND));
-        halve_bent(is);
-        if !any(is) {
+        let most = most_bent();
+        let free = node_at(select(0u, 1u, HAS_SOFTENING)).span == RowBits(0u);
+        let is = free & (most.bend > Rows(MIN_BEND));
+        halve(most, is);
+        if !any_row(is) {
             break;
         }
     }
 }
 
-fn find_bent() {
-    bend = vec4(0.0);
-    bent = vec4(0u);
-    bent_light = white4();
-    root_before = white4();
-    compare(0u);
-    compare(1u);
-    compare(2u);
-    compare(3u);
-    if NODES > 4u {
-        compare(4u);
-        compare(5u);
-        compare(6u);
-        compare(7u);
-    }
-    if NODES > 8u {
-        compare(8u);
-        compare(9u);
-        compare(10u);
-        compare(11u);
-        compare(12u);
-        compare(13u);
-        compare(14u);
-        compare(15u);
-    }
+fn middle_of(span: RowBits) -> RowBits {
+    return ((span >> RowBits(16u)) + (span & RowBits(0xffffu)) + 1u) >> RowBits(1u);
 }
 
-fn middle_of(span: vec4<u32>) -> vec4<u32> {
-    return ((span >> vec4(16u)) + (span & vec4(0xffffu)) + 1u) >> vec4(1u);
+fn root(light: Lights) -> Lights {
+    return Lights(sqrt(light.red), sqrt(light.green), sqrt(light.blue));
 }
 
-fn compare(i: u32) {
-    let own = root4(decode_light(node_lights[i], node_means[i]));
-    let apart = plus(root_before, scaled(own, Light4(vec4(-1.0), vec4(-1.0), vec4(-1.0))));
-    let most = max(max(abs(apart.red), abs(apart.green)), abs(apart.blue));
-    // No ramp may start in the front half.
-    let next = select(spans[i + 1u] >> vec4(16u), vec4(0xffffu), i + 1u == NODES);
-    let long = (spans[i] & vec4(0xffffu)) >= (spans[i] >> vec4(16u)) + SHORTEST;
-    let single = ((alone >> vec4(i)) & vec4(1u)) == vec4(1u);
-    let is = long & single & (next >= middle_of(spans[i])) & (most > bend);
-    let least = vec4(MIN_ROOT);
-    let behind = Light4(max(own.red, least), max(own.green, least), max(own.blue, least));
-    bend = select(bend, most, is);
-    bent = select(bent, vec4(i), is);
-    bent_light = selected(bent_light, scaled(root_before, behind), is);
-    root_before = own;
+fn most_bent() -> Bent {
+    var most = Bent(Rows(0.0), RowBits(0u), white());
+    var before = white();
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
+        let node = node_at(i);
+        let own = root(light_behind(node));
+        let bend = difference(before, own);
+        // No ramp may start in the front half.
+        let next = select(node_at(i + 1u).span >> RowBits(16u), RowBits(0xffffu), RowIs(i + 1u == NODES));
+        let long = (node.span & RowBits(0xffffu)) >= (node.span >> RowBits(16u)) + SHORTEST;
+        let single = has_bit(alone, RowBits(i));
+        let is = long & single & (next >= middle_of(node.span)) & (bend > most.bend);
+        let least = Rows(MIN_ROOT);
+        let behind = Lights(max(own.red, least), max(own.green, least), max(own.blue, least));
+        most = Bent(
+            select(most.bend, bend, is),
+            select(most.place, RowBits(i), is),
+            selected(most.light, scaled(before, behind), is),
+        );
+        before = own;
+    }
+    return most;
 }
 
 // Moves what is in front of the bent ramp into the free node; the two halves follow.
-fn halve_bent(is: vec4<bool>) {
-    let light = encode_lights(bent_light);
-    let mean = encode_means(bent_light);
-    halve(0u, is, light, mean);
-    halve(1u, is, light, mean);
-    halve(2u, is, light, mean);
-    halve(3u, is, light, mean);
-    if NODES > 4u {
-        halve(4u, is, light, mean);
-        halve(5u, is, light, mean);
-        halve(6u, is, light, mean);
-        halve(7u, is, light, mean);
+fn halve(most: Bent, is: RowIs) {
+    let half = coded(RowBits(0u), most.light);
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
+        let node = node_at(i);
+        let next = node_at(i + 1u);
+        let moves = is & (RowBits(i + 1u) < most.place);
+        let first = is & (RowBits(i + 1u) == most.place);
+        let second = is & (RowBits(i) == most.place);
+        let whole = select(node.span, next.span, first | moves);
+        let middle = middle_of(whole);
+        let near = (whole & RowBits(0xffff0000u)) | middle;
+        let far = (middle << RowBits(16u)) | (whole & RowBits(0xffffu));
+        var own = selected_node(selected_node(node, half, first), next, moves);
+        own.span = select(select(whole, near, first), far, second);
+        set_node(i, own);
     }
-    if NODES > 8u {
-        halve(8u, is, light, mean);
-        halve(9u, is, light, mean);
-        halve(10u, is, light, mean);
-        halve(11u, is, light, mean);
-        halve(12u, is, light, mean);
-        halve(13u, is, light, mean);
-        halve(14u, is, light, mean);
-        halve(15u, is, light, mean);
-    }
-    let front = below(bent);
-    let moved = (alone & ~front) | ((alone & front) >> vec4(1u)) | ((front + 1u) >> vec4(1u));
+    let front = below(most.place);
+    let moved =
+        (alone & ~front) | ((alone & front) >> RowBits(1u)) | ((front + 1u) >> RowBits(1u));
     alone = select(alone, moved, is);
-}
-
-fn halve(i: u32, is: vec4<bool>, light: vec4<u32>, mean: vec4<u32>) {
-    let moves = is & (vec4(i + 1u) < bent);
-    let first = is & (vec4(i + 1u) == bent);
-    let second = is & (vec4(i) == bent);
-    let whole = select(spans[i], spans[i + 1u], first | moves);
-    let middle = middle_of(whole);
-    let near = (whole & vec4(0xffff0000u)) | middle;
-    let far = (middle << vec4(16u)) | (whole & vec4(0xffffu));
-    spans[i] = select(select(whole, near, first), far, second);
-    node_lights[i] = select(select(node_lights[i], light, first), node_lights[i + 1u], moves);
-    node_means[i] = select(select(node_means[i], mean, first), node_means[i + 1u], moves);
 }

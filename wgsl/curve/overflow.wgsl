@@ -2,52 +2,39 @@
 // hit behind those that did: pairs get capacity front to back.
 // Resets the sums to zero. CPU reference: src/reference/curve/tile.rs.
 
-import package::curve::light4::{Light4, light4, white4};
+import package::curve::lights::{Lights, white, with_light};
 import package::curve::volumes::rest_of_volumes;
-import package::features::HAS_VOLUMES;
+import package::features::{HAS_VOLUMES, unrolled};
 import package::records::view::TILE_SIZE;
 import package::sums::sums::{light, nearness_to_depth};
+import choice::rows::{ROW_COUNT, RowIs, Rows, with_row};
 import choice::sums::{clear_sums, load_nearness, load_sums};
 
 struct Overflowed {
-    sums: array<vec3<i32>, 4>,
-    light: Light4,
-    depth: vec4<f32>, // of the nearest visible one, 1 for none
+    sums: array<vec3<i32>, ROW_COUNT>,
+    light: Lights,
+    depth: Rows, // of the nearest visible one, 1 for none
 }
 
 fn nothing_overflowed() -> Overflowed {
-    return Overflowed(array(vec3(0), vec3(0), vec3(0), vec3(0)), white4(), vec4(1.0));
+    return Overflowed(array<vec3<i32>, ROW_COUNT>(), white(), Rows(1.0));
 }
 
-fn overflowed(sum: u32) -> Overflowed {
-    let a = overflowed_row(sum);
-    let b = overflowed_row(sum + TILE_SIZE);
-    let c = overflowed_row(sum + 2u * TILE_SIZE);
-    let d = overflowed_row(sum + 3u * TILE_SIZE);
-    return Overflowed(
-        array(a.sums, b.sums, c.sums, d.sums),
-        light4(row_light(a), row_light(b), row_light(c), row_light(d)),
-        vec4(a.depth, b.depth, c.depth, d.depth),
-    );
-}
-
-struct OverflowedRow {
-    sums: vec3<i32>,
-    depth: f32,
-}
-
-fn overflowed_row(sum: u32) -> OverflowedRow {
-    let row = OverflowedRow(bitcast<vec3<i32>>(load_sums(sum)), nearness_to_depth(load_nearness(sum)));
-    clear_sums(sum);
-    return row;
-}
-
-fn row_light(row: OverflowedRow) -> vec3<f32> {
-    return light(bitcast<vec3<u32>>(row.sums));
+fn overflowed(first_sum: u32) -> Overflowed {
+    var rest = nothing_overflowed();
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let sum = first_sum + i * TILE_SIZE;
+        let sums = load_sums(sum);
+        rest.sums[i] = bitcast<vec3<i32>>(sums);
+        rest.light = with_light(rest.light, i, light(sums));
+        rest.depth = with_row(rest.depth, i, nearness_to_depth(load_nearness(sum)));
+        clear_sums(sum);
+    }
+    return rest;
 }
 
 // Transmittance to insert behind curves of transmittance `is`.
-fn rest_light(rest: Overflowed, is: Light4) -> Light4 {
+fn rest_light(rest: Overflowed, is: Lights) -> Lights {
     if HAS_VOLUMES {
         return rest_of_volumes(is, rest.sums);
     }
@@ -55,6 +42,6 @@ fn rest_light(rest: Overflowed, is: Light4) -> Light4 {
 }
 
 // Where the light differs from white.
-fn is_light(light: Light4) -> vec4<bool> {
-    return (light.red != vec4(1.0)) | (light.green != vec4(1.0)) | (light.blue != vec4(1.0));
+fn is_light(light: Lights) -> RowIs {
+    return (light.red != Rows(1.0)) | (light.green != Rows(1.0)) | (light.blue != Rows(1.0));
 }

@@ -3,8 +3,8 @@
 
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
-import package::curve::light4::{
-    Light4, black4, fixed, light4, minus, plus, quotient, scaled, selected, white4,
+import package::curve::lights::{
+    Lights, black, fixed, light_row, minus, plus, quotient, scaled, selected, white, with_light,
 };
 import package::curve::list::{adding, clear_list, insert, last_end};
 import package::curve::loaded::loaded_node;
@@ -13,65 +13,65 @@ import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::partial::{first_node, partial_size};
 import package::curve::tile::store_curves;
 import package::curve::volumes::{
-    Ramp4, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
+    Ramp, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
     rest_steps, surface_light,
 };
-import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
+import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
 import package::records::tile::Tile;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
-import choice::accumulator::ROWS;
+import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, row, with_bits, with_row};
 
 fn ordered() -> bool {
     return false;
 }
 
-// Four rows of a segment.
-var<private> next: Light4;       // its light from white
-var<private> next_scale: Light4; // its scale
-var<private> next_density: Light4;
-var<private> next_last: vec4<f32>;
+// The rows of a segment.
+var<private> next: Lights;       // its light from white
+var<private> next_scale: Lights; // its scale
+var<private> next_density: Lights;
+var<private> next_last: Rows;
 
-fn partial_rows(at: u32) -> array<vec4<u32>, 4> {
-    let row = TILE_SIZE * partial_size();
-    return array(partials[at], partials[at + row], partials[at + 2u * row], partials[at + 3u * row]);
+fn partial_row(at: u32, i: u32) -> vec4<u32> {
+    return partials[at + i * TILE_SIZE * partial_size()];
 }
 
-fn row_color(row: vec4<u32>) -> vec3<f32> {
-    return bitcast<vec3<f32>>(row.rgb);
+// `at`: of the first row.
+fn partial_light(at: u32) -> Lights {
+    var light = white();
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        light = with_light(light, i, bitcast<vec3<f32>>(partial_row(at, i).rgb));
+    }
+    return light;
 }
 
-fn rows_light(rows: array<vec4<u32>, 4>) -> Light4 {
-    return light4(row_color(rows[0]), row_color(rows[1]), row_color(rows[2]), row_color(rows[3]));
-}
-
-fn rows_last(rows: array<vec4<u32>, 4>) -> vec4<f32> {
-    return bitcast<vec4<f32>>(vec4(rows[0].a, rows[1].a, rows[2].a, rows[3].a));
+fn partial_last(at: u32) -> Rows {
+    var last = Rows(0.0);
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        last = with_row(last, i, bitcast<f32>(partial_row(at, i).a));
+    }
+    return last;
 }
 
 // Returns nearest depths.
-fn load_segment(first: u32) -> vec4<f32> {
-    let whole = partial_rows(first);
-    next = rows_light(whole);
+fn load_segment(first: u32) -> Rows {
+    next = partial_light(first);
     next_scale = next;
     if HAS_OVER || HAS_VOLUMES {
-        next_scale = rows_light(partial_rows(first + 1u));
-        let of_surfaces = partial_rows(first + 2u);
-        let scale = rows_light(of_surfaces);
-        next_last = rows_last(of_surfaces);
-        surface_light = behind(surface_light, rows_light(partial_rows(first + 3u)), scale);
-        next_density = rows_light(partial_rows(first + 4u));
-        let faces = partial_rows(first + 5u);
-        for (var i = 0u; i < ROWS; i += 1u) {
-            crossed[i] += bitcast<vec4<i32>>(faces[i]);
+        next_scale = partial_light(first + 1u);
+        next_last = partial_last(first + 2u);
+        surface_light = behind(surface_light, partial_light(first + 3u), partial_light(first + 2u));
+        next_density = partial_light(first + 4u);
+        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+            crossed[i] += bitcast<vec4<i32>>(partial_row(first + 5u, i));
         }
     }
-    return rows_last(whole);
+    return partial_last(first);
 }
 
 // Light behind a segment of scale `scale` and transfer `own` of white.
-fn behind(light: Light4, own: Light4, scale: Light4) -> Light4 {
+fn behind(light: Lights, own: Lights, scale: Lights) -> Lights {
     if HAS_OVER {
         return plus(scaled(light, scale), minus(own, scale));
     }
@@ -83,16 +83,16 @@ const MIN_REST: f32 = 0.0625;
 
 // Scale up to a depth behind which white light has become `light`, for a segment with `scale` and `all`
 // behind it. CPU reference: src/reference/curve/mod.rs, `Affine`.
-fn scale_share(light: vec4<f32>, scale: vec4<f32>, all: vec4<f32>, part: f32) -> vec4<f32> {
+fn scale_share(light: Rows, scale: Rows, all: Rows, part: f32) -> Rows {
     let lost = 1.0 - scale;
-    let rest = 1.0 - (all - scale) / max(lost, vec4(1e-3));
-    let known = 1.0 - (1.0 - light) / max(rest, vec4(MIN_REST));
-    let share = select(1.0 - lost * part, known, rest >= vec4(MIN_REST));
-    return min(max(share, scale), vec4(1.0));
+    let rest = 1.0 - (all - scale) / max(lost, Rows(1e-3));
+    let known = 1.0 - (1.0 - light) / max(rest, Rows(MIN_REST));
+    let share = select(1.0 - lost * part, known, rest >= Rows(MIN_REST));
+    return min(max(share, scale), Rows(1.0));
 }
 
-fn scale_shares(light: Light4, part: f32) -> Light4 {
-    return Light4(
+fn scale_shares(light: Lights, part: f32) -> Lights {
+    return Lights(
         scale_share(light.red, next_scale.red, next.red, part),
         scale_share(light.green, next_scale.green, next.green, part),
         scale_share(light.blue, next_scale.blue, next.blue, part),
@@ -102,72 +102,71 @@ fn scale_shares(light: Light4, part: f32) -> Light4 {
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
     let at = view.origin + tile.place * TILE_SIZE + place;
     let count = (tile.end - tile.first + CURVE_SEGMENT - 1u) / CURVE_SEGMENT;
-    clear_list();
+    clear_list(place);
     clear_volumes();
-    var passed = white4(); // light behind the curve so far, whose nodes are rounded
-    var reached = white4(); // light at the start of the segment
-    var before = white4(); // light behind the segment's last node
-    var whole = white4();  // filter of all segments
-    var nearest = vec4(1.0);
+    var passed = white(); // light behind the curve so far, whose nodes are rounded
+    var reached = white(); // light at the start of the segment
+    var before = white(); // light behind the segment's last node
+    var whole = white();  // filter of all segments
+    var nearest = Rows(1.0);
     // Steps of a segment: the volumes that continue through it, if there are any, then its nodes; behind
     // all segments the rest.
     let ramps = rest_steps() - 1u;
     let steps = ramps + NODES;
     for (var i = 0u; i < count * steps + rest_steps(); i += 1u) {
         let n = i % steps;
-        var start = vec4(0u);
-        var end = vec4(0u);
-        var own = white4();
-        var is = vec4(false);
-        adding = black4();
-        var ramp = Ramp4(vec4(0.0), vec4(0.0), white4(), vec4(false));
+        var start = RowBits(0u);
+        var end = RowBits(0u);
+        var own = white();
+        var is = RowIs(false);
+        adding = black();
+        var ramp = Ramp(Rows(0.0), Rows(0.0), white(), RowIs(false));
         if i < count * steps {
             let first = sum_index(tile.merged - 1u + i / steps, place) * partial_size();
             if n == 0u {
                 nearest = min(nearest, load_segment(first));
                 if HAS_VOLUMES {
                     ramp = follow_inside(next_density, next_last);
-                    whole = scaled(whole, selected(white4(), ramp.light, ramp.is));
+                    whole = scaled(whole, selected(white(), ramp.light, ramp.is));
                 }
                 whole = behind(whole, next, next_scale);
             }
             if n == ramps {
                 reached = passed;
-                before = white4();
+                before = white();
             }
             let node = max(n, ramps) - ramps;
-            let rows = partial_rows(first + first_node() + node / 2u);
-            let a = rows[0];
-            let b = rows[1];
-            let c = rows[2];
-            let d = rows[3];
-            let odd = node % 2u == 1u;
-            let firsts = select(vec4(a.x, b.x, c.x, d.x), vec4(a.z, b.z, c.z, d.z), odd);
-            let seconds = select(vec4(a.y, b.y, c.y, d.y), vec4(a.w, b.w, c.w, d.w), odd);
+            var firsts = RowBits(0u);
+            var seconds = RowBits(0u);
+            for (var k = 0u; k < unrolled(ROW_COUNT); k += 1u) {
+                let pair = partial_row(first + first_node() + node / 2u, k);
+                firsts = with_bits(firsts, k, select(pair.x, pair.z, node % 2u == 1u));
+                seconds = with_bits(seconds, k, select(pair.y, pair.w, node % 2u == 1u));
+            }
             let loaded = loaded_node(firsts, seconds);
             let light = loaded.light;
             start = loaded.start;
             end = loaded.end;
             if HAS_OVER {
                 let share = scale_shares(light, f32(node + 1u) / f32(NODES));
-                own = black4();
+                own = black();
                 adding = plus(scaled(reached, share), minus(light, share));
             } else {
                 own = quotient(light, before, 1e-9);
             }
             before = light;
-            is = (start > vec4(0u)) & vec4(n >= ramps);
+            is = (start > RowBits(0u)) & RowIs(n >= ramps);
         }
         if HAS_VOLUMES && i == count * steps {
             ramp = begin_inside();
-            whole = scaled(whole, selected(white4(), ramp.light, ramp.is));
+            whole = scaled(whole, selected(white(), ramp.light, ramp.is));
         }
-        if HAS_VOLUMES && any(ramp.is) {
+        if HAS_VOLUMES && any_row(ramp.is) {
             count_late(ramp);
             start = select(start, fixed(ramp.start), ramp.is);
             end = select(end, fixed(ramp.end), ramp.is);
             own = selected(own, ramp.light, ramp.is);
-            adding = selected(adding, black4(), ramp.is);
+            adding = selected(adding, black(), ramp.is);
             is = is | ramp.is;
         }
         // Once, behind all segments.
@@ -175,7 +174,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
             let rest = overflowed(sum_index(tile_id, place));
             own = rest_light(rest, whole);
             is = is_light(own);
-            start = max(fixed(select(nearest, rest.depth, rest.depth < vec4(1.0))), last_end());
+            start = max(fixed(select(nearest, rest.depth, rest.depth < Rows(1.0))), last_end());
             end = start;
             whole = scaled(whole, own);
             nearest = min(nearest, rest.depth);
@@ -186,11 +185,11 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
     if HAS_VOLUMES {
         nearest = nearest_inside(nearest);
     }
-    for (var i = 0u; i < ROWS; i += 1u) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let texel = at + vec2(0u, i);
-        let filtered = min(vec3(whole.red[i], whole.green[i], whole.blue[i]), vec3(65504.0));
+        let filtered = min(light_row(whole, i), vec3(65504.0));
         textureStore(filters, texel, view.layer, vec4(blackened(filtered), 1.0));
-        textureStore(nearests, texel, view.layer, vec4(nearest[i]));
+        textureStore(nearests, texel, view.layer, vec4(row(nearest, i)));
     }
     store_curves(view, at);
 }

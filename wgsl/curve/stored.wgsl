@@ -1,49 +1,40 @@
 // Nodes in the format of a map. CPU reference: src/reference/curve/mod.rs.
 
-import package::curve::light4::decode;
-import package::curve::list::{node_lights, node_means, spans};
+import package::curve::list::light_behind;
 import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
 import package::features::HAS_GAIN;
 import package::sums::sums::BLACK;
+import choice::nodes::node_at;
+import choice::rows::{RowBits, Rows, row_bits};
 
-fn stored_channel(v: vec4<f32>) -> vec4<u32> {
+fn stored_channel(v: Rows) -> RowBits {
     if HAS_GAIN {
-        let octave = (log2(max(v, vec4(1e-9))) - DARKEST_LOG) / OCTAVES;
-        return vec4<u32>(round(clamp(octave * LEVELS, vec4(0.0), vec4(LEVELS))));
+        let octave = (log2(max(v, Rows(1e-9))) - DARKEST_LOG) / OCTAVES;
+        return RowBits(round(clamp(octave * LEVELS, Rows(0.0), Rows(LEVELS))));
     }
-    return vec4<u32>(round(select(v, vec4(0.0), v < vec4(BLACK)) * LEVELS));
+    return RowBits(round(select(v, Rows(0.0), v < Rows(BLACK)) * LEVELS));
 }
 
-// Node i of the four texels in the format of a map: the first words, then the second.
-fn packed_first(i: u32) -> vec4<u32> {
-    let start = spans[i] >> vec4(16u);
-    let end = max(spans[i] & vec4(0xffffu), start);
-    let length = vec4<u32>(round(sqrt(vec4<f32>(end - start) / DEPTHS) * LEVELS));
-    let red = stored_channel(decode(node_lights[i] & vec4(0xffffu)));
-    return (start << vec4(16u)) | (length << vec4(4u)) | (red >> vec4(8u));
+struct StoredNode {
+    first: RowBits, // words
+    second: RowBits,
 }
 
-fn packed_second(i: u32) -> vec4<u32> {
-    let red = stored_channel(decode(node_lights[i] & vec4(0xffffu)));
-    let green = stored_channel(decode(node_lights[i] >> vec4(16u)));
-    let blue = stored_channel(decode(node_means[i] & vec4(0xffffu)));
-    return ((red & vec4(255u)) << vec4(24u)) | (green << vec4(12u)) | blue;
-}
-
-// Two nodes of the four texels.
-struct Packed {
-    firsts: array<vec4<u32>, 2>,
-    seconds: array<vec4<u32>, 2>,
-}
-
-fn packed_pair(pair: u32) -> Packed {
-    let i = 2u * pair;
-    return Packed(
-        array(packed_first(i), packed_first(i + 1u)),
-        array(packed_second(i), packed_second(i + 1u)),
+fn stored_node(i: u32) -> StoredNode {
+    let node = node_at(i);
+    let start = node.span >> RowBits(16u);
+    let end = max(node.span & RowBits(0xffffu), start);
+    let length = RowBits(round(sqrt(Rows(end - start) / DEPTHS) * LEVELS));
+    let light = light_behind(node);
+    let red = stored_channel(light.red);
+    return StoredNode(
+        (start << RowBits(16u)) | (length << RowBits(4u)) | (red >> RowBits(8u)),
+        ((red & RowBits(255u)) << RowBits(24u)) | (stored_channel(light.green) << RowBits(12u))
+            | stored_channel(light.blue),
     );
 }
 
-fn packed_row(nodes: Packed, row: u32) -> vec4<u32> {
-    return vec4(nodes.firsts[0][row], nodes.seconds[0][row], nodes.firsts[1][row], nodes.seconds[1][row]);
+// A row of two nodes that follow each other.
+fn stored_pair(a: StoredNode, b: StoredNode, i: u32) -> vec4<u32> {
+    return vec4(row_bits(a.first, i), row_bits(a.second, i), row_bits(b.first, i), row_bits(b.second, i));
 }

@@ -6,19 +6,19 @@ import package::bind::read::scattered_tiles;
 import package::bind::stored::{curves, filters, nearests};
 import package::curve::bodies::split_bodies;
 import package::curve::gather::{
-    ROWS, join_ramp, join_rest, light_texel, nearest, nearest_seen, open_added, open_end, open_start,
-    total_light,
+    join_ramp, join_rest, nearest, nearest_seen, open_added, open_end, open_start, total_light,
 };
-import package::curve::light4::scaled;
+import package::curve::lights::{light_row, scaled};
 import package::curve::list::{disordered, last_end};
 import package::curve::node::{DEPTHS, curve_layer};
 import package::curve::overflow::{is_light, nothing_overflowed, overflowed, rest_light};
-import package::curve::stored::{packed_pair, packed_row};
+import package::curve::stored::{stored_node, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
-import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
+import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
 import package::records::view::GpuView;
 import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
+import choice::rows::{ROW_COUNT, Rows, row};
 
 var<private> own_tile: u32;
 var<private> first_sum: u32;
@@ -40,8 +40,8 @@ fn open_rest(view: GpuView, step: u32) {
         rest = overflowed(first_sum);
     }
     let light = rest_light(rest, total_light());
-    let depth = select(nearest, rest.depth, rest.depth < vec4(1.0));
-    let behind = max(depth, vec4<f32>(last_end()) * (1.0 / DEPTHS));
+    let depth = select(nearest, rest.depth, rest.depth < Rows(1.0));
+    let behind = max(depth, Rows(last_end()) * (1.0 / DEPTHS));
     let some = is_light(light);
     join_rest(light);
     if HAS_OVER {
@@ -53,13 +53,13 @@ fn open_rest(view: GpuView, step: u32) {
 }
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
-    nearest = nearest_seen();
+    let depth = nearest_seen();
     let all = total_light();
     let at = view.origin + texel;
-    for (var i = 0u; i < ROWS; i += 1u) {
-        let row = at + vec2(0u, i);
-        textureStore(filters, row, view.layer, vec4(blackened(light_texel(all, i)), 1.0));
-        textureStore(nearests, row, view.layer, vec4(nearest[i]));
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let own = at + vec2(0u, i);
+        textureStore(filters, own, view.layer, vec4(blackened(light_row(all, i)), 1.0));
+        textureStore(nearests, own, view.layer, vec4(row(depth, i)));
     }
     split_bodies();
     store_curves(view, at);
@@ -68,27 +68,14 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-// `at`: first of the four texels, in the atlas.
+// `at`: first of the texels, in the atlas.
 fn store_curves(view: GpuView, at: vec2<u32>) {
-    store_pair(view, at, 0u);
-    store_pair(view, at, 1u);
-    if NODES > 4u {
-        store_pair(view, at, 2u);
-        store_pair(view, at, 3u);
+    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
+        let first = stored_node(2u * pair);
+        let second = stored_node(2u * pair + 1u);
+        let layer = curve_layer(view.layer, pair);
+        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+            textureStore(curves, at + vec2(0u, i), layer, stored_pair(first, second, i));
+        }
     }
-    if NODES > 8u {
-        store_pair(view, at, 4u);
-        store_pair(view, at, 5u);
-        store_pair(view, at, 6u);
-        store_pair(view, at, 7u);
-    }
-}
-
-fn store_pair(view: GpuView, at: vec2<u32>, pair: u32) {
-    let nodes = packed_pair(pair);
-    let layer = curve_layer(view.layer, pair);
-    textureStore(curves, at, layer, packed_row(nodes, 0u));
-    textureStore(curves, at + vec2(0u, 1u), layer, packed_row(nodes, 1u));
-    textureStore(curves, at + vec2(0u, 2u), layer, packed_row(nodes, 2u));
-    textureStore(curves, at + vec2(0u, 3u), layer, packed_row(nodes, 3u));
 }

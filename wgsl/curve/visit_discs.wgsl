@@ -1,14 +1,13 @@
-// Visits the four texels with a soft disc of the `filter` transfer; hits stay open until the end of their
-// slab. CPU reference: src/reference/curve/tile.rs.
+// Visits an invocation's texels with a soft disc of the `filter` transfer; hits stay open until the end of
+// their slab. CPU reference: src/reference/curve/tile.rs.
 
 import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
-import package::curve::light4::{Light4, minus, white4};
+import package::curve::lights::{Lights, minus, white};
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::hit::disc::{
-    Disc, Profile4, broadcast_disc, column_rest, disc_profile, disc_touches, prepare_disc, rest_profile,
-};
+import package::hit::disc::{Disc, broadcast_disc, disc_touches, prepare_disc};
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
+import choice::rows::{RowBits, RowIs, Rows, disc_rows};
 
 // A disc of an orthographic view has one depth, so hits come in order.
 fn ordered() -> bool {
@@ -29,32 +28,23 @@ fn waiting_steps() -> u32 {
 
 fn join_waiting() {}
 
-fn texels_profile(view: GpuView, disc: Disc) -> Profile4 {
-    let dx = corner.x + 0.5 - disc.center.x;
-    let dy = corner.y + 0.5 - disc.center.y;
-    if PERSPECTIVE {
-        return disc_profile(view, disc, dx, dy + vec4(0.0, 1.0, 2.0, 3.0), opaque_depth);
-    }
-    return rest_profile(disc, column_rest(disc, dx, dy), opaque_depth);
-}
-
-fn disc_absorbed(disc: Disc, profile: vec4<f32>) -> Light4 {
-    return Light4(profile * disc.absorbed.r, profile * disc.absorbed.g, profile * disc.absorbed.b);
-}
-
 // Counts a hit for `few`, and updates the nearest depth.
 fn count_disc(view: GpuView, disc: Disc) {
-    let met = texels_profile(view, disc);
+    let met = disc_rows(view, disc, corner, opaque_depth);
     let opacity = met.profile * disc.slope;
-    hit_count += select(vec4(0u), vec4(1u), opacity >= vec4(TRACE));
+    hit_count += select(RowBits(0u), RowBits(1u), opacity >= Rows(TRACE));
     see(met.depth, opacity);
 }
 
 // Returns where the hit has a depth of its own.
-fn visit_disc(view: GpuView, disc: Disc) -> vec4<bool> {
-    let met = texels_profile(view, disc);
-    let absorbed = disc_absorbed(disc, met.profile);
-    return join(minus(white4(), absorbed), absorbed, met.depth, met.profile * disc.slope);
+fn visit_disc(view: GpuView, disc: Disc) -> RowIs {
+    let met = disc_rows(view, disc, corner, opaque_depth);
+    let absorbed = Lights(
+        met.profile * disc.absorbed.r,
+        met.profile * disc.absorbed.g,
+        met.profile * disc.absorbed.b,
+    );
+    return join(minus(white(), absorbed), absorbed, met.depth, met.profile * disc.slope);
 }
 
 fn count_hits(view: GpuView, footprint: Footprint) {

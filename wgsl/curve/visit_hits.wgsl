@@ -1,20 +1,22 @@
-// Visits the four texels with a caster of any kind; every hit is inserted into its curve at once, or, with
-// order-dependent blending, after those in front of it.
+// Visits an invocation's texels with a caster of any kind; every hit is inserted into its curve at once, or,
+// with order-dependent blending, after those in front of it.
 
 import package::curve::gather::{
     corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
 };
-import package::curve::light4::{Light4, black4, light4, plus, scaled, selected};
+import package::curve::lights::{Lights, black, plus, scaled, with_light};
 import package::curve::volumes::{change_density, crossed, last_face, surface_light, surface_scale};
-import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, ROLLED};
+import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
-import package::hit::crossing::{Face, face_crossing, volume_face};
-import package::hit::hit_order::{Hit4, WAITING, hits_of, next_waiting, pass_on};
+import package::hit::crossing::{face_crossing, volume_face};
+import package::hit::hit_order::{Hits, WAITING, no_hits, pass_on, with_hit};
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::traversal::candidate::Offer;
 import package::traversal::kinds::visited;
+import choice::rows::{ROW_COUNT, RowIs, row, with_row};
+import choice::waiting::take_hits;
 
 fn ordered() -> bool {
     return false;
@@ -33,57 +35,45 @@ fn count_hits(view: GpuView, footprint: Footprint) {}
 fn count_lane(view: GpuView, offer: Offer, lane: u32) {}
 
 fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
-    let hit = caster_hit(view, footprint, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
-    if !(hit.depth >= 0.0 && hit.depth < opaque_depth[i]) {
+    let opaque = row(opaque_depth, i);
+    let hit = caster_hit(view, footprint, corner + vec2(0.5, f32(i) + 0.5), opaque);
+    if !(hit.depth >= 0.0 && hit.depth < opaque) {
         return MISS;
     }
     return hit;
 }
 
-fn face_texel(view: GpuView, footprint: Footprint, i: u32) -> Face {
-    let face = volume_face(view, footprint, corner + vec2(0.5, f32(i) + 0.5), opaque_depth[i]);
-    crossed[i] += face_crossing(face);
-    return face;
-}
-
-fn density_change(face: Face) -> vec3<f32> {
-    return face.metres * face.absorption * f32(-face.leaves);
-}
-
-fn cross_faces(view: GpuView, footprint: Footprint) -> vec4<bool> {
-    let a = face_texel(view, footprint, 0u);
-    let b = face_texel(view, footprint, 1u);
-    let c = face_texel(view, footprint, 2u);
-    let d = face_texel(view, footprint, 3u);
-    let meets = vec4(a.leaves, b.leaves, c.leaves, d.leaves) != vec4(0);
+fn cross_faces(view: GpuView, footprint: Footprint) -> RowIs {
     // A texel without a face gets a zero change at its last face.
-    let depth = select(last_face, vec4(a.depth, b.depth, c.depth, d.depth), meets);
-    let change = light4(density_change(a), density_change(b), density_change(c), density_change(d));
-    return join_ramp(change_density(depth, selected(black4(), change, meets)));
+    var depth = last_face;
+    var change = black();
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let face = volume_face(view, footprint, corner + vec2(0.5, f32(i) + 0.5), row(opaque_depth, i));
+        crossed[i] += face_crossing(face);
+        let own = face.metres * face.absorption * f32(-face.leaves);
+        depth = with_row(depth, i, select(face.depth, row(depth, i), face.leaves == 0));
+        change = with_light(change, i, select(own, vec3(0.0), face.leaves == 0));
+    }
+    return join_ramp(change_density(depth, change));
 }
 
 // Returns true if the hits must be inserted at once.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
-    var ramps = vec4(false);
+    var ramps = RowIs(false);
     if HAS_VOLUMES {
         ramps = cross_faces(view, footprint);
     }
-    var met = array(MISS, MISS, MISS, MISS);
-    for (var i = 0u; ROLLED && i < 4u; i += 1u) {
-        met[i] = hit_texel(view, footprint, i);
+    var came = no_hits();
+    var absorbed = black();
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let hit = hit_texel(view, footprint, i);
+        came = with_hit(came, i, hit);
+        absorbed = with_light(absorbed, i, hit.absorbed);
     }
-    if !ROLLED {
-        met[0] = hit_texel(view, footprint, 0u);
-        met[1] = hit_texel(view, footprint, 1u);
-        met[2] = hit_texel(view, footprint, 2u);
-        met[3] = hit_texel(view, footprint, 3u);
-    }
-    let came = hits_of(met);
     see(came.depth, came.opacity);
     if HAS_OVER {
-        return must_flush(ramps | join_hits(pass_on(came), black4()));
+        came = pass_on(came);
     }
-    let absorbed = light4(met[0].absorbed, met[1].absorbed, met[2].absorbed, met[3].absorbed);
     return must_flush(ramps | join_hits(came, absorbed));
 }
 
@@ -94,7 +84,7 @@ fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool
 }
 
 // `absorbed` is not read with `over`.
-fn join_hits(hits: Hit4, absorbed: Light4) -> vec4<bool> {
+fn join_hits(hits: Hits, absorbed: Lights) -> RowIs {
     let placed = join(hits.light, absorbed, hits.depth, hits.opacity);
     if HAS_PUFFS {
         open_end = select(open_end, max(open_end, hits.end), placed);
@@ -117,5 +107,5 @@ fn waiting_steps() -> u32 {
 }
 
 fn join_waiting() {
-    let placed = join_hits(next_waiting(), black4());
+    let placed = join_hits(take_hits(), black());
 }

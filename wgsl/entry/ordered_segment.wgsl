@@ -12,9 +12,12 @@ import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
 import package::records::footprint::front_depth;
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
-import package::records::tile::{segment_record, segment_view, tile_of};
+import package::records::tile::{Segment, Tile, segment_record, segment_view, tile_of};
+import package::records::view::GpuView;
 import package::accumulator::filter::{own_before, own_faces, own_from, start};
-import package::traversal::lane::{LANES, lane_texel, tile_texel};
+import package::traversal::lane::tile_texel;
+import package::traversal::share::{SHARES, SHARE_LANES, share_texel};
+import choice::rows::Rows;
 import choice::output::store_segment;
 import choice::traversal::walk;
 
@@ -25,7 +28,7 @@ fn pair_front(pair: u32) -> f32 {
     return front_depth(load_footprint(textureLoad(pairs, record_texel(pair)).g));
 }
 
-@compute @workgroup_size(LANES)
+@compute @workgroup_size(SHARE_LANES)
 fn walk_ordered_segment(
     @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
@@ -37,8 +40,18 @@ fn walk_ordered_segment(
     }
     let segment = segments[index];
     let view = views[segment_view(segment)];
-    let place = lane_texel(lane);
     let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
+    if SHARES == 1u {
+        walk_share(view, segment, tile, index, share_texel(0u, lane));
+        return;
+    }
+    for (var share = workgroup.z; share < SHARES; share += workgroups.z) {
+        walk_share(view, segment, tile, index, share_texel(share, lane));
+    }
+}
+
+// `place`: the invocation's first texel.
+fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, place: vec2<u32>) {
     start(view, tile_texel(view, segment.tile) + place);
     // Parts: the last pairs of the previous segment, this one's own, and its last ones.
     let overlapped = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);
@@ -51,8 +64,8 @@ fn walk_ordered_segment(
             end = select(select(end, last, part == 1u), segment.first, part == 0u);
             // Without a next segment, the part has no pairs either.
             let front = front_depths(pair_front(min(end, tile.end - 1u)));
-            own_from = select(vec4(-1.0), front, part == 0u);
-            own_before = select(vec4(2.0), front, part == 2u);
+            own_from = select(Rows(-1.0), front, part == 0u);
+            own_before = select(Rows(2.0), front, part == 2u);
             own_faces = part > 0u;
         }
         walk(view, first, end);

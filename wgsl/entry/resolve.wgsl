@@ -8,10 +8,10 @@ import package::bind::uniform::views;
 import package::records::dispatch::{MERGED_DISPATCH, workgroup_number};
 import package::records::record::record_texel;
 import package::records::tile::{tile_number_of, tile_of};
-import package::traversal::lane::{LANES, lane_texel};
+import package::traversal::share::{SHARES, SHARE_LANES, share_texel};
 import choice::output::resolve;
 
-@compute @workgroup_size(LANES)
+@compute @workgroup_size(SHARE_LANES)
 fn resolve_tile(
     @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
@@ -23,5 +23,11 @@ fn resolve_tile(
     }
     let tile = tile_of(textureLoad(tiles, record_texel(merged_tiles[slot]), 0));
     let view = views[tile.view];
-    resolve(view, tile, tile_number_of(view, tile), lane_texel(lane));
+    if SHARES == 1u {
+        resolve(view, tile, tile_number_of(view, tile), share_texel(0u, lane));
+        return;
+    }
+    for (var share = workgroup.z; share < SHARES; share += workgroups.z) {
+        resolve(view, tile, tile_number_of(view, tile), share_texel(share, lane));
+    }
 }

@@ -5,13 +5,15 @@
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;
 import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
-import package::records::tile::segment_view;
-import package::traversal::lane::{LANES, lane_texel, tile_texel};
+import package::records::tile::{Segment, segment_view};
+import package::records::view::GpuView;
+import package::traversal::lane::tile_texel;
+import package::traversal::share::{SHARES, SHARE_LANES, share_texel};
 import choice::accumulator::start;
 import choice::output::store_segment;
 import choice::traversal::walk;
 
-@compute @workgroup_size(LANES)
+@compute @workgroup_size(SHARE_LANES)
 fn walk_segment(
     @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
@@ -23,7 +25,17 @@ fn walk_segment(
     }
     let segment = segments[index];
     let view = views[segment_view(segment)];
-    let place = lane_texel(lane);
+    if SHARES == 1u {
+        walk_share(view, segment, index, share_texel(0u, lane));
+        return;
+    }
+    for (var share = workgroup.z; share < SHARES; share += workgroups.z) {
+        walk_share(view, segment, index, share_texel(share, lane));
+    }
+}
+
+// `place`: the invocation's first texel.
+fn walk_share(view: GpuView, segment: Segment, index: u32, place: vec2<u32>) {
     start(view, tile_texel(view, segment.tile) + place);
     walk(view, segment.first, segment.end);
     store_segment(segment, index, place);

@@ -1,19 +1,18 @@
-// Entry: every tile that one workgroup finishes. One workgroup per tile, a column of texels per
-// invocation, no atomics. A state defines what is gathered per texel, a store where it goes. Host:
-// src/stage/mod.rs.
+// Entry: every tile that one workgroup finishes, or several, each some shares of its texels. No atomics. An
+// accumulator defines what is gathered per texel, an output where it goes. Host: src/stage/mod.rs.
 
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::records::record::record_texel;
-import package::records::tile::{tile_number_of, tile_of};
-import package::records::view::TILE_SIZE;
-import package::traversal::lane::{LANES, lane_texel};
+import package::records::tile::{Tile, tile_number_of, tile_of};
+import package::records::view::{GpuView, TILE_SIZE};
+import package::traversal::share::{SHARES, SHARE_LANES, share_texel};
 import choice::order::tile_number;
 import choice::accumulator::start;
 import choice::output::{before_tile, store_tile};
 import choice::traversal::walk;
 
-@compute @workgroup_size(LANES)
+@compute @workgroup_size(SHARE_LANES)
 fn walk_tile(
     @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
@@ -25,7 +24,17 @@ fn walk_tile(
         return;
     }
     let view = views[tile.view];
-    let place = lane_texel(lane);
+    if SHARES == 1u {
+        walk_share(view, tile, share_texel(0u, lane));
+        return;
+    }
+    for (var share = workgroup.z; share < SHARES; share += workgroups.z) {
+        walk_share(view, tile, share_texel(share, lane));
+    }
+}
+
+// `place`: the invocation's first texel.
+fn walk_share(view: GpuView, tile: Tile, place: vec2<u32>) {
     let texel = tile.place * TILE_SIZE + place;
     before_tile(view, texel, tile_number_of(view, tile), place);
     start(view, texel);

@@ -5,16 +5,16 @@
 import package::bind::sampled::raw_curves;
 import package::bind::stored::curves;
 import package::bind::uniform::views;
-import package::curve::light4::{
-    black4, decode_light, encode_lights, encode_means, fixed, scaled, selected, white4,
-};
-import package::curve::list::{adding, clear_list, insert, node_lights, node_means, spans};
+import package::curve::lights::{fixed, scaled, selected, white, with_light};
+import package::curve::list::{Node, clear_list, coded, insert, light_behind};
 import package::curve::loaded::loaded_node;
 import package::curve::node::curve_layer;
-import package::curve::stored::{packed_pair, packed_row};
-import package::features::NODES;
+import package::curve::stored::{stored_node, stored_pair};
+import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
 import package::soften::run::{EMPTY_RUN, Run, add_run, load_run, window};
+import choice::nodes::{node_at, set_node};
+import choice::rows::{ROW_COUNT, RowBits, Rows, row, with_bits, with_row};
 
 const ROWS: u32 = 4u;
 
@@ -42,72 +42,77 @@ fn ramp(run: Run) -> vec2<f32> {
     return vec2(mean - reach, mean + reach);
 }
 
-var<private> places: array<vec2<u32>, ROWS>; // atlas texels of the curves that are softened
-
-fn load_node(i: u32, firsts: vec4<u32>, seconds: vec4<u32>) {
+fn unpacked(firsts: RowBits, seconds: RowBits) -> Node {
     let node = loaded_node(firsts, seconds);
-    let none = node.start == vec4(0u);
-    let light = selected(node.light, white4(), none);
-    spans[i] = select((node.start << vec4(16u)) | node.end, vec4(0u), none);
-    node_lights[i] = encode_lights(light);
-    node_means[i] = encode_means(light);
+    let none = node.start == RowBits(0u);
+    let span = (node.start << RowBits(16u)) | node.end;
+    return coded(select(span, RowBits(0u), none), selected(node.light, white(), none));
 }
 
-fn load_pair(view: GpuView, pair: u32) {
-    let layer = curve_layer(view.layer, pair);
-    let a = textureLoad(raw_curves, places[0], layer, 0);
-    let b = textureLoad(raw_curves, places[1], layer, 0);
-    let c = textureLoad(raw_curves, places[2], layer, 0);
-    let d = textureLoad(raw_curves, places[3], layer, 0);
-    load_node(2u * pair, vec4(a.x, b.x, c.x, d.x), vec4(a.y, b.y, c.y, d.y));
-    load_node(2u * pair + 1u, vec4(a.z, b.z, c.z, d.z), vec4(a.w, b.w, c.w, d.w));
+var<private> places: array<vec2<u32>, ROW_COUNT>; // atlas texels of the curves that are softened
+
+fn load_curves(view: GpuView) {
+    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
+        let layer = curve_layer(view.layer, pair);
+        var words = array(RowBits(0u), RowBits(0u), RowBits(0u), RowBits(0u));
+        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+            let nodes = textureLoad(raw_curves, places[i], layer, 0);
+            words[0] = with_bits(words[0], i, nodes.x);
+            words[1] = with_bits(words[1], i, nodes.y);
+            words[2] = with_bits(words[2], i, nodes.z);
+            words[3] = with_bits(words[3], i, nodes.w);
+        }
+        set_node(2u * pair, unpacked(words[0], words[1]));
+        set_node(2u * pair + 1u, unpacked(words[2], words[3]));
+    }
 }
 
 // A curve without blocked texels keeps its bits.
-fn store_pair(view: GpuView, at: vec2<u32>, pair: u32, softened: vec4<bool>) {
-    let nodes = packed_pair(pair);
-    let layer = curve_layer(view.layer, pair);
-    for (var i = 0u; i < ROWS; i += 1u) {
-        let own = textureLoad(raw_curves, at + vec2(0u, i), layer, 0);
-        textureStore(curves, at + vec2(0u, i), layer, select(own, packed_row(nodes, i), softened[i]));
+fn store_curves(view: GpuView, first: vec2<u32>, blocked: Rows) {
+    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
+        let layer = curve_layer(view.layer, pair);
+        let a = stored_node(2u * pair);
+        let b = stored_node(2u * pair + 1u);
+        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+            let at = first + vec2(0u, i);
+            let own = textureLoad(raw_curves, at, layer, 0);
+            textureStore(curves, at, layer, select(own, stored_pair(a, b, i), row(blocked, i) > 0.0));
+        }
     }
+}
+
+// `id`: of the invocation.
+fn soften_texels(view: GpuView, id: vec2<u32>, first: vec2<i32>) {
+    let size = vec2<i32>(view.size);
+    var passing = white();
+    var start = Rows(0.0);
+    var end = Rows(0.0);
+    var blocked = Rows(0.0);
+    for (var i = 0u; i < ROW_COUNT; i += 1u) {
+        let texel = vec2(first.x, min(first.y + i32(i), size.y - 1));
+        let run = column_run(view, size, texel);
+        let own = vec2<i32>(view.origin) + texel;
+        places[i] = vec2<u32>(select(own, vec2<i32>(run.hole), run.hole.x >= 0.0));
+        passing = with_light(passing, i, max(1.0 - run.blocked, vec3(0.0)));
+        blocked = with_row(blocked, i, run.moments.x);
+        let span = select(vec2(0.0), ramp(run), run.moments.x > 0.0);
+        start = with_row(start, i, span.x);
+        end = with_row(end, i, span.y);
+    }
+    clear_list(id);
+    load_curves(view);
+    let behind = scaled(light_behind(node_at(NODES - 1u)), passing);
+    insert(fixed(start), fixed(end), passing, behind, blocked > Rows(0.0));
+    store_curves(view, view.origin + vec2<u32>(first), blocked);
 }
 
 @compute @workgroup_size(8, 8)
 fn soften_curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     let view = views[id.z];
-    let size = vec2<i32>(view.size);
-    let first = vec2<i32>(id.xy) * vec2(1, i32(ROWS));
-    if any(first >= size) {
-        return;
-    }
-    var passing = white4();
-    var start = vec4(0.0);
-    var end = vec4(0.0);
-    var softened = vec4(false);
-    for (var i = 0u; i < ROWS; i += 1u) {
-        let texel = vec2(first.x, min(first.y + i32(i), size.y - 1));
-        let run = column_run(view, size, texel);
-        let own = vec2<i32>(view.origin) + texel;
-        places[i] = vec2<u32>(select(own, vec2<i32>(run.hole), run.hole.x >= 0.0));
-        let left = max(1.0 - run.blocked, vec3(0.0));
-        passing.red[i] = left.r;
-        passing.green[i] = left.g;
-        passing.blue[i] = left.b;
-        softened[i] = run.moments.x > 0.0;
-        let span = ramp(run);
-        start[i] = select(0.0, span.x, softened[i]);
-        end[i] = select(0.0, span.y, softened[i]);
-    }
-    clear_list();
-    adding = black4();
-    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
-        load_pair(view, pair);
-    }
-    let behind = decode_light(node_lights[NODES - 1u], node_means[NODES - 1u]);
-    insert(fixed(start), fixed(end), passing, scaled(behind, passing), softened);
-    let at = view.origin + vec2<u32>(first);
-    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
-        store_pair(view, at, pair, softened);
+    for (var i = 0u; i < ROWS; i += ROW_COUNT) {
+        let first = vec2<i32>(vec2(id.x, ROWS * id.y + i));
+        if all(first < vec2<i32>(view.size)) {
+            soften_texels(view, id.xy, first);
+        }
     }
 }

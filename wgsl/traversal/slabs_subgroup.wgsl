@@ -20,6 +20,7 @@ import package::traversal::subgroup_block::{
 };
 import choice::candidate::{Offer, candidate_of, offer_of, touches};
 import choice::pairs::pair_footprint;
+import choice::rows::any_row;
 import choice::visit::{count_lane, slabbed, visit_lane};
 
 var<private> base: u32; // next pair
@@ -108,7 +109,7 @@ fn count_pairs(view: GpuView, first: u32, end: u32, block: Block) {
 
 // Visits slabs while hits are inserted one by one.
 fn visit_singles(view: GpuView, end: u32, block: Block) {
-    while base < end && subgroupAny(any(is_single())) {
+    while base < end && subgroupAny(any_row(is_single())) {
         for (var whole = false; !whole;) {
             let stretch = fetch(view, end, block);
             for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {

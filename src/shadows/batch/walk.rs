@@ -10,7 +10,7 @@ use crate::shadows::{
 use crate::{
     error::Error,
     frame::{Commands, Work},
-    stage::{accumulate, bin, colored, occlude},
+    stage::{accumulate, bin, colored, occlude, tile_shares},
 };
 use wgpu::Buffer;
 
@@ -51,7 +51,9 @@ impl Walk<'_> {
         let may_scatter = !tiny.is_empty() || overflows;
         let merges = plan.has_segments() || (may_scatter && features.nodes == 0);
 
-        let tiles = run(kernels.tiles, bin::tile_grid(self.tile_count).into())?;
+        let [x, y, _] = bin::tile_grid(self.tile_count);
+        let shares = tile_shares(kernels.tiles, &context.config.profile);
+        let tiles = run(kernels.tiles, [x, y, shares].into())?;
         let (mut read, mut resolve) = (vec![tiles], Vec::new());
         if merges {
             read.push(run(kernels.segments, by(bin::Dispatch::Segment))?);

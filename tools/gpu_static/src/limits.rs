@@ -37,6 +37,8 @@ pub struct Limit {
 pub struct Smaller {
     /// Starts of ids, or whole ones.
     pub kernels: Vec<String>,
+    /// The GPU that has the limit.
+    pub gpu: String,
     pub limit: Limit,
 }
 
@@ -102,8 +104,9 @@ impl Limits {
     /// Without exceptions.
     pub fn of(&self, gpu: &str, kernel: &str) -> Limit {
         let all = self.gpus.get(gpu).copied().unwrap_or_default();
-        let smaller =
-            self.smaller.iter().filter(|it| it.kernels.iter().any(|k| kernel.starts_with(k)));
+        let smaller = self.smaller.iter().filter(|it| {
+            it.gpu == gpu && it.kernels.iter().any(|start| kernel.starts_with(start))
+        });
         smaller.fold(all, |limit, it| limit.under(it.limit))
     }
 
@@ -166,7 +169,7 @@ mod tests {
 
     fn limits(exceptions: &str) -> Limits {
         let text = "unused = []\nseldom = []\nscenes = []\nexceptions = [EXCEPTIONS]\n\
-             smaller = [{ kernels = [\"curve\"], limit = { vgprs = 96 } }]\n\
+             smaller = [{ kernels = [\"curve\"], gpu = \"a\", limit = { vgprs = 96 } }]\n\
              [gpus.a]\nvgprs = 112\nspilled = 0\nlds = 0\ncode = 60\nseconds = 4.0\n";
         toml::from_str(&text.replace("EXCEPTIONS", exceptions)).unwrap()
     }

@@ -1,0 +1,64 @@
+// Hits of one ray that wait, in private memory: a ring, as few hits come late.
+
+import package::curve::lights::Lights;
+import package::hit::hit_order::{Hits, WAITING, no_hits};
+
+const HIT_WORDS: u32 = 9u;
+
+var<private> ring: array<f32, WAITING * HIT_WORDS>;
+var<private> nearest_slot: u32;
+
+fn clear_waiting() {
+    nearest_slot = 0u;
+    for (var i = 0u; i < WAITING; i += 1u) {
+        set_hit(i, no_hits());
+    }
+}
+
+fn hit_at(slot: u32) -> Hits {
+    let at = slot * HIT_WORDS;
+    let light = Lights(ring[at + 1u], ring[at + 2u], ring[at + 3u]);
+    let added = Lights(ring[at + 4u], ring[at + 5u], ring[at + 6u]);
+    return Hits(ring[at], light, added, ring[at + 7u], ring[at + 8u]);
+}
+
+fn set_hit(slot: u32, hit: Hits) {
+    let at = slot * HIT_WORDS;
+    ring[at] = hit.depth;
+    ring[at + 1u] = hit.light.red;
+    ring[at + 2u] = hit.light.green;
+    ring[at + 3u] = hit.light.blue;
+    ring[at + 4u] = hit.added.red;
+    ring[at + 5u] = hit.added.green;
+    ring[at + 6u] = hit.added.blue;
+    ring[at + 7u] = hit.opacity;
+    ring[at + 8u] = hit.end;
+}
+
+// Takes the nearest of the hits that wait and the one that came.
+fn exchange_hits(came: Hits) -> Hits {
+    if came.depth < 0.0 || came.depth < ring[nearest_slot * HIT_WORDS] {
+        return came;
+    }
+    let left = hit_at(nearest_slot);
+    var slot = nearest_slot; // now behind all others
+    nearest_slot = (nearest_slot + 1u) % WAITING;
+    while slot != nearest_slot {
+        let before = (slot + WAITING - 1u) % WAITING;
+        if ring[before * HIT_WORDS] <= came.depth {
+            break;
+        }
+        set_hit(slot, hit_at(before));
+        slot = before;
+    }
+    set_hit(slot, came);
+    return left;
+}
+
+// Takes the nearest. None is added any more.
+fn take_hits() -> Hits {
+    let left = hit_at(nearest_slot);
+    set_hit(nearest_slot, no_hits());
+    nearest_slot = (nearest_slot + 1u) % WAITING;
+    return left;
+}

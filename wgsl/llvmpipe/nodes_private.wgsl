@@ -1,0 +1,19 @@
+// Nodes of curves during insertion, in registers: loops over them are written out, and indices are literals.
+// Software drivers read other arrays one lane at a time.
+
+import package::curve::list::Node;
+import package::features::NODES;
+
+const node_count: u32 = NODES;
+
+var<private> nodes: array<Node, 17>; // one more than a curve has at most
+
+fn open_nodes(place: vec2<u32>) {}
+
+fn node_at(i: u32) -> Node {
+    return nodes[i];
+}
+
+fn set_node(i: u32, node: Node) {
+    nodes[i] = node;
+}
