@@ -11,12 +11,12 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleave
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them. The core tier has
 /// too few of those.
 pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
-/// Invocations hold four texels in a column.
-pub const FOUR_ROWS: Choice = Choice::new("rows", "llvmpipe/rows_four.wgsl");
-/// Nodes of curves are registers.
-pub const PRIVATE_NODES: Choice = Choice::new("nodes", "llvmpipe/nodes_private.wgsl");
-/// Hits that wait for late ones are registers.
-pub const SORTED_WAITING: Choice = Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl");
+/// Invocations hold four texels in a column; nodes of curves, and hits that wait for late ones, are registers.
+pub const COLUMNS: [Choice; 3] = [
+    Choice::new("rows", "llvmpipe/rows_four.wgsl"),
+    Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
+    Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl"),
+];
 /// Loops over what lies in registers are written out.
 pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects discs until there is one for each lane.

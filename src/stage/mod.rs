@@ -25,7 +25,7 @@ pub mod soften;
 pub mod sort;
 mod walk;
 
-pub use walk::{WalkKernels, tile_shares};
+pub use walk::WalkKernels;
 
 use crate::gpu::{KernelDesc, Tier};
 

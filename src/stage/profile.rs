@@ -2,7 +2,7 @@
 //! code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`], and without it only speed
 //! is lost.
 use super::{llvmpipe, sort::Shape};
-use crate::gpu::{Choice, Constant};
+use crate::gpu::{Choice, Constant, KernelDesc};
 
 /// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny`, which
 /// changes their rounding.
@@ -62,13 +62,18 @@ impl Profile {
             .map(|(name, is)| (name, f64::from(u8::from(is))))
     }
 
+    /// Workgroups in z that share the texels of a kernel's tile. WGSL: `SHARES`.
+    pub fn tile_shares(&self, desc: &KernelDesc) -> u32 {
+        let has_rows = desc.with.iter().any(|choice| choice.name == llvmpipe::COLUMNS[0].name);
+        if has_rows && !self.columns { 4 } else { 1 }
+    }
+
     /// Choices that replace a kernel's own.
     pub fn choices(&self) -> Vec<Choice> {
-        let columns = [llvmpipe::FOUR_ROWS, llvmpipe::PRIVATE_NODES, llvmpipe::SORTED_WAITING];
         let chosen = [
             (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
             (self.loaded, &[llvmpipe::LOADED]),
-            (self.columns, &columns),
+            (self.columns, &llvmpipe::COLUMNS),
             (self.unrolled, &[llvmpipe::WRITTEN_OUT]),
         ];
         chosen.into_iter().filter(|(is, _)| *is).flat_map(|(_, choices)| choices).copied().collect()

@@ -1,5 +1,4 @@
 //! Choices shared by all kernels that walk the pairs of a tile or a segment.
-use super::profile::Profile;
 use crate::gpu::{Choice, KernelDesc};
 
 /// Kernels that walk the pairs of a list of casters.
@@ -31,9 +30,3 @@ pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
 /// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
-
-/// Workgroups in z that share a tile's texels. WGSL: `SHARES`.
-pub fn tile_shares(desc: &KernelDesc, profile: &Profile) -> u32 {
-    let has_rows = desc.with.iter().any(|choice| choice.name == INVOCATION_ROWS.name);
-    if has_rows && !profile.columns { 4 } else { 1 }
-}

@@ -10,7 +10,7 @@ use gobo::{
         stage::{
             KERNELS, bin, curve,
             levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
-            llvmpipe::{FOUR_ROWS, LOADED, PRIVATE_NODES, SORTED_WAITING, WRITTEN_OUT},
+            llvmpipe::{COLUMNS, LOADED, WRITTEN_OUT},
             sort::SERIAL_SCATTER,
             variants,
         },
@@ -57,9 +57,6 @@ fn kernels_are_valid_on_their_tier() {
         }
     }
 }
-
-/// What invocations of software adapters hold.
-const COLUMNS: [Choice; 3] = [FOUR_ROWS, PRIVATE_NODES, SORTED_WAITING];
 
 /// Software adapters read sampled textures as storage textures, as far as the tier has those.
 #[test]
@@ -273,8 +270,8 @@ fn a_refused_kernel_names_file_and_line() {
         Choice::new("accumulator", "curve/gather.wgsl"),
         Choice::new("output", "curve/resolve.wgsl"),
         Choice::new("sums", "sums/buffers.wgsl"),
-        FOUR_ROWS,
-        PRIVATE_NODES,
+        COLUMNS[0],
+        COLUMNS[1],
         Choice::new("visit", "hit/dither.wgsl"),
     ];
     let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };

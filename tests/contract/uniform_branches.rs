@@ -1,7 +1,6 @@
 //! No branch or loop of a kernel depends on uniform buffers and constants alone: lavapipe compiles
 //! such kernels anew for every uniform buffer that is bound, and keeps all of them.
-use crate::common::parse;
-use gobo::internals::stage::variants;
+use gobo::internals::stage::{llvmpipe::COLUMNS, variants};
 use naga::{
     AddressSpace, Block, Expression, Function, Handle, Module, Span, Statement, front::wgsl,
 };
@@ -219,9 +218,9 @@ impl<'a> Walk<'a> {
 fn no_branch_is_uniform() {
     let mut found = Vec::new();
     for (desc, tier) in variants() {
-        let linked = desc.link(tier).unwrap();
-        for span in branches(&parse(desc, tier)) {
-            let line = linked.wgsl[span.to_range().unwrap()].lines().next().unwrap_or_default();
+        let source = desc.specialised(tier, &COLUMNS, &[]).unwrap();
+        for span in branches(&wgsl::parse_str(&source.wgsl).unwrap()) {
+            let line = source.wgsl[span.to_range().unwrap()].lines().next().unwrap_or_default();
             found.push(format!("{} ({tier:?}): {line}", desc.name));
         }
     }

@@ -10,7 +10,7 @@ use crate::shadows::{
 use crate::{
     error::Error,
     frame::{Commands, Work},
-    stage::{accumulate, bin, colored, occlude, tile_shares},
+    stage::{accumulate, bin, colored, occlude},
 };
 use wgpu::Buffer;
 
@@ -52,7 +52,7 @@ impl Walk<'_> {
         let merges = plan.has_segments() || (may_scatter && features.nodes == 0);
 
         let [x, y, _] = bin::tile_grid(self.tile_count);
-        let shares = tile_shares(kernels.tiles, &context.config.profile);
+        let shares = context.config.profile.tile_shares(kernels.tiles);
         let tiles = run(kernels.tiles, [x, y, shares].into())?;
         let (mut read, mut resolve) = (vec![tiles], Vec::new());
         if merges {
