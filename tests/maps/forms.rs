@@ -40,7 +40,7 @@ fn forms_of_curves_agree() {
 #[test]
 #[ignore = "each kernel twice: make test-all"]
 fn forms_of_every_kind_agree() {
-    for (name, mut scene) in parts::scenes().into_iter().chain(parts::long_tiles()) {
+    for (name, mut scene) in parts::scenes() {
         for receiver in [Receiver::Nearest, Receiver::Curve] {
             scene.shadow.receiver = receiver;
             assert_forms_agree(name, &scene);
@@ -48,5 +48,14 @@ fn forms_of_every_kind_agree() {
     }
     for nodes in [4, 16] {
         assert_forms_agree("nodes", &curve::discs(nodes));
+    }
+}
+
+/// Without curves: llvmpipe ends loops after 65,535 turns, which the loops over nodes reach in such tiles.
+#[test]
+#[ignore = "many casters: make test-all"]
+fn forms_of_long_tiles_agree() {
+    for (name, scene) in parts::long_tiles() {
+        assert_forms_agree(name, &scene);
     }
 }
