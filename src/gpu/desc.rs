@@ -1,5 +1,6 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
+    adapter::max_storage_textures,
     kernel_error::KernelError,
     link::{Constant, Library, Linked, SAMPLED},
     resource::Binding,
@@ -82,7 +83,7 @@ impl KernelDesc {
         let linked = self.link_with(tier, others)?;
         let wgsl = linked.with_values(&[constants, self.constants].concat());
         let sampled = others.iter().find(|choice| choice.name == SAMPLED);
-        Specialised::new(linked, wgsl, sampled.map(|choice| choice.files[tier as usize]))
+        Specialised::new(linked, wgsl, tier, sampled.map(|choice| choice.files[tier as usize]))
     }
 }
 
@@ -101,7 +102,12 @@ pub struct Specialised {
 impl Specialised {
     /// `sampled`: file whose storage textures replace sampled ones.
     #[cfg(not(target_arch = "wasm32"))]
-    fn new(linked: Linked, wgsl: String, sampled: Option<&str>) -> Result<Self, KernelError> {
+    fn new(
+        linked: Linked,
+        wgsl: String,
+        tier: Tier,
+        sampled: Option<&str>,
+    ) -> Result<Self, KernelError> {
         let mut bindings = linked.bindings()?;
         let mut module = naga::front::wgsl::parse_str(&wgsl).ok();
         if let Some(module) = &mut module {
@@ -109,14 +115,19 @@ impl Specialised {
             let variables = || module.global_variables.iter().map(|(_, it)| it.name.as_deref());
             bindings.retain(|binding| variables().any(|name| name == Some(binding.name)));
             if let Some(file) = sampled {
-                Library::embedded()?.load_sampled(module, &mut bindings, file);
+                Library::embedded()?.load_sampled(
+                    module,
+                    &mut bindings,
+                    file,
+                    max_storage_textures(tier),
+                );
             }
         }
         Ok(Self { linked, wgsl, module, bindings })
     }
 
     #[cfg(target_arch = "wasm32")]
-    fn new(linked: Linked, wgsl: String, _: Option<&str>) -> Result<Self, KernelError> {
+    fn new(linked: Linked, wgsl: String, _: Tier, _: Option<&str>) -> Result<Self, KernelError> {
         let bindings = linked.bindings()?;
         Ok(Self { linked, wgsl, module: None, bindings })
     }

@@ -4,7 +4,7 @@
 //! In: the shadow maps. `scatter` -> `sources`: light that each slice of a column of 4x4 pixels scatters to
 //! the eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers
 //! read it at their own depth (`shade`).
-use super::levels::{BLOCKS_LOADED, OF_AREA, OF_POINT};
+use super::levels::{OF_AREA, OF_POINT};
 use crate::gpu::{KernelDesc, Tier};
 
 /// Edge of a workgroup [columns].
@@ -21,7 +21,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
 
 /// Replaces [`SCATTER`] if the scene has area lights.
 pub const AREA_SCATTER: KernelDesc =
-    KernelDesc { name: "area_air_scatter", with: &[OF_AREA, BLOCKS_LOADED], ..SCATTER };
+    KernelDesc { name: "area_air_scatter", with: &[OF_AREA], ..SCATTER };
 
 pub const SUM: KernelDesc = KernelDesc {
     name: "air_sum",

@@ -8,9 +8,9 @@ use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier};
 
 /// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
-/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them. The core tier has
-/// too few of those.
-pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
+/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the tier
+/// has.
+pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// Collects discs until there is one for each lane.
 const QUEUE: Choice = Choice::new("traversal", "llvmpipe/disc_queue.wgsl");
 /// Prefetches maps before they are written.

@@ -5,7 +5,7 @@
 //! maps, `blur` and `enlarge` filter across the pixels of one surface. Out: `light_masks`, which
 //! `light_points` reads.
 use super::{
-    levels::{BLOCKS, OF_AREA, OF_POINT},
+    levels::{OF_AREA, OF_POINT},
     shade::{SEEN_STATE, of_pixels},
     walk::IN_ORDER,
 };
@@ -52,6 +52,6 @@ pub const LOOK_UP: KernelDesc =
     KernelDesc { with: &[OF_POINT, NOT_JOINED], ..of("mask_look_up", "mask/mask_look_up.wgsl") };
 /// [`LOOK_UP`] with area lights.
 pub const AREA_LOOK_UP: KernelDesc =
-    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, BLOCKS, NOT_JOINED], ..LOOK_UP };
+    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, NOT_JOINED], ..LOOK_UP };
 pub const BLUR: KernelDesc = of("mask_blur", "mask/mask_blur.wgsl");
 pub const ENLARGE: KernelDesc = of("mask_enlarge", "mask/mask_enlarge.wgsl");
