@@ -38,6 +38,15 @@ pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE
 /// Most storage textures that a kernel of [`Tier::Native`] binds: more than WebGPU guarantees.
 pub const NATIVE_STORAGE_TEXTURES: u32 = 9;
 
+/// Most storage textures that a kernel of a tier binds.
+pub(super) const fn max_storage_textures(tier: Tier) -> u32 {
+    match tier {
+        // WebGPU guarantees these.
+        Tier::Core => 4,
+        Tier::Native => NATIVE_STORAGE_TEXTURES,
+    }
+}
+
 /// Features of the kernels for software adapters that prefetch: they read storage textures that they write.
 pub const FETCH_FEATURES: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
 

@@ -1,5 +1,6 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
+    adapter::max_storage_textures,
     kernel_error::KernelError,
     link::{Constant, Library, Linked, SAMPLED, UNROLLED},
     resource::Binding,
@@ -86,7 +87,7 @@ impl KernelDesc {
             wgsl = linked.unrolled(wgsl, &constants);
         }
         let sampled = others.iter().find(|choice| choice.name == SAMPLED);
-        Specialised::new(linked, wgsl, sampled.map(|choice| choice.files[tier as usize]))
+        Specialised::new(linked, wgsl, tier, sampled.map(|choice| choice.files[tier as usize]))
     }
 }
 
@@ -105,7 +106,12 @@ pub struct Specialised {
 impl Specialised {
     /// `sampled`: file whose storage textures replace sampled ones.
     #[cfg(not(target_arch = "wasm32"))]
-    fn new(linked: Linked, wgsl: String, sampled: Option<&str>) -> Result<Self, KernelError> {
+    fn new(
+        linked: Linked,
+        wgsl: String,
+        tier: Tier,
+        sampled: Option<&str>,
+    ) -> Result<Self, KernelError> {
         let mut bindings = linked.bindings()?;
         let mut module = naga::front::wgsl::parse_str(&wgsl).ok();
         if let Some(module) = &mut module {
@@ -113,14 +119,19 @@ impl Specialised {
             let variables = || module.global_variables.iter().map(|(_, it)| it.name.as_deref());
             bindings.retain(|binding| variables().any(|name| name == Some(binding.name)));
             if let Some(file) = sampled {
-                Library::embedded()?.load_sampled(module, &mut bindings, file);
+                Library::embedded()?.load_sampled(
+                    module,
+                    &mut bindings,
+                    file,
+                    max_storage_textures(tier),
+                );
             }
         }
         Ok(Self { linked, wgsl, module, bindings })
     }
 
     #[cfg(target_arch = "wasm32")]
-    fn new(linked: Linked, wgsl: String, _: Option<&str>) -> Result<Self, KernelError> {
+    fn new(linked: Linked, wgsl: String, _: Tier, _: Option<&str>) -> Result<Self, KernelError> {
         let bindings = linked.bindings()?;
         Ok(Self { linked, wgsl, module: None, bindings })
     }

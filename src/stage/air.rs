@@ -6,7 +6,7 @@
 //! read it at their own depth (`shade`).
 use super::{
     features::{Features, Flags},
-    levels::{BLOCKS_LOADED, OF_AREA, OF_POINT},
+    levels::{OF_AREA, OF_POINT},
 };
 use crate::gpu::{KernelDesc, Tier};
 
@@ -24,7 +24,7 @@ pub const SCATTER: KernelDesc = KernelDesc {
 
 /// [`SCATTER`] with area lights.
 pub const AREA_SCATTER: KernelDesc =
-    KernelDesc { name: "area_air_scatter", with: &[OF_AREA, BLOCKS_LOADED], ..SCATTER };
+    KernelDesc { name: "area_air_scatter", with: &[OF_AREA], ..SCATTER };
 
 /// The kernel that scatters the light of a scene.
 pub fn scatter(features: Features) -> &'static KernelDesc {

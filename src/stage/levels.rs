@@ -25,19 +25,12 @@ pub const OF_POINT: Choice = Choice::new("source", "shade/source_point.wgsl");
 /// Look-up for scenes with area lights.
 pub const OF_AREA: Choice = Choice::new("source", "shade/source_area.wgsl");
 
-/// Blocks of levels as a sampled texture.
-pub const BLOCKS: Choice = Choice::new("blocks", "records/blocks_sampled.wgsl");
-/// Blocks of levels as a storage texture, which software adapters read far faster.
-pub const BLOCKS_LOADED: Choice = Choice::new("blocks", "records/blocks_loaded.wgsl");
-
 /// Makes the first level.
 pub const FIRST: KernelDesc =
     of("level_of_maps", &[Choice::new("below", "levels/below_maps.wgsl"), OF_POINT]);
 /// Makes every further level.
-pub const NEXT: KernelDesc = of(
-    "level_of_levels",
-    &[Choice::new("below", "levels/below_levels.wgsl"), OF_POINT, BLOCKS_LOADED],
-);
+pub const NEXT: KernelDesc =
+    of("level_of_levels", &[Choice::new("below", "levels/below_levels.wgsl"), OF_POINT]);
 
 /// WGSL: `wgsl/levels/level_blocks.wgsl`.
 #[repr(C)]

@@ -8,9 +8,9 @@ use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
 /// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
-/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them. The core tier has
-/// too few of those.
-pub const LOADED: Choice = Choice::by_tier(SAMPLED, "bind/sampled.wgsl", "bind/loaded.wgsl");
+/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the tier
+/// has.
+pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// Invocations hold four texels in a column; nodes of curves, and hits that wait for late ones, are registers.
 pub const COLUMNS: [Choice; 3] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),

@@ -6,7 +6,7 @@
 //! `light_points` reads.
 use super::{
     features::{Features, Flags},
-    levels::{BLOCKS, OF_AREA, OF_POINT},
+    levels::{OF_AREA, OF_POINT},
     shade::{SEEN_STATE, of_pixels},
     walk::IN_ORDER,
 };
@@ -53,7 +53,7 @@ pub const LOOK_UP: KernelDesc =
     KernelDesc { with: &[OF_POINT, NOT_JOINED], ..of("mask_look_up", "mask/mask_look_up.wgsl") };
 /// [`LOOK_UP`] with area lights.
 pub const AREA_LOOK_UP: KernelDesc =
-    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, BLOCKS, NOT_JOINED], ..LOOK_UP };
+    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, NOT_JOINED], ..LOOK_UP };
 /// The kernel that looks masks up.
 pub fn look_up(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }

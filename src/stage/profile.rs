@@ -30,8 +30,8 @@ pub struct Profile {
     pub queued: bool,
     /// Whether tiles alternate between two cores.
     pub interleaved: bool,
-    /// Whether the native tier reads sampled textures as storage textures: on software adapters, where
-    /// that takes a third of the time.
+    /// Whether sampled textures are read as storage textures: on software adapters, where that takes a
+    /// third of the time.
     pub loaded: bool,
     /// Whether look-ups of maps read filters in a loop of their own, after they have found a translucent
     /// caster. On software adapters, which take both sides of a branch.

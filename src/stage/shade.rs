@@ -6,7 +6,7 @@
 //! light that reaches them.
 use super::{
     features::{Features, Flags},
-    levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
+    levels::{OF_AREA, OF_POINT},
     walk::{FACED_CANDIDATE, IN_ORDER, WALK},
 };
 use crate::{
@@ -118,19 +118,15 @@ pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
 /// [`LIGHT_POINTS`] with area lights.
-pub const AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "area_light_points",
-    with: &[RADIANCE, UNMASKED, OF_AREA, BLOCKS_LOADED],
-    ..LIGHT_POINTS
-};
+pub const AREA_LIGHT_POINTS: KernelDesc =
+    KernelDesc { name: "area_light_points", with: &[RADIANCE, UNMASKED, OF_AREA], ..LIGHT_POINTS };
 /// [`LIGHT_POINTS`] with shadow masks.
 pub const MASKED_LIGHT_POINTS: KernelDesc =
     KernelDesc { name: "masked_light_points", with: &[RADIANCE, MASKED, OF_POINT], ..LIGHT_POINTS };
 /// [`MASKED_LIGHT_POINTS`] with area lights.
 pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
     name: "area_masked_light_points",
-    // With masks the core tier has no storage texture left.
-    with: &[RADIANCE, MASKED, OF_AREA, BLOCKS],
+    with: &[RADIANCE, MASKED, OF_AREA],
     ..LIGHT_POINTS
 };
 /// The kernel that evaluates the light of a picture's points.
@@ -144,11 +140,8 @@ pub fn light_points(features: Features) -> &'static KernelDesc {
 }
 
 /// [`LIGHT_SHARES`] with area lights.
-pub const AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
-    name: "area_light_shares",
-    with: &[SHARES, OF_AREA, BLOCKS_LOADED],
-    ..LIGHT_SHARES
-};
+pub const AREA_LIGHT_SHARES: KernelDesc =
+    KernelDesc { name: "area_light_shares", with: &[SHARES, OF_AREA], ..LIGHT_SHARES };
 pub const CLIP: KernelDesc = of_points("shade_clip", "shade/shade_clip.wgsl");
 
 /// Workgroup grid for `count` points or footprints.

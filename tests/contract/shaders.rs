@@ -9,7 +9,7 @@ use gobo::{
         },
         stage::{
             KERNELS, bin, curve,
-            levels::{BLOCKS, BLOCKS_LOADED, OF_AREA, OF_POINT},
+            levels::{OF_AREA, OF_POINT},
             llvmpipe::{COLUMNS, LOADED, WRITTEN_OUT},
             sort::SERIAL_SCATTER,
             variants,
@@ -76,10 +76,10 @@ fn kernels_of_software_adapters_are_valid() {
         let module = loaded.module.as_ref().unwrap();
         is_valid(module, NATIVE).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         assert_eq!(own.bindings.len(), loaded.bindings.len());
-        if tier == Tier::Core {
-            assert_eq!(own.bindings, loaded.bindings, "{}", desc.name);
-        } else if stored(&loaded.bindings) > stored(&own.bindings) {
-            assert!(stored(&loaded.bindings) <= NATIVE_STORAGE_TEXTURES as usize, "{}", desc.name);
+        if stored(&loaded.bindings) > stored(&own.bindings) {
+            // WebGPU guarantees four.
+            let most = if tier == Tier::Core { 4 } else { NATIVE_STORAGE_TEXTURES as usize };
+            assert!(stored(&loaded.bindings) <= most, "{} {tier:?}", desc.name);
             more.insert(desc.name);
         }
     }
@@ -104,16 +104,16 @@ fn every_declaration_is_some_kernels() {
     // Code that hosts link into shaders of their own.
     let library = Library::embedded().unwrap();
     for source in [OF_POINT, OF_AREA] {
-        let choices = [source, BLOCKS].map(|choice| (choice.name, choice.files[0]));
-        linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
+        let choice = (source.name, source.files[0]);
+        linked.push(library.link("shade/light_through.wgsl", "light_at", &[choice]).unwrap());
     }
     linked.extend(KERNELS.iter().map(|desc| desc.link_with(Tier::Native, &COLUMNS).unwrap()));
     let items = linked.iter().flat_map(|linked| &linked.items);
     let mut used: HashSet<_> = items.map(|item| (item.file, item.name)).collect();
     // Kernels of software adapters replace one by the other.
-    let [sampled, loaded] = LOADED.files;
-    let names: Vec<_> = used.iter().filter(|(file, _)| *file == sampled).copied().collect();
-    used.extend(names.into_iter().map(|(_, name)| (loaded, name)));
+    let sampled = |(file, _): &(&str, _)| *file == "bind/sampled.wgsl";
+    let names: Vec<_> = used.iter().copied().filter(sampled).collect();
+    used.extend(names.into_iter().map(|(_, name)| (LOADED.files[0], name)));
     let items = Library::embedded().unwrap().items();
     let orphans: Vec<_> = items
         .filter(|item| !used.contains(&(item.file, item.name)))
@@ -219,28 +219,25 @@ fn loops_of_look_ups_end_with_their_test() {
 #[test]
 fn loops_of_area_look_ups_end_with_their_test() {
     let library = Library::embedded().unwrap();
-    let of = |source, blocks: Choice| {
-        let choices = [source, blocks].map(|choice| (choice.name, choice.files[0]));
-        library.link("shade/light_through.wgsl", "light_at", &choices).unwrap().items
+    let of = |source: Choice| {
+        let choice = (source.name, source.files[0]);
+        library.link("shade/light_through.wgsl", "light_at", &[choice]).unwrap().items
     };
     let (mut files, mut loops, mut early) = (HashSet::new(), 0, Vec::new());
-    for blocks in [BLOCKS, BLOCKS_LOADED] {
-        // What look-ups of points have too is as short as theirs.
-        let shared: HashSet<_> =
-            of(OF_POINT, blocks).iter().map(|item| (item.file, item.name)).collect();
-        for item in of(OF_AREA, blocks) {
-            if shared.contains(&(item.file, item.name)) {
-                continue;
-            }
-            files.insert(item.file);
-            loops += item.text.matches("loop {").count();
-            if item.text.contains("for (") || item.text.contains("while ") {
-                early.push((item.file, item.name));
-            }
+    // What look-ups of points have too is as short as theirs.
+    let shared: HashSet<_> = of(OF_POINT).iter().map(|item| (item.file, item.name)).collect();
+    for item in of(OF_AREA) {
+        if shared.contains(&(item.file, item.name)) {
+            continue;
+        }
+        files.insert(item.file);
+        loops += item.text.matches("loop {").count();
+        if item.text.contains("for (") || item.text.contains("while ") {
+            early.push((item.file, item.name));
         }
     }
     assert_eq!(early, []);
-    assert!(loops >= 2 * 10, "{loops} loops in {files:?}");
+    assert!(loops >= 10, "{loops} loops in {files:?}");
     for name in ["level_light", "nearest_lit", "source_area"] {
         assert!(files.contains(&*format!("shade/{name}.wgsl")), "{name} is not in {files:?}");
     }

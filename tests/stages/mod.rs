@@ -10,6 +10,7 @@ mod cull;
 mod cull_bound;
 mod dither;
 mod host_shader;
+mod levels_alone;
 mod light_points;
 mod look_up;
 mod maps_by_hand;

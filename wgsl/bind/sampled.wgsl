@@ -33,3 +33,9 @@
 @group(0) @binding(108) var near_around: texture_2d_array<f32>;
 @group(0) @binding(89) var levels: texture_2d<u32>;
 @group(0) @binding(96) var environment: texture_2d<f32>;
+@group(0) @binding(66) var points: texture_2d<u32>;
+@group(0) @binding(100) var mask_surfaces: texture_2d<u32>;
+@group(0) @binding(101) var half_surfaces: texture_2d<u32>;
+@group(0) @binding(102) var light_masks: texture_2d_array<f32>;
+@group(0) @binding(105) var mask_slots: texture_2d<u32>;
+@group(0) @binding(106) var mask_points: texture_2d<u32>;

@@ -7,7 +7,7 @@ import package::bind::read::{dispatches, overflow};
 import package::bind::sampled::rects;
 import package::bind::uniform::views;
 import package::records::dispatch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES, workgroup_number};
-import package::records::footprint_sampled::sample_footprint;
+import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::TILE_SIZE;
 import choice::output::add;
@@ -27,7 +27,7 @@ fn scatter_overflow(
     let index = overflow[slot];
     let rect = textureLoad(rects, record_texel(index), 0).rg;
     let view = views[rect.y >> 16u];
-    let footprint = sample_footprint(index);
+    let footprint = load_footprint(index);
     let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
     let width = last.x - first.x + 1u;

@@ -7,7 +7,7 @@ import package::bind::read::chunks;
 import package::bind::sampled::rects;
 import package::bind::uniform::{project_params, views};
 import package::records::chunk::Chunk;
-import package::records::footprint_sampled::sample_footprint;
+import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::tile_rect::{is_scattered, scatter_texel};
 import package::sums::scatter::scatter;
@@ -33,7 +33,7 @@ fn scatter_particle(chunk: Chunk, lane: u32) {
     }
     atomicAdd(&counters.scattered, 1u);
     let view = views[chunk.view];
-    let footprint = sample_footprint(index);
+    let footprint = load_footprint(index);
     let first = vec2<i32>(scatter_texel(footprint.place.xy));
     for (var i = 0; i < 4; i += 1) {
         let texel = first + vec2(i & 1, i >> 1u);

@@ -2,11 +2,10 @@
 // four of half its width. Blocks that don't overlap show as beads along thin bars that are slanted against
 // them.
 
-import choice::blocks::block_nodes;
 import package::curve::mean::{Ramp, light_before, next_ramp, ramp_shift};
 import package::curve::node::node_of_pair;
 import package::levels::child_owner::child_owner;
-import package::records::area::{LevelMap, block_number, level_map, leveled_view};
+import package::records::area::{LevelMap, block_nodes, block_number, level_map, leveled_view};
 import package::records::view::GpuView;
 
 var<private> child_view: GpuView;

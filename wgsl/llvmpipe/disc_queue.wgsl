@@ -3,15 +3,16 @@
 // row. In crowded tiles the discs that touch the subgroup's block are collected in a queue; eight at a time
 // are multiplied in, with no branch in between. CPU reference: src/reference/accumulate.rs.
 
-import package::bind::loaded::{footprints, pairs};
+import choice::accumulator::ROWS;
+import package::accumulator::discs::{corner, seeks, settled, visit_disc};
+import package::bind::loaded::pairs;
+import package::bind::sampled::footprints;
 import package::hit::disc::{Disc, broadcast_disc, disc_touches, prepare_disc};
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::{load_footprint, load_place};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::accumulator::discs::{corner, seeks, settled, visit_disc};
 import package::traversal::subgroup_block::Block;
-import choice::accumulator::ROWS;
 
 // Tiles have many discs.
 override DENSE: bool = true;

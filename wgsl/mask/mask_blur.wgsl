@@ -1,7 +1,7 @@
 // mask, blur: a row or a column of a cross-bilateral Gaussian, for all lights of some masks at once. One
 // invocation per pixel and group of masks. CPU reference: src/reference/mask.rs. Rust: src/stage/mask.rs.
 
-import package::bind::loaded::mask_surfaces;
+import package::bind::sampled::mask_surfaces;
 import package::bind::uniform::mask_params;
 import package::mask::mask_group::{MaskGroup, divided, load_group, store_group, weighted};
 import package::mask::mask_pixel::{MaskPlane, mask_plane, surface_weight, upright_shares};
@@ -19,7 +19,7 @@ struct Blurred {
 fn with_tap(before: Blurred, plane: MaskPlane, at: vec2<i32>, group: u32, most: f32) -> Blurred {
     let inside = all(at >= vec2(0)) && all(at < vec2<i32>(mask_params.size));
     let place = vec2<u32>(select(vec2(0), at, inside));
-    let counts = surface_weight(plane, place, mask_params.step, textureLoad(mask_surfaces, place));
+    let counts = surface_weight(plane, place, mask_params.step, textureLoad(mask_surfaces, place, 0));
     let weight = select(0.0, most * counts, inside);
     return Blurred(weighted(before.sum, load_group(place, group), weight), before.weights + weight);
 }
@@ -29,7 +29,7 @@ fn mask_blur(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    let own = unpack_surface(textureLoad(mask_surfaces, id.xy));
+    let own = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
     let plane = mask_plane(id.xy, mask_params.step, own);
     let nearer = select(1.0, min(mask_params.depth_scale / plane.distance, 1.0), mask_params.depth_scale > 0.0);
     let shares = select(vec2(1.0), upright_shares(plane, own.face), mask_params.anisotropic != 0u);

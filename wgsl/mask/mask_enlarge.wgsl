@@ -2,7 +2,7 @@
 // on the same surface. One invocation per pixel and group of masks. CPU reference: src/reference/mask.rs. Host:
 // src/stage/mask.rs.
 
-import package::bind::loaded::{half_surfaces, mask_surfaces};
+import package::bind::sampled::{half_surfaces, mask_surfaces};
 import package::bind::uniform::mask_params;
 import package::mask::mask_group::{divided, either_group, even_group, load_group, store_group, weighted};
 import package::mask::mask_pixel::{mask_plane, plane_error, shown_pixel, surface_weight};
@@ -18,7 +18,7 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    let own = unpack_surface(textureLoad(mask_surfaces, id.xy));
+    let own = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
     let plane = mask_plane(id.xy, 1u, own);
     let last = vec2<i32>(textureDimensions(half_surfaces)) - 1;
     let middle = (vec2<f32>(id.xy) + 0.5) * 0.5 - 0.5;
@@ -33,7 +33,7 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0u; i < count; i += 1u) {
         let step = vec2(i & 1u, i >> 1u);
         let place = vec2<u32>(clamp(vec2<i32>(first) + vec2<i32>(step), vec2(0), last));
-        let other = textureLoad(half_surfaces, place);
+        let other = textureLoad(half_surfaces, place, 0);
         let depth = surface_depth(other);
         let turned = 1.0 - dot(plane.normal, surface_normal(other));
         let off = plane_error(plane, shown_pixel(place, 2u, surface_offset(other)), depth) + TURNED * turned;

@@ -1,7 +1,7 @@
 // Some masks of a pixel, which one invocation looks up or filters together: the weights of surfaces are
 // computed once for all of them.
 
-import package::bind::loaded::light_masks;
+import package::bind::sampled::light_masks;
 import package::bind::stored::new_masks;
 import package::bind::uniform::mask_params;
 
@@ -20,7 +20,7 @@ fn even_group(value: f32) -> MaskGroup {
 
 // Past the last mask, the last one is loaded.
 fn load_mask(place: vec2<u32>, mask: u32) -> vec4<f32> {
-    return textureLoad(light_masks, place, min(mask, mask_params.mask_count - 1u));
+    return textureLoad(light_masks, place, min(mask, mask_params.mask_count - 1u), 0);
 }
 
 // `group`: index of the group.

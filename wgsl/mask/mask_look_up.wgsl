@@ -2,7 +2,7 @@
 // group of masks. CPU reference: src/reference/mask.rs. Rust: src/stage/mask.rs.
 
 import choice::joined::host_shadow;
-import package::bind::loaded::{mask_points, mask_surfaces};
+import package::bind::sampled::{mask_points, mask_surfaces};
 import package::bind::uniform::mask_params;
 import package::mask::mask_group::{MASKS, even_group, store_group};
 import package::mask::mask_pixel::shown_pixel;
@@ -27,8 +27,8 @@ fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    let surface = unpack_surface(textureLoad(mask_surfaces, id.xy));
-    let point = unpack_mask_point(textureLoad(mask_points, id.xy));
+    let surface = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
+    let point = unpack_mask_point(textureLoad(mask_points, id.xy, 0));
     let pixel = shown_pixel(id.xy, mask_params.step, surface.offset);
     let list = cluster_list(cluster_of(pixel, surface.depth));
     let count = select(0u, list.count, surface.depth < 1.0);

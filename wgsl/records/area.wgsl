@@ -1,7 +1,7 @@
 // Area lights and the levels of their shadow views: records of `lights`, behind the views. Rust:
 // src/records/area.rs.
 
-import package::bind::sampled::lights;
+import package::bind::sampled::{levels, lights};
 import package::bind::uniform::picture_params;
 import package::records::light::GpuLight;
 import package::records::record::record_texel;
@@ -63,4 +63,9 @@ fn block_number(map: LevelMap, at: vec2<i32>) -> u32 {
     let skirt = i32(SKIRT);
     let own = clamp(at, vec2(-skirt), map.size + (skirt - 1)) + skirt;
     return map.first + u32(own.y * (map.size.x + 2 * skirt) + own.x);
+}
+
+// Two of a block's four nodes.
+fn block_nodes(block: u32, pair: u32) -> vec4<u32> {
+    return textureLoad(levels, record_texel(block * BLOCK_TEXELS + pair), 0);
 }

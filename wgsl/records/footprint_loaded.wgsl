@@ -1,18 +1,18 @@
-// Footprints from a storage texture: loads from those are far cheaper on software adapters.
+// Footprints from `footprints`.
 
-import package::bind::loaded::footprints;
+import package::bind::sampled::footprints;
 import package::records::footprint::{Footprint, footprint_of};
 import package::records::record::{FOOTPRINT_TEXELS, record_texel};
 
 fn load_footprint(id: u32) -> Footprint {
     let at = id * FOOTPRINT_TEXELS;
     return footprint_of(
-        textureLoad(footprints, record_texel(at)),
-        textureLoad(footprints, record_texel(at + 1u)),
+        textureLoad(footprints, record_texel(at), 0),
+        textureLoad(footprints, record_texel(at + 1u), 0),
     );
 }
 
 // Its first texel: centre, radius and depth.
 fn load_place(id: u32) -> vec4<f32> {
-    return bitcast<vec4<f32>>(textureLoad(footprints, record_texel(id * FOOTPRINT_TEXELS)));
+    return bitcast<vec4<f32>>(textureLoad(footprints, record_texel(id * FOOTPRINT_TEXELS), 0));
 }

@@ -1,7 +1,7 @@
 // Surfaces of a mask's pixels, texels of `mask_surfaces` and `mask_points`, and slots of lights. Rust:
 // src/records/mask.rs.
 
-import package::bind::loaded::mask_slots;
+import package::bind::sampled::mask_slots;
 import package::records::octahedral::{from_octahedral, octahedral};
 import package::records::record::record_texel;
 
@@ -109,7 +109,7 @@ fn unpack_mask_point(texel: vec4<u32>) -> MaskPoint {
 // Slot of a light: its mask times SLOTS, plus its channel, plus 1; 0 for none. COLORED_BIT: it has all
 // channels of its mask. JOINED_BIT: the host's shadow function applies.
 fn mask_slot(light: u32) -> u32 {
-    return textureLoad(mask_slots, record_texel(light)).r;
+    return textureLoad(mask_slots, record_texel(light), 0).r;
 }
 
 fn slot_number(slot: u32) -> u32 {

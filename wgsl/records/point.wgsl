@@ -1,7 +1,7 @@
 // A receiver as data: records of the texture `points`. Kernels for visible surfaces write them,
 // `light_points` evaluates the light that they send to the eye. Rust: src/stage/shade.rs.
 
-import package::bind::loaded::points;
+import package::bind::sampled::points;
 import package::records::octahedral::{from_octahedral, octahedral};
 import package::records::record::record_texel;
 
@@ -65,10 +65,10 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
 
 fn load_point(index: u32) -> Point {
     let first = index * POINT_TEXELS;
-    let place = textureLoad(points, record_texel(first));
-    let normals = textureLoad(points, record_texel(first + 1u));
-    let look = textureLoad(points, record_texel(first + 2u));
-    let own = textureLoad(points, record_texel(first + 3u));
+    let place = textureLoad(points, record_texel(first), 0);
+    let normals = textureLoad(points, record_texel(first + 1u), 0);
+    let look = textureLoad(points, record_texel(first + 2u), 0);
+    let own = textureLoad(points, record_texel(first + 3u), 0);
     let kind = place.w & 3u;
     let shine = unpack2x16unorm(look.w);
     let has_face = kind == POINT_SOLID || kind == POINT_PANE;

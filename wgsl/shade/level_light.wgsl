@@ -1,8 +1,7 @@
 // Light of a window of a level's blocks.
 
-import choice::blocks::block_nodes;
 import package::curve::node::{node_start, quick_length, quick_light};
-import package::records::area::{LevelMap, block_number};
+import package::records::area::{LevelMap, block_nodes, block_number};
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::spot::{
     Windows, narrower, receiver_end, slack_within, spot_at, spot_center, spot_shear, turned,

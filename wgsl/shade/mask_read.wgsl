@@ -1,6 +1,6 @@
 // Look-up of shadow masks, at opaque points. CPU reference: src/reference/shading/mod.rs.
 
-import package::bind::loaded::light_masks;
+import package::bind::sampled::light_masks;
 import package::records::mask::{mask_slot, slot_channels, slot_mask};
 import package::records::point::{POINT_SOLID, Point};
 
@@ -15,7 +15,7 @@ fn masked(light: u32, point: Point) -> Masked {
     let is_masked = slot != 0u && point.kind == POINT_SOLID;
     let own = max(slot, 1u);
     let pixel = vec2(point.pixel & 0xffffu, point.pixel >> 16u);
-    let mask = textureLoad(light_masks, pixel, slot_mask(own));
+    let mask = textureLoad(light_masks, pixel, slot_mask(own), 0);
     let channels = slot_channels(own);
     let one = dot(mask, select(vec4(0.0), vec4(1.0), channels));
     let share = select(vec3(one), mask.rgb, channels.x && channels.y);

@@ -1,9 +1,8 @@
 // What occluders let through that another one hides from the light's centre: as in the nearest block that is
 // lit.
 
-import choice::blocks::block_nodes;
 import package::curve::node::{node_start, quick_length, quick_light};
-import package::records::area::{block_number, level_map};
+import package::records::area::{block_nodes, block_number, level_map};
 import package::records::view::GpuView;
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::level_light::{NEVER, pairs_before};

@@ -1,8 +1,7 @@
 // shade, casters: centre of each visible translucent particle, as a point. One invocation per footprint of
 // the camera's view. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
-import package::bind::loaded::rects;
-import package::bind::sampled::casters;
+import package::bind::sampled::{casters, rects};
 import package::bind::uniform::{materials, point_batch};
 import package::records::caster::look_material;
 import package::records::footprint::caster_of;
@@ -27,7 +26,7 @@ fn shade_casters(
     let id_in_view = point_batch.first + index;
     let footprint = load_footprint(id_in_view);
     let is_particle = !footprint.is_triangle;
-    let is_seen = textureLoad(rects, record_texel(id_in_view)).g != 0u;
+    let is_seen = textureLoad(rects, record_texel(id_in_view), 0).g != 0u;
     let own = select(0u, caster_of(footprint), is_particle);
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(own * 2u), 0));
     let look = textureLoad(casters, record_texel(own * 2u + 1u), 0);

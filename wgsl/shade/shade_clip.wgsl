@@ -1,7 +1,7 @@
 // shade, clip: tiles of each footprint that are in a band, if the picture has too many pairs to bin at
 // once. One invocation per footprint. Rust: src/stage/shade.rs.
 
-import package::bind::loaded::rects;
+import package::bind::sampled::rects;
 import package::bind::stored::clipped_rects;
 import package::bind::uniform::{band, point_batch};
 import package::records::record::record_texel;
@@ -17,7 +17,7 @@ fn shade_clip(
     if footprint >= point_batch.count {
         return;
     }
-    let rect = textureLoad(rects, record_texel(footprint)).rg;
+    let rect = textureLoad(rects, record_texel(footprint), 0).rg;
     let own_first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let own_last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
     let first = max(own_first, band.origin);

@@ -1,16 +1,17 @@
 //! Kernels that read sampled textures as storage textures.
 use super::Library;
-use crate::gpu::{Binding, BindingKind, NATIVE_STORAGE_TEXTURES};
+use crate::gpu::{Binding, BindingKind};
 use naga::{Expression, Function, GlobalVariable, Handle, Module, Span, front::wgsl::parse_str};
 
 impl Library {
     /// Declares sampled textures of a kernel as `file` does, where it declares them as storage textures: at
-    /// most as many as the native tier has.
+    /// most `most` are bound then.
     pub(in crate::gpu) fn load_sampled(
         &self,
         module: &mut Module,
         bindings: &mut [Binding],
         file: &str,
+        most: u32,
     ) {
         let declared = self.0.get(file).map_or(&[][..], |file| &file.items);
         let text = declared.iter().map(|item| item.text).collect::<Vec<_>>().join("\n");
@@ -22,7 +23,7 @@ impl Library {
             let sampled = bindings.iter_mut().find(|it| it.name == storage.name && !is_stored(it));
             let places = [&source, module].map(|it| variable(it, storage.name));
             if let (Some(binding), [Some(from), Some(to)]) = (sampled, places)
-                && stored + textures.len() < NATIVE_STORAGE_TEXTURES as usize
+                && stored + textures.len() < most as usize
             {
                 let ty = source.types[source.global_variables[from].ty].clone();
                 module.global_variables[to].ty = module.types.insert(ty, Span::UNDEFINED);
@@ -79,7 +80,7 @@ mod tests {
         let mut bindings = linked.bindings().unwrap();
         let mut module = parse_str(&linked.wgsl).unwrap();
         prune(&mut module);
-        library.load_sampled(&mut module, &mut bindings, "loaded.wgsl");
+        library.load_sampled(&mut module, &mut bindings, "loaded.wgsl", 1);
         let validator = &mut Validator::new(ValidationFlags::all(), Capabilities::all());
         validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}"));
         let is_stored = |it: &Binding| matches!(it.kind, BindingKind::StorageTexture { .. });

@@ -6,7 +6,7 @@ use crate::{
     model::Light,
     stage::{
         features::{Features, Flags},
-        levels::{BLOCKS, OF_AREA, OF_POINT},
+        levels::{OF_AREA, OF_POINT},
     },
 };
 use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
@@ -36,8 +36,8 @@ impl LightBindings {
 
 /// Links the look-up for point or area lights.
 fn part(source: Choice) -> Result<Linked, KernelError> {
-    let choices = [source, BLOCKS].map(|choice| (choice.name, choice.files[0]));
-    Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &choices)?)
+    let choice = (source.name, source.files[0]);
+    Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &[choice])?)
 }
 
 impl Maps {
