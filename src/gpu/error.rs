@@ -54,9 +54,10 @@ pub enum Error {
     /// A light does not keep the contract of its fields.
     #[error(transparent)]
     Light(#[from] InvalidLight),
-    /// A kernel cannot be compiled or bound.
+    /// A matrix is no shadow camera's.
     #[error(transparent)]
     Clip(#[from] InvalidClip),
+    /// A kernel cannot be compiled or bound.
     #[error(transparent)]
     Kernel(#[from] crate::gpu::KernelError),
     /// Another input does not keep the contract of its fields.
