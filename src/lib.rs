@@ -50,7 +50,12 @@
 //! - `internals`: the inside, for this repository's tests and program; without a promise.
 #![cfg_attr(
     not(feature = "internals"),
-    allow(dead_code, unreachable_pub, reason = "some of the inside is for tests and the program")
+    allow(
+        dead_code,
+        unreachable_pub,
+        unused_imports,
+        reason = "some of the inside is for tests and the program"
+    )
 )]
 #![cfg_attr(not(feature = "internals"), warn(missing_docs))]
 // A browser's wgpu objects stay on their thread.
