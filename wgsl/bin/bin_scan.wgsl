@@ -1,5 +1,5 @@
 // bin, scan: number of pairs in all runs before each run, in place. One workgroup: every invocation adds up
-// some consecutive runs, their sums are scanned in workgroup memory. CPU reference: src/reference/bin.rs. Host:
+// some consecutive runs, their sums are scanned in workgroup memory. CPU reference: src/reference/bin.rs. Rust:
 // src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};

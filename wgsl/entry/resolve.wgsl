@@ -1,5 +1,5 @@
 // Entry: resolves the tiles that several workgroups or the scatter path added to. One workgroup per tile,
-// a column of texels per invocation; the store makes maps from the sums and resets these to zero. Host:
+// a column of texels per invocation; the output makes maps from the sums and resets these to zero. Rust:
 // src/stage/mod.rs.
 
 import package::bind::read::{dispatches, merged_tiles};

@@ -1,5 +1,5 @@
 // convert: filters and nearest depths of a view -> texels in a format of the host, packed into words of a
-// buffer, which every device can copy to a texture. One invocation per texel. Host:
+// buffer, which every device can copy to a texture. One invocation per texel. Rust:
 // src/shadows/look_ups/converted.rs.
 
 import package::bind::changed::converted;

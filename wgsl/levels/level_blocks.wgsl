@@ -1,5 +1,5 @@
 // levels: the blocks of one level of all leveled views, each from texels or blocks below. One invocation per
-// block, the border included. Truth: tests/common/area_truth.rs. Host:
+// block, the border included. Truth: tests/common/area_truth.rs. Rust:
 // src/stage/levels.rs.
 
 import choice::below::{child_count, open_child, ramp_count};

@@ -1,4 +1,4 @@
-// shade, layered: lists the tiles of a band that have translucent casters. One invocation per tile. Host:
+// shade, layered: lists the tiles of a band that have translucent casters. One invocation per tile. Rust:
 // src/stage/shade.rs.
 
 import package::bind::changed::layered_tiles;

@@ -1,4 +1,4 @@
-// sort_serial_count: histogram of the digits of each run. One invocation per run. Host:
+// sort_serial_count: histogram of the digits of each run. One invocation per run. Rust:
 // src/stage/sort/mod.rs.
 
 import package::bind::loaded::pairs;

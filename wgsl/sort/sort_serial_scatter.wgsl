@@ -1,4 +1,4 @@
-// sort_serial_scatter: moves each pair to its position by digit. One invocation per run. Host:
+// sort_serial_scatter: moves each pair to its position by digit. One invocation per run. Rust:
 // src/stage/sort/mod.rs.
 
 import package::bind::loaded::{histograms, pairs};

@@ -1,4 +1,4 @@
-// sort_wide_count: histogram of the digits of each block. One workgroup per block. Host:
+// sort_wide_count: histogram of the digits of each block. One workgroup per block. Rust:
 // src/stage/sort/mod.rs.
 
 import package::bind::loaded::pairs;

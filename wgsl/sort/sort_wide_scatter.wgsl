@@ -1,4 +1,4 @@
-// sort_wide_scatter: moves each pair to its position by digit. One workgroup per block. Host:
+// sort_wide_scatter: moves each pair to its position by digit. One workgroup per block. Rust:
 // src/stage/sort/mod.rs.
 
 import package::bind::loaded::{histograms, pairs};
