@@ -4,7 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use gobo::{
     internals::{gpu::Backend, picture::debug::DebugMode},
-    scene::Scene,
+    scene::{Scene, Share},
 };
 use std::{ops::Range, path::PathBuf, str::FromStr};
 
@@ -37,6 +37,17 @@ pub(crate) enum Command {
     },
     /// Look up the share of each light that reaches each of some points
     Light(LightArguments),
+    /// Render the shadow maps of a share of a scene's casters, as a part for `gobo merge`
+    Maps(MapsArguments),
+    /// Join the parts of all shares: writes what `gobo render --maps` writes
+    Merge {
+        /// The files that `gobo maps` wrote, one of each share, in any order
+        #[arg(required = true, value_name = "PART.gobo")]
+        parts: Vec<PathBuf>,
+        /// The folder to write to
+        #[arg(short, default_value = "out", value_name = "DIR")]
+        out: PathBuf,
+    },
     /// Tell which frames of a folder are missing or damaged, by what --skip-existing wrote
     Verify {
         /// The folder that frames were rendered to
@@ -157,6 +168,39 @@ pub(crate) struct LightArguments {
     /// Replace a value of the scene file: shadow.size=512
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub(crate) set: Vec<(String, String)>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MapsArguments {
+    /// A .toml, .glb, .gltf or .ply file
+    pub(crate) scene: PathBuf,
+    /// Only every N-th share of the casters that filter light; those that block it are in all shares
+    #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = share)]
+    pub(crate) casters: Share,
+    /// The part to write
+    #[arg(short, value_name = "PART.gobo")]
+    pub(crate) out: PathBuf,
+    /// The time, as that of a frame
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) frame: u32,
+    /// Frames of a second: frame N is N/F s from the start
+    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
+    pub(crate) fps: f64,
+    /// The interface to the hardware
+    #[arg(long, default_value = "auto")]
+    backend: BackendName,
+    /// Part of the adapter's name, as `gobo info` prints it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Replace a value of the scene file: shadow.size=512
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+}
+
+impl MapsArguments {
+    pub(crate) fn backend(&self) -> Backend {
+        self.backend.into()
+    }
 }
 
 impl LightArguments {
@@ -305,6 +349,11 @@ impl FromStr for Shard {
         }
         Ok(Self { index, count })
     }
+}
+
+fn share(text: &str) -> Result<Share, String> {
+    let Shard { index, count } = text.parse()?;
+    Share::new(index, count).ok_or_else(|| format!("{text:?} is not a share such as 0/4"))
 }
 
 fn frame_rate(text: &str) -> Result<f64, String> {

@@ -127,6 +127,11 @@ pub(super) fn temporaries(dir: &Path, start: &str) -> Vec<PathBuf> {
     entries.filter(is_temporary).map(|entry| entry.path()).collect()
 }
 
+/// A digest in hexadecimal digits.
+pub(super) fn hex(bytes: impl AsRef<[u8]>) -> String {
+    bytes.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// Writes warnings to standard error, a line each.
 pub(crate) fn warn(notes: &[String]) {
     for note in notes {

@@ -2,7 +2,7 @@
 use super::{curves, failure::Failure, files, npy};
 use gobo::{
     glam::{DMat4, Mat4, Vec3},
-    internals::records::ViewMaps,
+    internals::records::{CurveMap, ViewMaps},
     model::{Light, LightKind, View},
 };
 use image::{DynamicImage, GrayImage, ImageFormat, RgbImage};
@@ -64,15 +64,69 @@ pub(crate) fn write(
     names: &[String],
     origin: Vec3,
 ) -> Result<(), Failure> {
+    let (stems, json) = described(maps, lights, names, origin);
+    for (maps, stem) in of_lights(maps, lights).zip(stems) {
+        Arrays::of(maps).write(&mut write, &stem)?;
+    }
+    write("views.json", json.as_bytes())
+}
+
+/// Starts of the views' file names, and `views.json`.
+pub(super) fn described(
+    maps: &[ViewMaps],
+    lights: &[Light],
+    names: &[String],
+    origin: Vec3,
+) -> (Vec<String>, String) {
+    let mut stems = Vec::with_capacity(maps.len());
     let mut entries = Vec::with_capacity(maps.len());
-    for ViewMaps { view, filter, nearest, opaque, colored, curve, .. } in maps {
-        let Some(light) = view.light.filter(|&light| light < lights.len()) else { continue };
-        let [width, height] = view.size.to_array();
+    for ViewMaps { view, curve, .. } in of_lights(maps, lights) {
+        let light = view.light.expect("it is a light's");
+        let nodes = curve.as_ref().map(|curve| curve.nodes);
+        entries.push(ViewEntry { nodes, ..describe(view, &lights[light], &names[light], origin) });
+        stems.push(format!("{}.{}", names[light], view.name));
+    }
+    (stems, serde_json::to_string_pretty(&entries).expect("plain data is JSON"))
+}
+
+/// The maps of shadow views.
+pub(super) fn of_lights<'a>(
+    maps: &'a [ViewMaps],
+    lights: &[Light],
+) -> impl Iterator<Item = &'a ViewMaps> {
+    let count = lights.len();
+    maps.iter().filter(move |maps| maps.view.light.is_some_and(|light| light < count))
+}
+
+/// The maps of one view, texels row by row.
+pub(super) struct Arrays<'a> {
+    /// Width and height [texels].
+    pub size: [u32; 2],
+    pub filter: &'a [[f32; 3]],
+    pub nearest: &'a [f32],
+    pub opaque: &'a [f32],
+    /// Empty without coloured dithering.
+    pub colored: &'a [[f32; 3]],
+    pub curve: Option<&'a CurveMap>,
+}
+
+impl<'a> Arrays<'a> {
+    fn of(maps: &'a ViewMaps) -> Self {
+        let ViewMaps { view, filter, nearest, opaque, colored, curve, .. } = maps;
+        Self { size: view.size.to_array(), filter, nearest, opaque, colored, curve: curve.as_ref() }
+    }
+
+    /// Writes the arrays and their previews; `stem`: the start of their names.
+    pub(super) fn write(
+        &self,
+        write: &mut impl FnMut(&str, &[u8]) -> Result<(), Failure>,
+        stem: &str,
+    ) -> Result<(), Failure> {
+        let &Self { size: [width, height], filter, nearest, opaque, colored, curve } = self;
         let (rows, columns) = (height as usize, width as usize);
         let mut save = |map: &str, array: &[u8], preview: DynamicImage| {
-            let stem = format!("{}.{}.{map}", names[light], view.name);
-            write(&format!("{stem}.npy"), array)?;
-            write(&format!("{stem}.png"), &png(&preview))
+            write(&format!("{stem}.{map}.npy"), array)?;
+            write(&format!("{stem}.{map}.png"), &png(&preview))
         };
         let array = npy::encode(&[rows, columns, 3], filter.as_flattened().iter().copied());
         save("filter", &array, filter_preview(width, height, filter))?;
@@ -90,11 +144,8 @@ pub(crate) fn write(
                 filter_preview(width, height, &curves::preview(curve))
             })?;
         }
-        let nodes = curve.as_ref().map(|curve| curve.nodes);
-        entries.push(ViewEntry { nodes, ..describe(view, &lights[light], &names[light], origin) });
+        Ok(())
     }
-    let json = serde_json::to_string_pretty(&entries).expect("plain data is JSON");
-    write("views.json", json.as_bytes())
 }
 
 fn describe<'a>(view: &'a View, light: &Light, name: &'a str, origin: Vec3) -> ViewEntry<'a> {

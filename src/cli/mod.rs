@@ -16,8 +16,10 @@ mod look_up;
 mod manual;
 mod maps;
 mod memory;
+mod merge;
 mod npy;
 mod pack;
+mod part;
 mod preview;
 mod render;
 mod sidecar;
@@ -41,6 +43,8 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Check { scene } => check::run(&scene),
         Command::Pack { scene, out } => pack::run(&scene, &out),
         Command::Light(arguments) => light::run(&arguments),
+        Command::Maps(arguments) => part::run(&arguments),
+        Command::Merge { parts, out } => merge::run(&parts, &out),
         Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),
         Command::Export { target, out, scene, set } => {

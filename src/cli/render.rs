@@ -68,6 +68,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let options = RenderOptions {
         maps: arguments.maps,
         maps_of: None,
+        sums: false,
         keep: true,
         light: arguments.exr,
         debug: &debug,

@@ -1,6 +1,10 @@
 //! `frame_0000.json`, beside a frame: the inputs of the frame and its files, so that a stopped job can be
 //! continued, and a damaged frame is found.
-use super::{arguments::RenderArguments, failure::Failure, files};
+use super::{
+    arguments::RenderArguments,
+    failure::Failure,
+    files::{self, hex},
+};
 use gobo::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -225,8 +229,4 @@ impl fmt::Write for Hash {
         self.0.update(text.as_bytes());
         Ok(())
     }
-}
-
-fn hex(bytes: impl AsRef<[u8]>) -> String {
-    bytes.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
 }

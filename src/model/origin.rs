@@ -28,6 +28,9 @@ impl Scene {
         }
         self.camera.eye -= by;
         self.camera.target -= by;
+        if !self.around.is_empty() {
+            self.around = Bounds { min: self.around.min - by, max: self.around.max - by };
+        }
         for particle in &mut self.particles {
             particle.center -= by;
         }
@@ -55,7 +58,8 @@ impl Scene {
         let mut radii: Vec<f32> = self.particles.iter().map(|particle| particle.radius).collect();
         radii.sort_unstable_by(f32::total_cmp);
         // Without particles, the edge of a map's texel is the size.
-        let size = radii.get(radii.len() / 2).copied();
+        // Nor where shares of them must have the same origin.
+        let size = radii.get(radii.len() / 2).copied().filter(|_| self.around.is_empty());
         let size = size.unwrap_or_else(|| bounds.radius() / self.shadow.size as f32);
         Some((farthest * f32::EPSILON, size))
     }

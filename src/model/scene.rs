@@ -40,6 +40,8 @@ pub struct Scene {
     pub emissions: Vec<Emission>,
     /// Triangles of meshes and shapes, world space.
     pub triangles: Vec<Triangle>,
+    /// Bounds of casters that are left out, but have the views fitted to them as well: those of other shares.
+    pub around: Bounds,
     /// Ambient radiance if there is no environment: linear rgb.
     pub ambient: Vec3,
     /// Background radiance that the camera sees and mirrors show if there is no environment: linear rgb.
@@ -130,7 +132,7 @@ impl Scene {
     /// Bounds of all casters and receivers.
     pub fn bounds(&self) -> Bounds {
         let particles =
-            self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+            self.particles.iter().fold(self.around, |b, p| b.with_sphere(p.center, p.radius));
         let emitted = self.emissions.iter().fold(particles, |b, e| b.with(&e.bounds()));
         self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }
@@ -212,6 +214,7 @@ impl Default for Scene {
             particles: Vec::new(),
             emissions: Vec::new(),
             triangles: Vec::new(),
+            around: Bounds::EMPTY,
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),
             environment: None,

@@ -17,6 +17,9 @@ pub struct ViewMaps {
     pub colored: Vec<[f32; 3]>,
     /// Transmittance curves, in curve mode.
     pub curve: Option<CurveMap>,
+    /// Sums over the casters, from which `filter` and `nearest` are resolved, if they were asked for; else empty. Optical
+    /// depth per channel in fixed point, and nearness of the nearest hit: see [`crate::records::added`].
+    pub sums: Vec<[u32; 4]>,
     /// Owner tag of the caster that wrote `nearest`, see [`crate::records::owner_tag`]; empty if no
     /// receiver reads it.
     pub owner: Vec<u16>,

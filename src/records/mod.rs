@@ -20,6 +20,7 @@ mod mask;
 mod material;
 mod owner;
 mod pack;
+mod sums;
 mod triangle;
 mod view;
 
@@ -58,6 +59,7 @@ pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub use pack::OPACITY_SCALE;
 pub(crate) use pack::{from_octahedral, octahedral};
+pub use sums::{FIXED_ONE, MAX_TAU, SATURATED, added, nearness, resolved};
 pub use triangle::{BACK_BIT, SETUP_TEXELS, TRIANGLE_TEXELS, TriangleRecord, TriangleSetup};
 pub use view::{GpuView, MAX_VIEWS, PART_FACE, PART_WHOLE, PART_WINDOW};
 

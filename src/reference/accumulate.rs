@@ -6,10 +6,6 @@ use super::{
 use crate::records::{Footprint, NO_OWNER, owner_tag};
 use glam::{DVec3, Vec3};
 
-/// Optical depth 1 in the kernels' fixed point.
-pub const FIXED_ONE: f32 = 65536.0;
-/// Largest addend of optical depth: past ln 1024 a texel is black.
-pub const MAX_TAU: f32 = 7.0;
 /// Least opacity of a hit that sets the nearest depth.
 pub const VISIBLE_OPACITY: f32 = 1.0 / 255.0;
 

@@ -1,12 +1,11 @@
 //! CPU reference of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
-    accumulate::FIXED_ONE,
     hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
 };
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
-    records::{BACK_BIT, Caster, Footprint, GpuView, TRIANGLE_BIT, TriangleSetup},
+    records::{BACK_BIT, Caster, FIXED_ONE, Footprint, GpuView, TRIANGLE_BIT, TriangleSetup},
     reference::{
         dither::{Place, cell, threshold},
         project::SLACK,

@@ -145,14 +145,7 @@ impl<'a> SceneRecords<'a> {
         // What does not fit is counted; the maps are the same.
         let (fitting, bins) = (within(self.pair_budget), within(u32::MAX));
 
-        let records = Records {
-            view: &gpu_view,
-            casters: &self.casters,
-            setups: &setups,
-            materials: self.materials,
-            absorptions: &self.absorptions,
-            images: &self.images,
-        };
+        let records = self.hit_records(&gpu_view, &setups);
         let blocking =
             |index: usize| bins.tile(index).iter().map(|pair| &footprints[pair.footprint as usize]);
         let tile = |index: usize| Tile::new(&gpu_view, index as u32);
@@ -208,6 +201,16 @@ impl<'a> SceneRecords<'a> {
         }
         soften_curves(maps, self.soften_window, over);
         soften(maps, self.soften_window);
+    }
+
+    /// What hit tests of one view read.
+    pub(super) fn hit_records<'b>(
+        &'b self,
+        view: &'b GpuView,
+        setups: &'b [TriangleSetup],
+    ) -> Records<'b> {
+        let Self { casters, materials, absorptions, images, .. } = self;
+        Records { view, casters, setups, materials, absorptions, images }
     }
 
     /// Whether footprint `i` is of a caster that filters light.
@@ -271,6 +274,7 @@ impl<'a> SceneRecords<'a> {
             opaque: vec![1.0; texels],
             colored: Vec::new(),
             curve: None,
+            sums: Vec::new(),
             owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {

@@ -1,5 +1,5 @@
 //! CPU reference of `wgsl/entry/resolve.wgsl`: `F`, as its texture stores it.
-use super::accumulate::FIXED_ONE;
+use crate::records::FIXED_ONE;
 use glam::{IVec3, Vec3};
 use half::f16;
 

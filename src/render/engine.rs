@@ -74,6 +74,7 @@ impl GpuEngine {
         scene: &Scene,
         options: &RenderOptions<'_>,
     ) -> Result<Frame, Error> {
+        self.shadows.configure(|config| config.toggles.sums = options.sums);
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = fitted_views(scene, &limits);

@@ -46,6 +46,9 @@ pub struct RenderOptions<'a> {
     pub maps: bool,
     /// Light whose maps are read back, if `maps` is set; all lights when `None`.
     pub maps_of: Option<usize>,
+    /// Whether the maps read back are [`ViewMaps::sums`] and opaque depths only, which sums of other casters can be added
+    /// to. The maps have no filters then, and no picture should be rendered.
+    pub sums: bool,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The CPU reference renders all views in any case.
     pub keep: bool,
@@ -217,6 +220,9 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     check_views(&views, &scene.shadow)?;
     let clock = std::time::Instant::now();
     let (mut view_maps, mut counters) = reference::render_maps(scene, &views);
+    if options.sums {
+        reference::add_sums(scene, &mut view_maps);
+    }
     counters.shrunk = shrunk as u64;
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let mut stages = vec![("maps", maps_ms)];

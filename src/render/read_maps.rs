@@ -24,6 +24,10 @@ pub(super) fn read_maps(
         Some(colored) => gpu.try_read_texture(colored)?,
         None => Vec::new(),
     };
+    let sums: Vec<[u32; 4]> = match &maps.sums {
+        Some(sums) => gpu.try_read_texture(sums)?,
+        None => Vec::new(),
+    };
     let curves: Vec<[[u32; 2]; 2]> =
         if maps.nodes > 0 { gpu.try_read_texture(&maps.curves)? } else { Vec::new() };
     let atlas = maps.filters.size();
@@ -61,6 +65,7 @@ pub(super) fn read_maps(
                 gain: maps.gain,
                 packed: texels().flat_map(nodes_of).collect(),
             }),
+            sums: texels().filter_map(|t| sums.get(t)).copied().collect(),
             owner: if owners { texels().map(owner).collect() } else { Vec::new() },
         }
     });

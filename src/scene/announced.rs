@@ -83,7 +83,10 @@ impl Loader<'_> {
         let of_tables = document.particles.iter().map(|table| {
             let given = table.get_ref();
             match (&given.generate, &given.file) {
-                (Some(generate), _) => Part::new(table.span(), "generate", generate.count().into()),
+                (Some(generate), _) => {
+                    let count = generate.count_of(self.share);
+                    Part::new(table.span(), "generate", count)
+                }
                 (None, Some(file)) => {
                     let count = particles::announced(&self.folder.join(file));
                     Part::new(table.span(), "file", count.unwrap_or(0))

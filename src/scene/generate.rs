@@ -1,7 +1,8 @@
 //! Seeded particles, identical on every machine.
-use super::{Bounds, numbers::array};
+use super::{Bounds, numbers::array, share::Share};
 use crate::model::Particle;
 use glam::{Vec3, Vec4};
+use std::ops::Range;
 
 /// Particles generated instead of read from a file.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
@@ -72,12 +73,21 @@ fn ones() -> [f32; 3] {
 pub struct Chance(u64);
 
 impl Chance {
+    const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+    /// Largest magnitude of [`Self::normal`].
+    const MAX_NORMAL: f32 = 5.7;
+
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
+    /// Leaves out so many numbers.
+    pub fn skip(&mut self, count: u64) {
+        self.0 = self.0.wrapping_add(Self::STEP.wrapping_mul(count));
+    }
+
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        self.0 = self.0.wrapping_add(Self::STEP);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
@@ -136,15 +146,58 @@ impl Generate {
         }
     }
 
-    /// Generates the particles, with ids from `first_id`.
-    pub fn particles(&self, material: u32, first_id: u32) -> impl Iterator<Item = Particle> {
+    /// Particles of a share, or all of them: at most so many.
+    pub(super) fn count_of(&self, share: Option<Share>) -> u64 {
+        let all = u64::from(self.count());
+        share.map_or(all, |share| share.ranges(all).map(|range| range.end - range.start).sum())
+    }
+
+    /// Bounds of any number of particles.
+    pub(super) fn bounds(&self) -> Bounds {
+        let around = |middle: Vec3, half: Vec3, radius: f32| {
+            Bounds::new(middle - half - radius, middle + half + radius)
+        };
+        match *self {
+            Self::Smoke { base, height, spread, radius, .. } => {
+                let wide = spread * 0.4 * (1.2 * Chance::MAX_NORMAL + 1.0);
+                let half = Vec3::new(wide, height * 0.5 + wide * 0.3, wide);
+                around(Vec3::from(base) + Vec3::Y * height * 0.5, half, radius * 1.5 * 1.3)
+            }
+            Self::Dust { min, max, radius, .. } => {
+                let (min, max) = (Vec3::from(min), Vec3::from(max));
+                around((min + max) * 0.5, (max - min).abs() * 0.5, radius * 1.5)
+            }
+            Self::Cloud { center, extent, radius, .. } => {
+                let half = Vec3::from(extent).abs() * (0.27 + 0.11 * Chance::MAX_NORMAL);
+                around(Vec3::from(center), half, radius * 1.4)
+            }
+        }
+    }
+
+    /// Random numbers that a particle takes.
+    fn draws(&self) -> u64 {
+        match self {
+            Self::Smoke { .. } => 10,
+            Self::Dust { .. } => 6,
+            Self::Cloud { .. } => 11,
+        }
+    }
+
+    /// Generates the particles of these numbers, with ids from `first_id` for number 0.
+    pub fn particles(
+        &self,
+        numbers: Range<u64>,
+        material: u32,
+        first_id: u32,
+    ) -> impl Iterator<Item = Particle> + use<> {
         let generate = *self;
         let mut chance = match *self {
             Self::Smoke { seed, .. } | Self::Dust { seed, .. } | Self::Cloud { seed, .. } => {
                 Chance::new(seed)
             }
         };
-        (0..self.count()).map(move |i| {
+        chance.skip(numbers.start * self.draws());
+        numbers.map(move |number| {
             let (center, radius, alpha) = generate.one(&mut chance);
             let shade = chance.within(0.85, 1.0);
             Particle {
@@ -153,7 +206,7 @@ impl Generate {
                 color: Vec4::new(shade, shade, shade, alpha),
                 rotation: chance.within(0.0, std::f32::consts::TAU),
                 material,
-                id: first_id.wrapping_add(i),
+                id: first_id.wrapping_add(number as u32),
             }
         })
     }
@@ -194,7 +247,7 @@ impl Generate {
 pub fn uniform_discs(
     count: u32,
     bounds: Bounds,
-    radii: std::ops::Range<f32>,
+    radii: Range<f32>,
     alpha: f32,
     seed: u64,
 ) -> Vec<Particle> {

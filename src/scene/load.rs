@@ -11,6 +11,7 @@ use super::{
     loader::{Loader, error_of_line},
     read,
     rig::Placement,
+    share::Share,
     source::{self, SceneText},
     tables,
 };
@@ -35,13 +36,16 @@ pub struct LoadOptions {
     /// unless the scene file leaves the camera to be placed by what it sees: for a scene that is rendered at
     /// another time, or whose particles a device simulates.
     pub emitters: bool,
+    /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest once the
+    /// scene's time is set.
+    pub share: Option<Share>,
     /// Whether nothing is simulated, not even to place the camera.
     only_checks: bool,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { set: Vec::new(), ground: true, emitters: true, only_checks: false }
+        Self { set: Vec::new(), ground: true, emitters: true, share: None, only_checks: false }
     }
 }
 
@@ -84,6 +88,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let document = document(&source)?;
     let mut loader = Loader::new(&source, path);
+    loader.share = options.share;
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
     loader.document(&document)?;
     match extension.as_str() {

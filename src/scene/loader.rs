@@ -12,6 +12,7 @@ use super::{
     plain::nearest,
     rig::{Moving, Rig},
     shapes,
+    share::Share,
     source::SceneText,
 };
 use crate::model::{Material, Motion, volume};
@@ -43,6 +44,8 @@ pub(super) struct Loader<'a> {
     pub(super) placed: Vec<Placed>,
     /// Whether emitters send out their particles.
     pub(super) sends_out: bool,
+    /// The share of the filtering particles to load.
+    pub(super) share: Option<Share>,
     /// Emitters that have not sent out anything but a sample.
     pub(super) resting: Option<Arc<dyn Motion>>,
 }
@@ -61,6 +64,7 @@ impl<'a> Loader<'a> {
             model_camera: None,
             placed: Vec::new(),
             sends_out: true,
+            share: None,
             resting: None,
         }
     }

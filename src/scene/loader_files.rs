@@ -9,8 +9,9 @@ use super::{
     particles::{self, FARTHEST},
     read,
     rig::{Moving, Placement},
+    share::Share,
 };
-use crate::model::{Material, Motion as _, Skipped, Texture};
+use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture};
 use glam::Vec3;
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
@@ -62,28 +63,61 @@ impl Loader<'_> {
                 "1 or more, or remove the table",
             ));
         }
-        let (have, count) = (self.scene.particles.len(), generate.count() as usize);
+        let share = self.share_of(material);
+        let (have, count) = (self.scene.particles.len(), generate.count_of(share) as usize);
         self.check_limit(Limit::Particles, have, count, (table, "generate"))?;
         limits::reserve(&mut self.scene.particles, count, "particles", self.source.path())?;
         let first_id = self.next_id;
         self.next_id = self.next_id.wrapping_add(generate.count());
-        for particle in generate.particles(material, first_id) {
-            if particle.center.abs().max_element().max(particle.radius) <= FARTHEST {
-                self.scene.particles.push(particle);
-            } else {
-                *self.scene.skipped.entry("too far").or_default() += 1;
+        let is_near = |particle: &Particle| {
+            particle.center.abs().max_element().max(particle.radius) <= FARTHEST
+        };
+        let all = 0..u64::from(generate.count());
+        let Some(share) = share else {
+            for particle in generate.particles(all, material, first_id) {
+                if is_near(&particle) {
+                    self.scene.particles.push(particle);
+                } else {
+                    *self.scene.skipped.entry("too far").or_default() += 1;
+                }
             }
+            return Ok(());
+        };
+        let whole = if all.end <= Limit::Particles.most() {
+            let all = generate.particles(all.clone(), material, first_id).filter(is_near);
+            all.fold(Bounds::EMPTY, |bounds, p| bounds.with_sphere(p.center, p.radius))
+        } else {
+            generate.bounds()
+        };
+        self.scene.around = self.scene.around.with(&whole);
+        for range in share.ranges(all.end) {
+            let own = generate.particles(range, material, first_id).filter(is_near);
+            self.scene.particles.extend(own);
         }
         Ok(())
+    }
+
+    /// The share to load of particles with a material; `None` for all of them.
+    fn share_of(&self, material: u32) -> Option<Share> {
+        let class = Class::of(&self.scene.materials[material as usize]);
+        self.share.filter(|_| !Class::BLOCKING.contains(&class))
     }
 
     pub(super) fn particle_file(&mut self, path: &Path, id: u32) -> Result<(), SceneError> {
         let material = &self.scene.materials[id as usize];
         let earlier = self.scene.particles.len() as u64;
         let radius = self.radii[id as usize];
-        let file = particles::load(path, material, id, radius, self.next_id, earlier)?;
+        let mut file = particles::load(path, material, id, radius, self.next_id, earlier)?;
         let rows = file.particles.len() as u64 + file.skipped.values().sum::<u64>();
         self.next_id = self.next_id.wrapping_add(rows as u32);
+        if let Some(share) = self.share_of(id) {
+            let mut numbers = 0..;
+            let around = &mut self.scene.around;
+            file.particles.retain(|particle| {
+                *around = around.with_sphere(particle.center, particle.radius);
+                numbers.next().is_some_and(|number| share.has(number))
+            });
+        }
         if self.scene.particles.is_empty() {
             self.scene.particles = file.particles;
         } else {

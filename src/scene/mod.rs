@@ -41,6 +41,7 @@ mod ply_header;
 mod read;
 mod rig;
 mod shapes;
+mod share;
 mod source;
 mod summary;
 mod tables;
@@ -54,6 +55,7 @@ pub use limits::Limit;
 pub use load::{LoadOptions, check, load, load_as, load_with};
 pub use named::files;
 pub use particles::ParticleFile;
+pub use share::Share;
 pub use summary::Summary;
 
 use crate::model::{Bounds, Camera, Material};

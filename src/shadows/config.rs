@@ -19,6 +19,9 @@ pub struct Toggles {
     /// Whether filtering lists with more pairs than fit are walked a part of their tiles at a time;
     /// otherwise the casters that do not fit are scattered.
     pub parts: bool,
+    /// Whether all filtering casters are scattered, and their sums kept as they are
+    /// ([`Maps::sums`](super::Maps::sums)) instead of filters: maps of shares of the casters are merged from them.
+    pub sums: bool,
     /// Whether tiny particles are scattered: the profile's value at first.
     pub scatter_tiny: bool,
     /// Whether discs are collected in a queue, if the device can: the profile's value at first.
@@ -38,6 +41,7 @@ impl Config {
         let profile = Profile::of(adapter);
         let toggles = Toggles {
             parts: true,
+            sums: false,
             scatter_tiny: profile.scatter_tiny,
             queued: profile.queued,
             hide: true,

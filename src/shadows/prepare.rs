@@ -97,7 +97,9 @@ impl MapSet {
         let device = request.kernels.device();
         let mut allocator = Allocator { device, memory: &mut memory };
         let (nodes, mips, blur) = (config.nodes(), config.settings.mips, config.settings.blur);
-        let mut maps = Maps::new(&mut allocator, queue, views, nodes, colored, window > 0, mips)?;
+        let sums = config.toggles.sums;
+        let mut maps =
+            Maps::new(&mut allocator, queue, views, nodes, colored, window > 0, mips, sums)?;
         let mut soften = None;
         if window > 0 {
             let (soft, softening) = Soften::new(&mut allocator, queue, maps, window)?;

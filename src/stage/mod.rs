@@ -116,6 +116,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &llvmpipe::DISC_QUEUE_SEGMENTS,
     &resolve::TILES,
     &resolve::ORDERED,
+    &resolve::SUMS_ALONE,
     &resolve::OPAQUE,
     &colored::TILES,
     &colored::SEGMENTS,

@@ -5,7 +5,9 @@ use super::{
     occlude::{DEPTH, DEPTHS},
     walk::{INVOCATION_ROWS, SUMS},
 };
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc, Tier};
+
+const KEPT_SUMS: Choice = Choice::new("output", "accumulator/kept_sums.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
     name: "resolve_tiles",
@@ -23,6 +25,16 @@ pub const ORDERED: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[FILTER, INVOCATION_ROWS, ORDERED_MAPS, SUMS],
     constants: &[("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
+    tiers: Tier::ALL,
+};
+
+/// Replaces both where the sums themselves are kept.
+pub const SUMS_ALONE: KernelDesc = KernelDesc {
+    name: "resolve_sums",
+    entry: "resolve_tile",
+    root: "entry/resolve.wgsl",
+    with: &[FILTER, INVOCATION_ROWS, KEPT_SUMS, SUMS],
+    constants: &[],
     tiers: Tier::ALL,
 };
 

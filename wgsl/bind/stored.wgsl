@@ -7,6 +7,7 @@
 @group(0) @binding(37) var curves: texture_storage_2d_array<rgba32uint, write>;
 @group(0) @binding(38) var filters: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(39) var footprints: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(124) var kept_sums: texture_storage_2d_array<rgba32uint, write>;
 @group(0) @binding(42) var lit: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(43) var masks: texture_storage_2d<r32uint, write>;
 @group(0) @binding(44) var nearests: texture_storage_2d_array<r32float, write>;

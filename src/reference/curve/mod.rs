@@ -18,6 +18,7 @@
 //! Streaming insertion with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps). Unlike
 //! theirs: in colour, with ramps, and with depths that move.
 pub mod bodies;
+pub mod joined;
 pub mod mean;
 pub mod soften;
 pub mod tile;

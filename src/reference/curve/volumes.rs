@@ -1,5 +1,5 @@
 //! CPU reference of `wgsl/curve/volumes.wgsl`: volumes on a ray, face by face, as ramps.
-use crate::reference::{accumulate::MAX_TAU, caster_hit::Face};
+use crate::{records::MAX_TAU, reference::caster_hit::Face};
 use glam::{IVec3, Vec3};
 
 /// Optical depth below which a segment of a ray makes no ramp.

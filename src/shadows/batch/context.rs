@@ -89,6 +89,12 @@ impl Context<'_, '_> {
         self.config.scatters() && plan.filters && !plan.is_composed()
     }
 
+    /// Room for the pairs of a list: none where all filtering casters are scattered.
+    pub(crate) fn pair_capacity(&self, plan: &ListPlan) -> u32 {
+        let scatters_all = self.config.toggles.sums && plan.filters && !plan.camera;
+        if scatters_all { 0 } else { self.scratch.pair_capacity }
+    }
+
     pub(crate) fn chunk_buffers_with(
         &mut self,
         params: &ProjectParams,

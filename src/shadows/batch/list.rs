@@ -76,7 +76,7 @@ impl List {
         let values = BinParams::new(
             shape,
             plan.footprint_count,
-            scratch.pair_capacity,
+            context.pair_capacity(plan),
             tile_count,
             view_count,
             plan.segment_length(),

@@ -39,7 +39,9 @@ impl Parts {
         sorted: usize,
     ) -> Result<Option<Self>, Error> {
         let scratch = context.scratch;
-        let may_part = context.config.toggles.parts
+        let toggles = &context.config.toggles;
+        let may_part = toggles.parts
+            && !toggles.sums
             && list.may_part(context.config.profile.shape, scratch.pair_capacity);
         let Some(buffers) = scratch.parts.as_ref().filter(|_| may_part) else {
             return Ok(None);

@@ -10,7 +10,7 @@ use crate::shadows::{
 use crate::{
     error::Error,
     frame::{Commands, Work},
-    stage::{accumulate, bin, colored, occlude},
+    stage::{accumulate, bin, colored, occlude, resolve},
 };
 use wgpu::Buffer;
 
@@ -30,11 +30,14 @@ impl Walk<'_> {
     pub(super) fn commands(&self, context: &Context<'_, '_>) -> Result<Commands, Error> {
         let Self { maps, plan, list, tiny, .. } = self;
         let (features, scratch) = (plan.features, context.scratch);
-        let (kernels, label, last) = match (plan.filters, &maps.colored) {
+        let (mut kernels, label, last) = match (plan.filters, &maps.colored) {
             (true, _) => (accumulate::kernels(features), "gobo accumulate", "gobo resolve"),
             (false, None) => (occlude::kernels(features), "gobo occlude", "gobo occlude"),
             (false, Some(_)) => (colored::KERNELS, "gobo occlude", "gobo occlude"),
         };
+        if plan.filters && maps.sums.is_some() {
+            kernels.resolve = &resolve::SUMS_ALONE;
+        }
         let composed = scratch.composed.as_ref().filter(|_| plan.is_composed());
         let resources = context
             .resources(self.views)
@@ -45,7 +48,7 @@ impl Walk<'_> {
         let run = |desc, work: Work| context.kernels.dispatch(desc, features, &resources, work);
         let by = |counts: bin::Dispatch| Work::indirect(&scratch.dispatches, counts.offset());
         let overflows = list.footprint_count > 0
-            && plan.may_overflow(context.config.profile.shape, scratch.pair_capacity);
+            && plan.may_overflow(context.config.profile.shape, context.pair_capacity(plan));
         // Segments of a tile, or its pairs and scattered casters, are merged; tiles of curves read scattered
         // casters themselves.
         let may_scatter = !tiny.is_empty() || overflows;

@@ -29,6 +29,9 @@ pub struct Maps {
     /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers per layer of the other textures; a
     /// single texel without curves.
     pub curves: wgpu::Texture,
+    /// Sums over the casters instead of `filters` and `nearests`, rgba32uint, if they were asked for: optical depth per
+    /// channel in fixed point, and nearness of the nearest hit.
+    pub sums: Option<wgpu::Texture>,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
     /// Whether light may increase along a curve.
@@ -46,6 +49,7 @@ impl Maps {
         colored: bool,
         softened: bool,
         mips: u32,
+        sums: bool,
     ) -> Result<Self, Error> {
         let limits = AtlasLimits::of(&allocator.device.limits());
         // Each layer has several layers of curves, or of the softening's runs.
@@ -84,6 +88,7 @@ impl Maps {
             opaques,
             colored,
             curves: allocator.texture("curves", Rgba32Uint, of_curves, usage)?,
+            sums: sums.then(|| allocator.texture("sums", Rgba32Uint, size, usage)).transpose()?,
             nodes,
             gain: false,
             places,
@@ -108,6 +113,7 @@ impl Maps {
             .with("nearests", &self.nearests)
             .with("opaques", &self.opaques)
             .with("curves", &self.curves);
+        let maps = self.sums.iter().fold(maps, |maps, sums| maps.with("kept_sums", sums));
         self.colored.iter().fold(maps, |maps, colored| maps.with("colored", colored))
     }
 
@@ -144,6 +150,7 @@ impl Maps {
             nearests: allocator.texture("soft_nearests", R32Float, size, usage)?,
             opaques: allocator.texture("soft_opaques", R32Float, size, usage)?,
             colored: None,
+            sums: None,
             curves,
             nodes: self.nodes,
             gain: self.gain,

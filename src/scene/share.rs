@@ -1,0 +1,61 @@
+//! Shares of a scene's filtering casters: maps of all shares can be merged to those of the whole scene.
+use super::Scene;
+use crate::model::Class;
+
+/// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables are dealt in blocks; triangles
+/// and emitted particles belong to the first share. Casters that block light belong to all, since they end rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    index: u32,
+    count: u32,
+}
+
+/// Particles that are dealt at a time.
+const BLOCK: u64 = 1024;
+
+impl Share {
+    /// `None` if `index` is not below `count`.
+    pub fn new(index: u32, count: u32) -> Option<Self> {
+        (index < count).then_some(Self { index, count })
+    }
+
+    /// Which of the shares it is.
+    pub fn index(&self) -> u32 {
+        self.index
+    }
+
+    /// Number of the shares.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Whether a table's particle of this number belongs to it.
+    pub(super) fn has(&self, number: u64) -> bool {
+        number / BLOCK % u64::from(self.count) == u64::from(self.index)
+    }
+
+    /// Its ranges of the numbers below `end`.
+    pub(super) fn ranges(&self, end: u64) -> impl Iterator<Item = std::ops::Range<u64>> + use<> {
+        let first = u64::from(self.index) * BLOCK;
+        let starts = (first..end).step_by((u64::from(self.count) * BLOCK) as usize);
+        starts.map(move |start| start..(start + BLOCK).min(end))
+    }
+
+    /// Removes what belongs to other shares from a scene that was loaded with this one, at its present time. The scene
+    /// keeps the bounds of the whole, so that all shares have the same views.
+    pub fn keep(&self, scene: &mut Scene) {
+        scene.around = scene.bounds();
+        if self.index == 0 {
+            return;
+        }
+        let emitted = scene.motions.iter().filter_map(|motion| motion.first_particle()).min();
+        let classes: Vec<Class> = scene.materials.iter().map(Class::of).collect();
+        let stays = |material: u32| !Class::FILTERING.contains(&classes[material as usize]);
+        let (first, mut number) = (emitted.unwrap_or(scene.particles.len()), 0);
+        scene.particles.retain(|particle| {
+            number += 1;
+            number <= first || stays(particle.material)
+        });
+        scene.triangles.retain(|triangle| stays(triangle.material));
+    }
+}
