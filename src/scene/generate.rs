@@ -267,3 +267,47 @@ pub fn uniform_discs(
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KINDS: [&str; 3] = [
+        "kind = 'smoke'\nheight = 3\nbase = [1, 2, 3]",
+        "kind = 'dust'\nmin = [-1, 0, 2]\nmax = [1, 5, 3]",
+        "kind = 'cloud'\ncenter = [0, 9, 0]\nextent = [2, 1, 4]",
+    ];
+
+    #[test]
+    fn shares_have_the_particles_of_the_whole() {
+        for kind in KINDS {
+            let generate: Generate = toml::from_str(&format!("{kind}\ncount = 5000")).unwrap();
+            let all: Vec<_> = generate.particles(0..5000, 3, 70).collect();
+            let mut found = vec![None; all.len()];
+            for share in (0..3).map(|index| Share::new(index, 3).unwrap()) {
+                let mut count = 0;
+                for range in share.ranges(5000) {
+                    count += range.end - range.start;
+                    for (number, particle) in range.clone().zip(generate.particles(range, 3, 70)) {
+                        assert!(share.has(number));
+                        assert!(found[number as usize].replace(particle).is_none());
+                    }
+                }
+                assert_eq!(generate.count_of(Some(share)), count);
+            }
+            let found: Vec<_> = found.into_iter().map(|particle| particle.unwrap()).collect();
+            assert_eq!(found, all, "{kind}");
+        }
+    }
+
+    #[test]
+    fn bounds_hold_all_particles() {
+        for kind in KINDS {
+            let generate: Generate = toml::from_str(&format!("{kind}\ncount = 100000")).unwrap();
+            let (bounds, all) = (generate.bounds(), generate.particles(0..100_000, 0, 0));
+            let tight = all.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+            assert_eq!(bounds.with(&tight), bounds, "{kind}");
+            assert!(bounds.radius() < 2.5 * tight.radius(), "{kind}");
+        }
+    }
+}

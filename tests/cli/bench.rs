@@ -114,6 +114,9 @@ fn bad_usage_is_refused() {
         &["--backend", "cpu"],
         &["--runs", "0"],
         &["--occlude", "--lights", "2"],
+        &["--case", "1kx6@0.001", "--vs", "raster"],
+        &["--casters", "17m", "--vs", "raster"],
+        &["--casters", "17m", "--receiver", "curve"],
     ] {
         assert_eq!(bench(bad).status.code(), Some(2), "{bad:?}");
     }

@@ -11,6 +11,7 @@ mod preview;
 mod results;
 mod sequence;
 mod shared;
+mod shares;
 #[cfg(target_os = "linux")]
 mod synced;
 mod verify;

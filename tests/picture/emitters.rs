@@ -140,6 +140,7 @@ radius = [0.03]
 const OPTIONS: RenderOptions<'static> = RenderOptions {
     maps: true,
     maps_of: None,
+    sums: false,
     keep: true,
     light: true,
     debug: &[],

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchArguments {
-    /// Casters: 10k, 2m
+    /// Casters: 10k, 2m, 1g; more than 16m are rendered in shares, whose maps are joined
     #[arg(long, value_delimiter = ',', value_parser = count, default_value = "10k,100k,1m")]
     pub(super) casters: Vec<u32>,
     /// Mean diameter of the casters in the map [texels]; 6,16 where not given
@@ -114,18 +114,23 @@ impl Layout {
     }
 }
 
-/// Parses `500`, `10k`, `1.5m`.
+/// Most casters of a list.
+pub(super) const MAX_LIST: u32 = 1 << 24;
+
+/// Parses `500`, `10k`, `1.5m`, `1g`.
 fn count(text: &str) -> Result<u32, String> {
     let expected = || format!("{text:?} is not a count such as 500, 10k or 1.5m");
     let lower = text.trim().to_ascii_lowercase();
     let (digits, factor) = match lower.strip_suffix('k') {
         Some(digits) => (digits, 1e3),
-        None => lower.strip_suffix('m').map_or((&lower[..], 1.0), |digits| (digits, 1e6)),
+        None => match lower.strip_suffix('g') {
+            Some(digits) => (digits, 1e9),
+            None => lower.strip_suffix('m').map_or((&lower[..], 1.0), |digits| (digits, 1e6)),
+        },
     };
     let value = digits.parse::<f64>().map_err(|_| expected())? * factor;
-    // The largest number of casters in a list.
-    if !(1.0..=f64::from(1 << 24)).contains(&value) {
-        return Err(format!("{text} is not in 1..=16m"));
+    if !(1.0..=4e9).contains(&value) {
+        return Err(format!("{text} is not in 1..=4g"));
     }
     if (value - value.round()).abs() > 1e-6 {
         return Err(expected());
@@ -145,8 +150,7 @@ fn footprint(text: &str) -> Result<f32, String> {
 }
 
 fn opacity(text: &str) -> Result<f32, String> {
-    // Below, the raster path's fp16 products would not change at all.
-    within(text, 0.005, 1.0)
+    within(text, 1e-9, 1.0)
 }
 
 /// Parses `1mx16`, `1mx16@0.5`.
@@ -190,12 +194,16 @@ mod tests {
 
     #[test]
     fn counts_have_suffixes() {
-        for (text, value) in
-            [("500", 500), ("10k", 10_000), ("1.5M", 1_500_000), ("16m", 16_000_000)]
-        {
+        for (text, value) in [
+            ("500", 500),
+            ("10k", 10_000),
+            ("1.5M", 1_500_000),
+            ("16m", 16_000_000),
+            ("1g", 1_000_000_000),
+        ] {
             assert_eq!(count(text), Ok(value));
         }
-        for bad in ["", "k", "0", "-1", "1.5", "17m", "1g", "nan", "infk"] {
+        for bad in ["", "k", "0", "-1", "1.5", "5g", "1t", "nan", "infk"] {
             assert!(count(bad).is_err(), "{bad}");
         }
     }

@@ -5,6 +5,7 @@ use gobo::{
     model::{Material, Part, Particle, Projection, TILE_SIZE, Triangle, View},
     scene::generate::Chance,
 };
+use std::ops::Range;
 
 /// A case: one row of the results.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -49,9 +50,12 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
 }
 
 impl Case {
-    /// Particles of the default material: soft discs with the `filter` transfer.
-    pub(super) fn particles(&self) -> Vec<Particle> {
+    /// Particles of these numbers, of the default material: soft discs with the `filter` transfer.
+    pub(super) fn particles(&self, numbers: Range<u32>) -> Vec<Particle> {
+        /// Random numbers of a particle.
+        const DRAWS: u64 = 7;
         let mut chance = Chance::new(7);
+        chance.skip(u64::from(numbers.start) * DRAWS);
         let texel = 2.0 / self.size as f32; // [m]
         let tile = TILE_SIZE as f32 * texel;
         let (low, high) = match self.layout {
@@ -69,7 +73,7 @@ impl Case {
             let center = low + part * (high - low);
             Particle { center, radius, color, rotation: 0.0, material: 0, id }
         };
-        (0..self.casters).map(one).collect()
+        numbers.map(one).collect()
     }
 
     /// Random nearly equilateral triangles of material 0, spread evenly over the map; `footprint` is the

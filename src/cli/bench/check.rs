@@ -107,7 +107,7 @@ mod tests {
             lights: 1,
             size: 32,
         };
-        let (mut particles, view) = (case.particles(), &case.views()[0]);
+        let (mut particles, view) = (case.particles(0..case.casters), &case.views()[0]);
         let empty = Map { width: 32, filter: vec![[1.0; 3]; 1024], nearest: vec![1.0; 1024] };
         assert!(check(&empty, &particles, view).is_err());
         for particle in &mut particles {

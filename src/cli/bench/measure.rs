@@ -105,7 +105,7 @@ struct Scene<'a> {
 pub(super) struct Bench {
     pub(super) gpu: Gpu,
     pub(super) clock: Clock,
-    settings: ShadowSettings,
+    pub(super) settings: ShadowSettings,
     runs: u32,
 }
 
@@ -128,7 +128,7 @@ impl Bench {
     }
 
     pub(super) fn run(&mut self, case: Case, with_raster: bool) -> Result<Row, Failure> {
-        let (particles, views) = (case.particles(), case.views());
+        let (particles, views) = (case.particles(0..case.casters), case.views());
         let materials = [Case::material()];
         let casters =
             Casters { particles: &particles, materials: &materials, ..Casters::default() };
@@ -243,7 +243,7 @@ impl Bench {
     }
 
     /// Time of the whole translucent pass, from casters to maps [ms].
-    fn compute(&mut self, prepared: &Prepared) -> Result<f64, Failure> {
+    pub(super) fn compute(&self, prepared: &Prepared) -> Result<f64, Failure> {
         let mut recorded = Ok(());
         let ms = self.clock.time(&self.gpu, |encoder| recorded = prepared.record(encoder))?;
         recorded?;

@@ -8,6 +8,7 @@ mod measure;
 mod occlude;
 mod page;
 mod report;
+mod shares;
 
 #[path = "../../../benches/raster/mod.rs"]
 mod raster;
@@ -15,10 +16,13 @@ mod raster;
 pub(crate) use arguments::BenchArguments;
 
 use super::{failure::Failure, files};
-use arguments::ReceiverName;
+use arguments::{MAX_LIST, ReceiverName};
 use gobo::internals::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
 use report::Report;
+
+/// Least opacity beside the raster pipeline.
+const MIN_RASTER_OPACITY: f32 = 0.005;
 
 pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     let backend = Backend::from(arguments.backend);
@@ -40,7 +44,24 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     let mut report = Report::new(&bench, arguments.occlude);
     files::print(&report.heading())?;
     for case in case::cases(arguments) {
-        let row = if arguments.occlude {
+        if arguments.vs.is_some() && case.opacity < MIN_RASTER_OPACITY {
+            let message = format!(
+                "{case}: fp16 products of the raster pipeline do not change at all below an opacity of {MIN_RASTER_OPACITY}: leave --vs out"
+            );
+            return Err(Failure::Usage(message));
+        }
+        let row = if case.casters > MAX_LIST {
+            if arguments.vs.is_some()
+                || arguments.occlude
+                || arguments.receiver != ReceiverName::Nearest
+            {
+                let message = format!(
+                    "{case}: more than {MAX_LIST} casters are measured without --vs, --occlude and curves"
+                );
+                return Err(Failure::Usage(message));
+            }
+            shares::run(&bench, case)?
+        } else if arguments.occlude {
             bench.run_occlude(case)?
         } else {
             bench.run(case, arguments.vs.is_some())?

@@ -1,0 +1,177 @@
+//! `gobo maps` and `gobo merge`: maps of shares of the casters, joined.
+use super::commands::{Folder, files};
+use std::{fs, path::Path};
+
+/// Particles of several blocks behind and before panes, a blocking box, and a lamp of each kind that has one view.
+const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0.2, -1, 0.1]\n\
+    [[light]]\nname = 'spot'\nkind = 'spot'\nposition = [1, 4, 1]\ndirection = [-0.2, -1, -0.2]\nangle = 60\n\
+    [[material]]\nname = 'smoke'\ntint = [0.9, 0.5, 0.3, 0.05]\n[[material]]\nname = 'puff'\nshape = 'puff'\n\
+    tint = [0.2, 0.5, 0.9, 0.1]\n[[material]]\nname = 'glass'\ntint = [0.3, 0.9, 0.4, 0.6]\n\
+    [[material]]\nname = 'solid'\ntransfer = 'opaque'\n\
+    [[particles]]\nmaterial = 'smoke'\ngenerate = { kind = 'cloud', count = 4000, radius = 0.06, center = [0, 1, 0] }\n\
+    [[particles]]\nmaterial = 'puff'\ngenerate = { kind = 'dust', count = 1500, radius = 0.05, min = [-1, 0, -1], max = [1, 2, 1] }\n\
+    [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 1.5, 0]\nrotation = [90, 0, 0]\n\
+    [[shape]]\nkind = 'box'\nmaterial = 'solid'\nscale = [0.5, 0.5, 0.5]\n";
+
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    fs::write(folder.0.join("own.toml"), SCENE).unwrap();
+    folder
+}
+
+/// Writes the parts of all shares; returns their names.
+fn parts(folder: &Folder, count: u32, more: &[&str]) -> Vec<String> {
+    let part = |index: u32| {
+        let (share, name) = (format!("{index}/{count}"), format!("{index}of{count}.gobo"));
+        let all = ["maps", "own.toml", "--casters", &share, "-o", &name].into_iter();
+        folder.run(&all.chain(more.iter().copied()).collect::<Vec<_>>());
+        name
+    };
+    (0..count).map(part).collect()
+}
+
+fn merge(folder: &Folder, parts: &[String], out: &str) {
+    let all = ["merge"].into_iter().chain(parts.iter().map(String::as_str)).chain(["-o", out]);
+    folder.run(&all.collect::<Vec<_>>());
+}
+
+fn same(a: &Path, b: &Path) {
+    let names = files(a);
+    assert_eq!(names, files(b));
+    for name in names {
+        assert!(fs::read(a.join(&name)).unwrap() == fs::read(b.join(&name)).unwrap(), "{name}");
+    }
+}
+
+/// Values of an array.
+fn array(path: &Path) -> Vec<f32> {
+    let bytes = fs::read(path).unwrap();
+    let first = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    bytes[first..].chunks_exact(4).map(|v| f32::from_le_bytes(v.try_into().unwrap())).collect()
+}
+
+/// Largest difference of the arrays of two folders whose names end so.
+fn apart(a: &Path, b: &Path, end: &str) -> f32 {
+    let names: Vec<_> = files(a).into_iter().filter(|name| name.ends_with(end)).collect();
+    assert_eq!(names.len(), 2, "one of each light");
+    let apart = names.iter().flat_map(|name| {
+        let (a, b) = (array(&a.join(name)), array(&b.join(name)));
+        assert_eq!(a.len(), b.len());
+        a.into_iter().zip(b).map(|(a, b)| (a - b).abs())
+    });
+    apart.fold(0.0, f32::max)
+}
+
+#[test]
+fn any_number_of_shares_in_any_order_gives_the_same_maps() {
+    let folder = folder("shares");
+    let one = parts(&folder, 1, &[]);
+    let mut five = parts(&folder, 5, &[]);
+    five.swap(0, 3);
+    merge(&folder, &one, "one");
+    merge(&folder, &five, "five");
+    let [one, five, whole] = ["one", "five", "whole"].map(|name| folder.0.join(name));
+    same(&one, &five);
+    folder.run(&["render", "own.toml", "--maps", "-o", "whole"]);
+    fs::remove_file(whole.join("frame_0000.png")).unwrap();
+    assert_eq!(files(&one), files(&whole));
+    // Each caster's optical depth is rounded to 2^-16 by a dither; the maps' numbers are halves.
+    assert!(apart(&one, &whole, ".filter.npy") <= 1.0 / 1024.0);
+    assert!(array(&one.join("maps/frame_0000/sun.0.filter.npy")).iter().any(|&f| f < 0.5));
+    assert!(apart(&one, &whole, ".nearest.npy") <= 0.0);
+    assert!(apart(&one, &whole, ".opaque.npy") <= 0.0);
+    let json = "maps/frame_0000/views.json";
+    assert_eq!(fs::read(one.join(json)).unwrap(), fs::read(whole.join(json)).unwrap());
+}
+
+#[test]
+fn the_cpu_reference_adds_up_the_same() {
+    let folder = folder("shares-cpu");
+    for (backend, out) in [("cpu", "cpu"), ("auto", "auto")] {
+        let parts = parts(&folder, 2, &["--backend", backend]);
+        merge(&folder, &parts, out);
+    }
+    let [cpu, auto] = ["cpu", "auto"].map(|name| folder.0.join(name));
+    // Logarithms differ by a step of 2^-16 per caster, on either side of the dither, and halves round.
+    assert!(apart(&cpu, &auto, ".filter.npy") <= 2.0 / 1024.0);
+    assert!(apart(&cpu, &auto, ".nearest.npy") <= 1e-5);
+}
+
+#[test]
+fn curves_are_joined_within_their_bound() {
+    let folder = folder("shares-curve");
+    let curve = ["--set", "shadow.receiver=curve"];
+    let three = parts(&folder, 3, &curve);
+    merge(&folder, &three, "three");
+    folder.run(&["render", "own.toml", "--maps", "-o", "whole", curve[0], curve[1]]);
+    let [three, whole] = ["three", "whole"].map(|name| folder.0.join(name));
+    fs::remove_file(whole.join("frame_0000.png")).unwrap();
+    assert_eq!(files(&three), files(&whole));
+    assert!(apart(&three, &whole, ".filter.npy") <= 2.0 / 1024.0);
+    // Light at depths, from the nodes: start, end, light behind.
+    let light = |nodes: &[f32], z: f32| {
+        let mut before = 1.0;
+        for node in nodes.chunks_exact(5) {
+            if z < node[0] {
+                break;
+            }
+            let share = ((z - node[0]) / (node[1] - node[0]).max(1e-9)).min(1.0);
+            if share < 1.0 {
+                return before + (node[2] - before) * share;
+            }
+            before = node[2];
+        }
+        before
+    };
+    let [ours, theirs] =
+        [&three, &whole].map(|dir| array(&dir.join("maps/frame_0000/sun.0.curve.npy")));
+    let (mut sum, mut count) = (0.0, 0);
+    for (a, b) in ours.chunks_exact(8 * 5).zip(theirs.chunks_exact(8 * 5)) {
+        for z in (1..32).map(|i| i as f32 / 32.0) {
+            sum += f64::from((light(a, z) - light(b, z)).abs());
+            count += 1;
+        }
+    }
+    let mean = sum / f64::from(count);
+    // Both are within 0.004 of the truth, as tests/maps/curve.rs has it.
+    assert!(mean <= 0.004, "{mean}");
+}
+
+#[test]
+fn parts_that_do_not_belong_together_are_refused() {
+    let folder = folder("shares-wrong");
+    let parts = parts(&folder, 2, &["--backend", "cpu"]);
+    let (a, b) = (parts[0].as_str(), parts[1].as_str());
+    assert!(folder.fail(&["merge", a], 2).contains("share 1/2 is missing"));
+    assert!(folder.fail(&["merge", b, b], 2).contains("name each share once"));
+    let foreign =
+        ["maps", "own.toml", "--casters", "1/2", "-o", "c.gobo", "--set", "shadow.size=32"];
+    folder.run(&[&foreign[..], &["--backend", "cpu"]].concat());
+    assert!(folder.fail(&["merge", a, "c.gobo"], 2).contains("not of the same scene"));
+    let bytes = fs::read(folder.0.join(a)).unwrap();
+    let mut changed = bytes.clone();
+    let middle = bytes.len() / 2;
+    changed[middle] ^= 1;
+    for (wrong, what) in [
+        (&changed[..], "digest"),
+        (&bytes[..middle], "damaged"),
+        (&bytes[..5], "no part"),
+        (b"", "no part"),
+    ] {
+        fs::write(folder.0.join("wrong.gobo"), wrong).unwrap();
+        assert!(folder.fail(&["merge", "wrong.gobo", b], 2).contains(what), "{what}");
+    }
+    assert!(!folder.0.join("out").exists(), "nothing is written of what is refused");
+    for (key, value, what) in [
+        ("material.smoke.transfer", "over", "order"),
+        ("material.glass.transfer", "gain", "amplifies"),
+        ("shadow.blur", "2", "blurred"),
+    ] {
+        let set = format!("{key}={value}");
+        let all = ["maps", "own.toml", "-o", "d.gobo", "--backend", "cpu", "--set", &set];
+        assert!(folder.fail(&all, 2).contains(what), "{set}");
+    }
+    assert!(
+        folder.fail(&["maps", "own.toml", "-o", "d.gobo", "--casters", "2/2"], 2).contains("2/2")
+    );
+}
