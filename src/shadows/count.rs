@@ -2,6 +2,7 @@
 use super::{
     batch::{context::view_uniform, list::List, plan::Plan, scratch::Scratch},
     prepare::Request,
+    statistics::read_list,
 };
 use crate::{
     error::Error,
@@ -45,7 +46,7 @@ impl Request<'_> {
         commands.append(list.tiles);
         commands.record(&mut encoder, &mut Timeline::untimed());
         queue.submit([encoder.finish()]);
-        let counters = list.counters.read(device, queue)?;
+        let counters = read_list(device, queue, &list.counters)?;
         let bound = &mut plan.lists[i].bound;
         bound.pairs = bound.pairs.min(counters.pairs_needed.into());
         if counters.overflowed == 0 {

@@ -20,7 +20,6 @@ pub(crate) mod masks;
 mod pair_capacity;
 mod prepare;
 mod prepared;
-mod read_back;
 #[expect(clippy::module_inception, reason = "it declares `Shadows`")]
 mod shadows;
 mod simulation;

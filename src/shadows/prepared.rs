@@ -1,10 +1,13 @@
 //! Maps of a frame in the host's hands.
-use super::{Maps, statistics::Counted};
+use super::{
+    Maps,
+    statistics::{Counted, Planned, Statistics},
+};
 use crate::{
     error::{Error, Input},
     frame::{Commands, Kernels},
     gpu::{Memory, Timeline},
-    model::{Counters, ShadowSettings, View},
+    model::{ShadowSettings, View},
     records::GpuView,
 };
 use std::sync::{
@@ -28,10 +31,9 @@ pub struct Prepared {
     pub(super) last: Arc<AtomicU64>,
     /// Whether the commands were recorded, which keeps the maps for the next frame.
     pub(super) recorded: Arc<AtomicBool>,
-    /// Counters that no kernel counts.
-    pub(super) planned: Counters,
-    /// Whether blending depends on the order of the casters.
-    pub(super) ordered: bool,
+    pub(super) planned: Planned,
+    /// Of all frames of the `Shadows`.
+    pub(super) statistics: Arc<Statistics>,
     /// Whether some material filters light.
     pub(super) tints: bool,
     pub(super) views: Vec<View>,

@@ -2,6 +2,7 @@
 use super::{
     CasterSet, Config, HostInputs, PairCapacity, Prepared,
     prepare::{Frame, FrameMaps, Request},
+    statistics::{Planned, Statistics},
     views::host_depths::depth_inputs,
 };
 use crate::{
@@ -31,6 +32,7 @@ pub struct Shadows {
     /// Number of the last frame, to which `maps` belong.
     frame: Arc<AtomicU64>,
     capacity: PairCapacity,
+    pub(super) statistics: Arc<Statistics>,
 }
 
 impl Shadows {
@@ -91,6 +93,7 @@ impl Shadows {
             maps: None,
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
+            statistics: Arc::default(),
         })
     }
 
@@ -183,6 +186,7 @@ impl Shadows {
         let frame = request.frame(earlier)?;
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, counting, counted, pair_capacity, culled, memory } = frame;
+        self.statistics.reserve(self.kernels.device(), &counted);
         let cache = &maps.cache;
         let rendered = cache.pending.len();
         let prepared = Prepared {
@@ -190,21 +194,26 @@ impl Shadows {
             kernels: self.kernels.clone(),
             commands,
             counting,
-            counted,
             frame: number,
             last: Arc::clone(&self.frame),
             recorded: cache.recorded(),
-            planned: Counters {
-                casters: (casters.particles.len() + casters.triangles.len()) as u64
-                    + set.emitted_count(),
-                views_rendered: rendered as u64,
-                views_kept: (cache.view_count() - rendered) as u64,
-                culled,
-                hidden: cache.hidden_count(),
-                pair_capacity,
-                ..Counters::default()
+            planned: Planned {
+                batches: counted.lists.len(),
+                has_host: counted.host.is_some(),
+                ordered: set.is_ordered(),
+                counters: Counters {
+                    casters: (casters.particles.len() + casters.triangles.len()) as u64
+                        + set.emitted_count(),
+                    views_rendered: rendered as u64,
+                    views_kept: (cache.view_count() - rendered) as u64,
+                    culled,
+                    hidden: cache.hidden_count(),
+                    pair_capacity,
+                    ..Counters::default()
+                },
             },
-            ordered: set.is_ordered(),
+            statistics: Arc::clone(&self.statistics),
+            counted,
             tints: casters.materials.iter().any(tints),
             views: views.to_vec(),
             settings: *settings,

@@ -1,110 +1,73 @@
-//! Counters of a frame, read by blocking or as soon as the device has them.
-use super::{ListCounters, Prepared, casters::host_casters::HostSets, read_back::ReadBack};
+//! Counters of frames, read by blocking or as soon as the device has them.
+use super::{ListCounters, Prepared, Shadows, casters::host_casters::HostSets};
 use crate::{
     error::Error,
     model::{Counters, Skipped},
     records::LoadCounters,
 };
-use std::sync::Arc;
+use std::sync::{
+    Arc, Mutex, PoisonError,
+    atomic::{AtomicU8, Ordering::SeqCst},
+};
+use wgpu::{Buffer, BufferUsages, CommandEncoder};
 
-/// Counters on the device.
+/// Counters of a frame on the device.
 #[derive(Debug)]
 pub(super) struct Counted {
     /// Of the opaque and the translucent list of each batch.
-    pub lists: Vec<[ReadBack<ListCounters>; 2]>,
+    pub lists: Vec<[Buffer; 2]>,
     pub host: Option<Arc<HostSets>>,
 }
 
-/// Counters of a frame, summed over the batches.
-struct Sums {
-    opaque: ListCounters,
-    translucent: ListCounters,
-    loaded: LoadCounters,
-}
-
 impl Counted {
-    fn lists(&self) -> impl Iterator<Item = &ReadBack<ListCounters>> {
-        self.lists.iter().flatten()
+    /// Every list's counters, then those of the host's casters.
+    fn buffers(&self) -> impl Iterator<Item = &Buffer> {
+        self.lists.iter().flatten().chain(self.host.iter().map(|host| &host.counters))
     }
 
-    fn loaded(&self) -> Option<&ReadBack<LoadCounters>> {
-        self.host.as_ref().map(|host| &host.counters)
+    fn size(&self) -> u64 {
+        self.buffers().map(Buffer::size).sum()
     }
 
-    /// Whether all recorded counters can be taken.
-    fn is_ready(&self) -> bool {
-        // Polls all, so that all start mapping.
-        let loaded = self.loaded().is_none_or(ReadBack::is_ready);
-        let lists = self.lists().filter(|counted| !counted.is_ready()).count() == 0;
-        loaded && lists
-    }
-
-    fn sums(
-        &self,
-        of_list: impl Fn(&ReadBack<ListCounters>) -> Result<ListCounters, Error>,
-        of_host: impl Fn(&ReadBack<LoadCounters>) -> Result<LoadCounters, Error>,
-    ) -> Result<Sums, Error> {
-        let loaded = self.loaded().map(of_host).transpose()?.unwrap_or_default();
-        let (mut opaque, mut translucent) = Default::default();
-        for [of_opaque, of_translucent] in &self.lists {
-            ListCounters::add(&mut opaque, &of_list(of_opaque)?);
-            ListCounters::add(&mut translucent, &of_list(of_translucent)?);
+    fn copy(&self, encoder: &mut CommandEncoder, to: &Buffer) {
+        let mut at = 0;
+        for buffer in self.buffers() {
+            encoder.copy_buffer_to_buffer(buffer, 0, to, at, buffer.size());
+            at += buffer.size();
         }
-        Ok(Sums { opaque, translucent, loaded })
     }
 }
 
-impl Prepared {
-    /// Counters of the last recorded frame, once it was submitted. Blocks until the device is done.
-    ///
-    /// # Errors
-    /// If a later [`Shadows::prepare`](crate::shadows::Shadows::prepare) has taken the maps over, or the device is
-    /// lost.
-    pub fn counters(&self) -> Result<Counters, Error> {
-        self.check_current()?;
-        let (device, queue) = self.device();
-        let sums = self.counted.sums(|it| it.read(device, queue), |it| it.read(device, queue))?;
-        Ok(self.counters_of(&sums))
-    }
+/// What counters are of, and those that no kernel counts.
+#[derive(Clone, Debug)]
+pub(super) struct Planned {
+    pub counters: Counters,
+    /// Batches of the frame.
+    pub batches: usize,
+    pub has_host: bool,
+    /// Whether blending depends on the order of the casters.
+    pub ordered: bool,
+}
 
-    /// Records the copy of the counters that [`Self::statistics`] returns: after [`Self::record`], in the
-    /// same submission or a later one. Does nothing until the previous statistics were taken.
-    ///
-    /// # Errors
-    /// Those of [`Self::record`].
-    pub fn record_statistics(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
-        self.check_current()?;
-        self.counted.lists().for_each(|counted| counted.record(encoder));
-        self.counted.loaded().into_iter().for_each(|counted| counted.record(encoder));
-        Ok(())
-    }
-
-    /// Counters of the frame before [`Self::record_statistics`], if the device has them already: mostly a
-    /// frame or two late. Call it after the submission; it does not block.
-    ///
-    /// # Errors
-    /// Those of [`Self::counters`].
-    pub fn statistics(&self) -> Result<Option<Counters>, Error> {
-        self.check_current()?;
-        let (device, _) = self.device();
-        // Asks before and after polling: the first call starts the mapping.
-        let was_ready = self.counted.is_ready();
-        device.poll(wgpu::PollType::Poll).map_err(|error| Error::Lost(error.to_string()))?;
-        if !(was_ready || self.counted.is_ready()) {
-            return Ok(None);
+impl Planned {
+    /// `bytes`: as [`Counted::copy`] copied them.
+    fn counters(&self, bytes: &[u8]) -> Counters {
+        let (lists, host) = bytes.split_at(2 * self.batches * size_of::<ListCounters>());
+        let mut sums = [ListCounters::default(); 2];
+        for (i, list) in lists.chunks_exact(size_of::<ListCounters>()).enumerate() {
+            sums[i % 2].add(&bytemuck::pod_read_unaligned(list));
         }
-        let sums = self.counted.sums(ReadBack::take, ReadBack::take)?;
-        Ok(Some(self.counters_of(&sums)))
-    }
-
-    fn counters_of(&self, Sums { opaque, translucent, loaded }: &Sums) -> Counters {
+        let [opaque, translucent] = sums;
+        let host = host.get(..size_of::<LoadCounters>()).filter(|_| self.has_host);
+        let loaded: LoadCounters = host.map(bytemuck::pod_read_unaligned).unwrap_or_default();
         let mut skipped = Skipped::new();
         if loaded.skipped > 0 {
             skipped.insert("a number of a host's caster is out of range", loaded.skipped.into());
         }
-        let sum = |of: fn(&ListCounters) -> u32| u64::from(of(opaque)) + u64::from(of(translucent));
+        let sum =
+            |of: fn(&ListCounters) -> u32| u64::from(of(&opaque)) + u64::from(of(&translucent));
         Counters {
-            casters: self.planned.casters + u64::from(loaded.taken),
+            casters: self.counters.casters + u64::from(loaded.taken),
             visible: sum(|c| c.visible + c.scattered),
             pairs: sum(|c| c.pair_count),
             segments: sum(|c| c.segment_count),
@@ -115,7 +78,179 @@ impl Prepared {
                 * u64::from(self.ordered),
             pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
             skipped,
-            ..self.planned.clone()
+            ..self.counters.clone()
         }
+    }
+}
+
+/// Frames whose counters may be on their way at a time.
+const SLOTS: usize = 4;
+
+/// Buffers that counters of frames are read through.
+#[derive(Debug, Default)]
+pub(super) struct Statistics(Mutex<Vec<Slot>>);
+
+#[derive(Debug)]
+struct Slot {
+    staging: Buffer,
+    state: Arc<AtomicU8>,
+    /// Of the copied counters: the frame's number and what they are of.
+    planned: Option<(u64, Planned)>,
+}
+
+const IDLE: u8 = 0;
+/// A recording copies counters into it.
+const COPIED: u8 = 1;
+const MAPPING: u8 = 2;
+const MAPPED: u8 = 3;
+const FAILED: u8 = 4;
+
+impl Statistics {
+    fn slots(&self) -> std::sync::MutexGuard<'_, Vec<Slot>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes room for the counters of a frame, so that recording allocates nothing.
+    pub(super) fn reserve(&self, device: &wgpu::Device, counted: &Counted) {
+        let size = counted.size().next_power_of_two();
+        let mut slots = self.slots();
+        slots.retain(|slot| slot.staging.size() >= size || slot.state.load(SeqCst) != IDLE);
+        while slots.len() < SLOTS {
+            let staging = staging(device, size);
+            slots.push(Slot { staging, state: Arc::new(AtomicU8::new(IDLE)), planned: None });
+        }
+    }
+
+    /// Records the copy of a frame's counters, if a slot is free.
+    fn record(&self, encoder: &mut CommandEncoder, prepared: &Prepared) {
+        let counted = &prepared.counted;
+        let is_free = |slot: &&mut Slot| {
+            slot.state.load(SeqCst) == IDLE && slot.staging.size() >= counted.size()
+        };
+        let mut slots = self.slots();
+        if let Some(slot) = slots.iter_mut().find(is_free) {
+            counted.copy(encoder, &slot.staging);
+            slot.planned = Some((prepared.frame, prepared.planned.clone()));
+            slot.state.store(COPIED, SeqCst);
+        }
+    }
+
+    /// The counters of the latest frame that the device has; those of earlier ones are dropped.
+    fn take(&self, device: &wgpu::Device) -> Result<Option<Counters>, Error> {
+        let lost = |error: String| Error::Lost(error);
+        let mut slots = self.slots();
+        for slot in slots.iter().filter(|slot| slot.state.load(SeqCst) == COPIED) {
+            slot.state.store(MAPPING, SeqCst);
+            let state = Arc::clone(&slot.state);
+            slot.staging.map_async(wgpu::MapMode::Read, .., move |result| {
+                state.store(if result.is_ok() { MAPPED } else { FAILED }, SeqCst);
+            });
+        }
+        device.poll(wgpu::PollType::Poll).map_err(|error| lost(error.to_string()))?;
+        let mut latest: Option<(u64, Counters)> = None;
+        for slot in slots.iter_mut() {
+            match slot.state.load(SeqCst) {
+                FAILED => {
+                    slot.state.store(IDLE, SeqCst);
+                    return Err(lost("its counters cannot be read".to_owned()));
+                }
+                MAPPED => {
+                    let mapped = slot.staging.get_mapped_range(..);
+                    let bytes = mapped.map_err(|error| lost(error.to_string()))?;
+                    if let Some((frame, planned)) = slot.planned.take()
+                        && latest.as_ref().is_none_or(|(other, _)| *other <= frame)
+                    {
+                        latest = Some((frame, planned.counters(&bytes)));
+                    }
+                    drop(bytes);
+                    slot.staging.unmap();
+                    slot.state.store(IDLE, SeqCst);
+                }
+                _ => {}
+            }
+        }
+        Ok(latest.map(|(_, counters)| counters))
+    }
+}
+
+fn staging(device: &wgpu::Device, size: u64) -> Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("counters_readback"),
+        size,
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    })
+}
+
+/// What `copy` copies to a buffer of a size, after all commands submitted before. Blocks.
+fn read(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    size: u64,
+    copy: impl FnOnce(&mut CommandEncoder, &Buffer),
+) -> Result<Vec<u8>, Error> {
+    let lost = |error: String| Error::Lost(error);
+    let staging = staging(device, size);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    copy(&mut encoder, &staging);
+    let submission = queue.submit([encoder.finish()]);
+    staging.map_async(wgpu::MapMode::Read, .., |_| ());
+    let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
+    device.poll(wait).map_err(|error| lost(error.to_string()))?;
+    let bytes = staging.get_mapped_range(..).map_err(|error| lost(error.to_string()))?;
+    Ok(bytes.to_vec())
+}
+
+/// The counters of a list, after all commands submitted before. Blocks.
+pub(super) fn read_list(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    counters: &Buffer,
+) -> Result<ListCounters, Error> {
+    let bytes = read(device, queue, counters.size(), |encoder, to| {
+        encoder.copy_buffer_to_buffer(counters, 0, to, 0, counters.size());
+    })?;
+    Ok(bytemuck::pod_read_unaligned(&bytes[..size_of::<ListCounters>()]))
+}
+
+impl Prepared {
+    /// Counters of the last recorded frame, once it was submitted. Blocks until the device is done.
+    ///
+    /// # Errors
+    /// If a later [`Shadows::prepare`] has taken the maps over, or the device is lost.
+    pub fn counters(&self) -> Result<Counters, Error> {
+        self.check_current()?;
+        let (device, queue) = self.device();
+        let copy = |encoder: &mut _, to: &_| self.counted.copy(encoder, to);
+        let bytes = read(device, queue, self.counted.size(), copy)?;
+        Ok(self.planned.counters(&bytes))
+    }
+
+    /// Records the copy of the frame's counters, which [`Shadows::statistics`] returns: after [`Self::record`], in the
+    /// same submission or a later one. Does nothing while four frames' counters wait for being taken.
+    ///
+    /// # Errors
+    /// Those of [`Self::record`].
+    pub fn record_statistics(&self, encoder: &mut CommandEncoder) -> Result<(), Error> {
+        self.check_current()?;
+        self.statistics.record(encoder, self);
+        Ok(())
+    }
+}
+
+impl Shadows {
+    /// Counters of the latest frame with [`Prepared::record_statistics`] that the device has and that were not
+    /// returned yet: mostly a frame or two late, whether or not its maps were taken over since. Call it once a frame,
+    /// after the submission; it does not block. The pair capacity grows to what the frame needed, as by
+    /// [`Self::grow_from`].
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn statistics(&mut self) -> Result<Option<Counters>, Error> {
+        let counters = self.statistics.take(self.device().0)?;
+        if let Some(counters) = &counters {
+            self.grow_from(counters);
+        }
+        Ok(counters)
     }
 }

@@ -55,7 +55,7 @@ impl Parts<'_> {
         for (i, list) in (0..).zip(self.lists) {
             commands.append(list.pairs(part));
             let at = (2 * part as u64 + i) * SIZE;
-            let counters = list.list.counters.buffer();
+            let counters = &list.list.counters;
             commands.copy_buffer("gobo bin", (counters, 0), (self.counters, at), SIZE);
         }
         commands

@@ -1,13 +1,10 @@
 //! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
-use crate::shadows::{
-    batch::{
-        context::{ChunkBuffers, Context},
-        host_chunks::HostChunks,
-        list_plan::ListPlan,
-        parts::Parts,
-        scratch::Scratch,
-    },
-    read_back::ReadBack,
+use crate::shadows::batch::{
+    context::{ChunkBuffers, Context},
+    host_chunks::HostChunks,
+    list_plan::ListPlan,
+    parts::Parts,
+    scratch::Scratch,
 };
 use crate::{
     error::Error,
@@ -20,7 +17,7 @@ use crate::{
         project::{self, grid},
     },
 };
-use wgpu::Buffer;
+use wgpu::{Buffer, BufferUsages};
 
 /// Counters of one list.
 pub type ListCounters = BatchCounters;
@@ -59,7 +56,7 @@ pub(crate) struct List {
     pub parts: Option<Parts>,
     /// Chunks of host casters, whose number is known on the device only.
     pub host_chunks: Option<ChunkBuffers>,
-    pub counters: ReadBack<BatchCounters>,
+    pub counters: Buffer,
 }
 
 impl List {
@@ -71,7 +68,8 @@ impl List {
         tile_count: u32,
     ) -> Result<Self, Error> {
         let scratch: &Scratch = context.scratch;
-        let counters = ReadBack::<BatchCounters>::new(context.allocator, "counters")?;
+        let counters =
+            context.allocator.storage::<BatchCounters>("counters", 1, BufferUsages::COPY_SRC)?;
         let shape = context.config.profile.shape;
         let values = BinParams::new(
             shape,
@@ -94,7 +92,7 @@ impl List {
             let [a, b] = &scratch.keys;
             let by_depth = Sort::new(kernels, [a, b], known, 0..DEPTH_BITS)?;
             let counted = SortCount::FromBuffer {
-                counts: counters.buffer(),
+                counts: &counters,
                 index: bin::PAIR_COUNT_INDEX,
                 capacity: scratch.pair_capacity,
             };
@@ -106,16 +104,14 @@ impl List {
         } else {
             None
         };
-        let resources = context
-            .resources(views)
-            .with("bin_params", &params)
-            .with("counters", counters.buffer());
+        let resources =
+            context.resources(views).with("bin_params", &params).with("counters", &counters);
         let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
             kernels.dispatch(desc, Features::NONE, resources, groups)
         };
 
         let mut clear = Commands::new();
-        for buffer in [counters.buffer(), &scratch.dispatches, &scratch.scattered_tiles] {
+        for buffer in [&counters, &scratch.dispatches, &scratch.scattered_tiles] {
             clear.clear("gobo clear", buffer);
         }
         let (mut project, mut sort) = (Commands::new(), Commands::new());

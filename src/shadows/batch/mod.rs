@@ -14,15 +14,15 @@ use crate::shadows::{
     batch::{
         context::{Context, view_uniform},
         import::imports,
-        list::{List, ListCounters},
+        list::List,
         plan::Plan,
         small::{copy_depths, small_triangles},
     },
-    read_back::ReadBack,
     views::maps::Maps,
 };
 use crate::{error::Error, frame::Commands};
 use walk::Walk;
+use wgpu::Buffer;
 
 /// The commands of a batch.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ pub(in crate::shadows) struct Batch {
     /// From casters to the number of pairs of both lists.
     pub counting: Commands,
     /// Counters of the blocking and of the filtering list.
-    pub counters: [ReadBack<ListCounters>; 2],
+    pub counters: [Buffer; 2],
 }
 
 impl Batch {

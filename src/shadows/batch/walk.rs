@@ -42,7 +42,7 @@ impl Walk<'_> {
         let resources = context
             .resources(self.views)
             .and(&maps.resources())
-            .with("counters", list.counters.buffer())
+            .with("counters", &list.counters)
             .with("pairs", &scratch.pairs[list.sorted_pairs])
             .with("partials", composed.unwrap_or(&scratch.partials));
         let run = |desc, work: Work| context.kernels.dispatch(desc, features, &resources, work);

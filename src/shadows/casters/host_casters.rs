@@ -3,7 +3,6 @@ use crate::shadows::{
     casters::CasterSet,
     cull::{Frustum, widened},
     host_inputs::HostCasters,
-    read_back::ReadBack,
 };
 use crate::{
     error::{Error, Input},
@@ -26,7 +25,8 @@ pub(crate) struct HostSets {
     sets: Vec<HostSet>,
     /// Boxes of all groups, known on the device only.
     pub groups: Buffer,
-    pub(in crate::shadows) counters: ReadBack<LoadCounters>,
+    /// [`LoadCounters`].
+    pub(in crate::shadows) counters: Buffer,
     /// Record of the first group's first caster.
     pub first_caster: u32,
     /// Spans by list.
@@ -103,7 +103,8 @@ impl HostSets {
         }
         let none = BufferUsages::empty();
         let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
-        let counters = ReadBack::new(allocator, "host_counters")?;
+        let counters =
+            allocator.storage::<LoadCounters>("host_counters", 1, BufferUsages::COPY_SRC)?;
         // Bound in place of the counts of sets with a fixed count, which are never read.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
         let mut sets = Vec::new();
@@ -145,7 +146,7 @@ impl HostSets {
                 .with("load_params", &params)
                 .with("host_counts", counts.unwrap_or(&no_counts))
                 .with("host_groups", &groups)
-                .with("host_counters", counters.buffer());
+                .with("host_counters", &counters);
             let kernel = casters.loader.kernel.clone();
             let host_bindings = HostBindings::new(casters.bindings);
             let load = Dispatch::new(allocator.device, kernel, &resources, grid(group_count))?
@@ -173,7 +174,7 @@ impl HostSets {
     /// The loading: records and boxes from the contents of the host's buffers at that time.
     pub(in crate::shadows) fn commands(&self) -> Commands {
         let mut commands = Commands::new();
-        commands.clear("gobo load", self.counters.buffer());
+        commands.clear("gobo load", &self.counters);
         commands.pass("gobo load", self.sets.iter().map(|set| set.load.clone()));
         commands
     }
