@@ -57,6 +57,24 @@ impl ShadowSettings {
     pub fn curve_nodes(&self) -> u32 {
         if self.receiver == Receiver::Curve { self.nodes } else { 0 }
     }
+
+    /// The first field that is out of its range.
+    pub(crate) fn problem(&self) -> Option<&'static str> {
+        let biases = [self.bias, self.slope_bias, self.normal_bias];
+        let is_bias = |bias: &f32| bias.is_finite() && *bias >= 0.0;
+        [
+            (self.receiver == Receiver::Nearest || matches!(self.nodes, 4 | 8 | 16), {
+                "a curve has 4, 8 or 16 nodes"
+            }),
+            (biases.iter().all(is_bias), "its biases must be finite and not negative"),
+            ((1..=MAX_PAIRS).contains(&self.pair_budget), "a pair budget is 1 to 67,108,864"),
+            (self.blur <= MAX_BLUR, "a blur reaches 16 texels at most"),
+            (self.mips <= MAX_MIPS, "a filter map has 4 smaller levels at most"),
+        ]
+        .into_iter()
+        .find_map(|(is_met, problem)| (!is_met).then_some(problem))
+        .or_else(|| self.filter.problem())
+    }
 }
 
 impl Default for ShadowSettings {

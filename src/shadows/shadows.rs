@@ -10,8 +10,8 @@ use crate::{
     frame::Kernels,
     gpu::{FETCH_FEATURES, Kernel, KernelCache, KernelDesc, Tier, check_alive, missing},
     model::{
-        Casters, Class, Counters, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE,
-        Projection, ShadowSettings, View,
+        Casters, Class, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Projection,
+        ShadowSettings, View,
     },
     stage::{features::Features, sort::pair_limit},
 };
@@ -95,6 +95,22 @@ impl Shadows {
             capacity: PairCapacity::new(MAX_PAIRS),
             statistics: Arc::default(),
         })
+    }
+
+    /// Another one on the same device, for other casters and views, with the same kernels: nothing is compiled twice. For
+    /// hosts with several worlds or cameras.
+    #[must_use]
+    pub fn another(&self) -> Self {
+        Self {
+            queue: self.queue.clone(),
+            kernels: self.kernels.clone(),
+            config: self.config,
+            casters: None,
+            maps: None,
+            frame: Arc::default(),
+            capacity: PairCapacity::new(MAX_PAIRS),
+            statistics: Arc::default(),
+        }
     }
 
     pub(crate) fn queue(&self) -> &wgpu::Queue {
@@ -295,14 +311,10 @@ pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Err
         if !(finite && view.near >= first && view.near < view.far) {
             return invalid(index, "its planes must be finite, the near one before the far one");
         }
+        if !(view.scale > 0.0 && view.scale.is_finite()) {
+            return invalid(index, "its scale must be above 0 and finite");
+        }
     }
-    if settings.blur > MAX_BLUR || settings.mips > MAX_MIPS {
-        let problem = "a blur reaches 16 texels at most, and a filter map has 4 smaller levels";
-        return Err(Input::Setting.invalid(0, problem));
-    }
-    if !matches!(settings.curve_nodes(), 0 | 4 | 8 | 16) {
-        let problem = "a curve has 4, 8 or 16 nodes";
-        return Err(Input::Setting.invalid(0, problem));
-    }
-    Ok(())
+    let problem = settings.problem();
+    problem.map_or(Ok(()), |problem| Err(Input::Setting.invalid(0, problem)))
 }

@@ -135,7 +135,7 @@ impl Statistics {
         }
     }
 
-    /// The counters of the latest frame that the device has; those of earlier ones are dropped.
+    /// The counters of the first frame that were not taken, if the device has them.
     fn take(&self, device: &wgpu::Device) -> Result<Option<Counters>, Error> {
         let lost = |error: String| Error::Lost(error);
         let mut slots = self.slots();
@@ -147,29 +147,21 @@ impl Statistics {
             });
         }
         device.poll(wgpu::PollType::Poll).map_err(|error| lost(error.to_string()))?;
-        let mut latest: Option<(u64, Counters)> = None;
-        for slot in slots.iter_mut() {
-            match slot.state.load(SeqCst) {
-                FAILED => {
-                    slot.state.store(IDLE, SeqCst);
-                    return Err(lost("its counters cannot be read".to_owned()));
-                }
-                MAPPED => {
-                    let mapped = slot.staging.get_mapped_range(..);
-                    let bytes = mapped.map_err(|error| lost(error.to_string()))?;
-                    if let Some((frame, planned)) = slot.planned.take()
-                        && latest.as_ref().is_none_or(|(other, _)| *other <= frame)
-                    {
-                        latest = Some((frame, planned.counters(&bytes)));
-                    }
-                    drop(bytes);
-                    slot.staging.unmap();
-                    slot.state.store(IDLE, SeqCst);
-                }
-                _ => {}
-            }
+        let is_back = |slot: &&mut Slot| matches!(slot.state.load(SeqCst), MAPPED | FAILED);
+        let number = |slot: &&mut Slot| slot.planned.as_ref().map(|(frame, _)| *frame);
+        let Some(slot) = slots.iter_mut().filter(is_back).min_by_key(number) else {
+            return Ok(None);
+        };
+        let planned = slot.planned.take();
+        if slot.state.swap(IDLE, SeqCst) == FAILED {
+            return Err(lost("its counters cannot be read".to_owned()));
         }
-        Ok(latest.map(|(_, counters)| counters))
+        let mapped = slot.staging.get_mapped_range(..);
+        let bytes = mapped.map_err(|error| lost(error.to_string()))?;
+        let counters = planned.map(|(_, planned)| planned.counters(&bytes));
+        drop(bytes);
+        slot.staging.unmap();
+        Ok(counters)
     }
 }
 
@@ -239,9 +231,9 @@ impl Prepared {
 }
 
 impl Shadows {
-    /// Counters of the latest frame with [`Prepared::record_statistics`] that the device has and that were not
-    /// returned yet: mostly a frame or two late, whether or not its maps were taken over since. Call it once a frame,
-    /// after the submission; it does not block. The pair capacity grows to what the frame needed, as by
+    /// Counters of a frame with [`Prepared::record_statistics`], of one after the other, as soon as the device has them:
+    /// mostly a frame or two late, whether or not its maps were taken over since. Call it once a frame, after the
+    /// submission; it does not block. The pair capacity grows to what the frame needed, as by
     /// [`Self::grow_from`].
     ///
     /// # Errors

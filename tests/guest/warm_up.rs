@@ -53,6 +53,16 @@ fn what_threads_have_made_no_frame_makes() {
         warm.prepare(&casters, &views, &settings).unwrap();
         assert_eq!(made(), jobs.len(), "{tier:?}");
 
+        // Another world on the device has the same ones, and casters and maps of its own.
+        let mut another = warm.another();
+        assert!(
+            another.pending(&casters, &views, &settings, &HostInputs::new()).unwrap().is_empty()
+        );
+        let of_another = submit(&gpu, &another.prepare(&casters, &views, &settings).unwrap());
+        assert_eq!(made(), jobs.len(), "{tier:?}");
+        assert!(of_another != expected, "a caster is larger");
+        assert_eq!(submit(&gpu, &warm.prepare(&casters, &views, &settings).unwrap()), of_another);
+
         // Other settings have kernels of their own.
         let curves = ShadowSettings { receiver: Receiver::Curve, ..settings };
         let jobs = warm.pending(&casters, &views, &curves, &HostInputs::new()).unwrap();

@@ -4,7 +4,9 @@ use super::{
     shadows, views,
 };
 use crate::common::{TIERS, gpu, two_devices};
-use gobo::{CasterCount, Casters, Error, wgpu::BufferUsages};
+use gobo::{
+    CasterCount, Casters, Error, Material, Receiver, View, model::ShadowFilter, wgpu::BufferUsages,
+};
 
 #[test]
 fn errors_point_into_the_hosts_text() {
@@ -90,5 +92,42 @@ fn a_loader_of_another_device_is_refused() {
     let prepared =
         shadows(&gpu).prepare_with(&casters, &views(), &ShadowSettings::default(), &inputs);
     assert!(matches!(prepared.unwrap_err(), Error::Kernel(_)));
+    assert!(gpu.check().is_ok());
+}
+
+#[test]
+fn numbers_out_of_range_are_named() {
+    type Change = fn(&mut (Vec<Material>, Vec<View>, ShadowSettings));
+    let gpu = gpu(TIERS[0]);
+    let wrong: [(&str, &str, Change); 16] = [
+        ("material 1 ", "tint", |it| it.0[1].tint.x = f32::NAN),
+        ("material 1 ", "tint", |it| it.0[1].tint.y = 1.5),
+        ("material 0 ", "alpha", |it| it.0[0].tint.w = 3.0),
+        ("material 0 ", "reflectivity", |it| it.0[0].reflectivity = 2.0),
+        ("material 0 ", "pattern", |it| it.0[0].pattern_scale = 0),
+        ("material 0 ", "emission", |it| it.0[0].emission.z = f32::NEG_INFINITY),
+        ("material 0 ", "attenuation", |it| it.0[0].attenuation_color.x = -1.0),
+        ("material 0 ", "distance", |it| it.0[0].attenuation_distance = f32::NAN),
+        ("view 1 ", "scale", |it| it.1[1].scale = f32::NAN),
+        ("view 0 ", "scale", |it| it.1[0].scale = 0.0),
+        ("setting", "bias", |it| it.2.bias = f32::NAN),
+        ("setting", "bias", |it| it.2.normal_bias = -1.0),
+        ("setting", "taps", |it| it.2.filter = ShadowFilter::Pcf { taps: 0 }),
+        ("setting", "nodes", |it| (it.2.receiver, it.2.nodes) = (Receiver::Curve, 0)),
+        ("setting", "budget", |it| it.2.pair_budget = 0),
+        ("setting", "blur", |it| it.2.blur = 17),
+    ];
+    let all = || (materials(), views().to_vec(), ShadowSettings::default());
+    for (what, problem, change) in wrong {
+        let mut inputs = all();
+        change(&mut inputs);
+        let (materials, views, settings) = inputs;
+        let casters = Casters { materials: &materials, ..Casters::default() };
+        let error = shadows(&gpu).prepare(&casters, &views, &settings).unwrap_err().to_string();
+        assert!(error.starts_with(what) && error.contains(problem), "{what} {problem}: {error}");
+    }
+    let (materials, views, settings) = all();
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    shadows(&gpu).prepare(&casters, &views, &settings).unwrap();
     assert!(gpu.check().is_ok());
 }

@@ -1,12 +1,13 @@
 //! Validation of a host's casters before they are used.
 use crate::{
     error::{Error, Input},
-    model::{Casters, Particle, Triangle},
+    model::{Casters, Material, Particle, Triangle},
     records::MAX_MATERIALS,
 };
+use glam::Vec3;
 
 impl Casters<'_> {
-    /// Checks that all indices are in range and all positions finite.
+    /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let Self { particles, triangles, materials, textures, .. } = self;
         if materials.len() > MAX_MATERIALS {
@@ -37,7 +38,8 @@ impl Casters<'_> {
         find(Input::Material, materials, |material| {
             let named = [material.texture, material.emissive_texture];
             let unknown = named.iter().flatten().any(|&index| index as usize >= textures.len());
-            unknown.then_some("its texture is not among the textures")
+            let out_of_range = || range_problem(material);
+            unknown.then_some("its texture is not among the textures").or_else(out_of_range)
         })?;
         find(Input::Texture, textures, |texture| {
             let size = u64::from(texture.width) * u64::from(texture.height) * 4;
@@ -45,6 +47,34 @@ impl Casters<'_> {
                 .then_some("it must have width times height times 4 bytes, and some")
         })
     }
+}
+
+/// The first number of a material that is out of its range.
+fn range_problem(material: &Material) -> Option<&'static str> {
+    let is_share = |number: f32| (0.0..=1.0).contains(&number);
+    let is_color = |color: Vec3, most: f32| {
+        color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(most)).all()
+    };
+    let &Material { tint, reflectivity, cutoff, transmission, roughness, metallic, .. } = material;
+    let shares = [tint.w, reflectivity, cutoff, transmission, roughness, metallic];
+    let distance = material.attenuation_distance;
+    [
+        (is_color(tint.truncate(), material.transfer.max_color()), {
+            "its tint must be 0 to 1; of `gain` 0 to 16"
+        }),
+        (shares.into_iter().all(is_share), {
+            "its alpha, reflectivity, cutoff, transmission, roughness and metallic must be 0 to 1"
+        }),
+        (
+            (1..=64).contains(&material.pattern_scale),
+            "a cell of its pattern is 1 to 64 texels wide",
+        ),
+        (is_color(material.emission, f32::MAX), "its emission must be finite and not negative"),
+        (is_color(material.attenuation_color, 1.0), "its attenuation must be 0 to 1"),
+        (distance > 0.0, "its attenuation distance must be above 0"),
+    ]
+    .into_iter()
+    .find_map(|(is_met, problem)| (!is_met).then_some(problem))
 }
 
 /// Error of the first of `items` that has a problem.
