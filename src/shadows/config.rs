@@ -59,6 +59,6 @@ impl Config {
     /// Whether tiny particles are scattered. A curve needs its hits in order: with curves they go through
     /// tiles.
     pub(super) fn scatters(&self) -> bool {
-        self.toggles.scatter_tiny && self.nodes() == 0
+        (self.toggles.scatter_tiny || self.toggles.sums) && self.nodes() == 0
     }
 }
