@@ -1,5 +1,5 @@
 //! Casters: materials, particles and triangles.
-use crate::model::Pattern;
+use crate::model::{Grid, Pattern};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
@@ -57,6 +57,9 @@ pub enum Shape {
     Quad,
     /// A sphere that absorbs along the chord of the ray.
     Puff,
+    /// A box of a [`Grid`], not of particles: it absorbs by its density.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    Brick,
 }
 
 /// Falloff of a disc's opacity at distance `q` from its centre, for radius `r`.
@@ -295,6 +298,8 @@ pub struct Casters<'a> {
     pub particles: &'a [Particle],
     /// Triangles of meshes.
     pub triangles: &'a [Triangle],
+    /// Grids of voxels.
+    pub grids: &'a [Grid],
     /// Materials, at most 512.
     pub materials: &'a [Material],
     /// Textures that materials sample.

@@ -11,6 +11,7 @@ pub mod emission;
 pub mod emitter;
 mod environment;
 pub mod fluid;
+mod grid;
 mod hash;
 mod light;
 mod look_up;
@@ -36,6 +37,9 @@ pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
 pub use environment::{
     Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
+};
+pub use grid::{
+    BRICK_EDGE, BRICK_SIZE, BRICK_VALUES, Brick, Density, Grid, MAX_BRICK_SIZE, MAX_INDEX, Voxels,
 };
 pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};

@@ -31,6 +31,9 @@ impl Scene {
         for particle in &mut self.particles {
             particle.center -= by;
         }
+        for grid in &mut self.grids {
+            grid.world_from_index.translation -= glam::Vec3A::from(by);
+        }
         for corner in self.triangles.iter_mut().flat_map(|triangle| &mut triangle.positions) {
             *corner -= by;
         }

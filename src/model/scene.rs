@@ -1,7 +1,8 @@
 //! The scene: everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, MaskSettings,
-    Material, Particle, ShadowSettings, Skipped, Texture, Triangle, emission::Emission,
+    Air, Bounds, Camera, Casters, ClusterSettings, Environment, Grid, IRRADIANCE, Light,
+    MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
+    emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -40,6 +41,8 @@ pub struct Scene {
     pub emissions: Vec<Emission>,
     /// Triangles of meshes and shapes, world space.
     pub triangles: Vec<Triangle>,
+    /// Grids of voxels.
+    pub grids: Vec<Grid>,
     /// Ambient radiance if there is no environment: linear rgb.
     pub ambient: Vec3,
     /// Background radiance that the camera sees and mirrors show if there is no environment: linear rgb.
@@ -132,15 +135,16 @@ impl Scene {
         let particles =
             self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
         let emitted = self.emissions.iter().fold(particles, |b, e| b.with(&e.bounds()));
+        let emitted = self.grids.iter().fold(emitted, |b, grid| b.with(&grid.bounds()));
         self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
     pub fn casters(&self) -> Casters<'_> {
-        let Self { particles, triangles, materials, textures, .. } = self;
+        let Self { particles, triangles, grids, materials, textures, .. } = self;
         // A frame must not depend on how particles were grouped in the one before.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
-        Casters { particles, triangles, materials, textures, in_order }
+        Casters { particles, triangles, grids, materials, textures, in_order }
     }
 
     /// Frames per second where frames are numbered.
@@ -212,6 +216,7 @@ impl Default for Scene {
             particles: Vec::new(),
             emissions: Vec::new(),
             triangles: Vec::new(),
+            grids: Vec::new(),
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),
             environment: None,
