@@ -56,7 +56,7 @@ impl Cloud {
             kind,
             seed: keys.value("seed", 0)?,
             size,
-            voxels: keys.whole("voxels", 96, 8..=most, &help)?,
+            voxels: keys.whole("voxels", 80, 8..=most, &help)?,
             speed: keys.number("speed", -100.0..=100.0, "-100 to 100")?.unwrap_or(1.0),
         })
     }
@@ -166,11 +166,13 @@ impl Field {
                 let bend = Vec2::new(wind(self.seed ^ 1), wind(self.seed ^ 2)) * 0.9 * high;
                 let width = 0.09 + 0.42 * high.max(0.0).powf(0.8);
                 let away = (Vec2::new(part.x, part.z) - bend).length() / width;
-                if 1.0 - away + 0.8 * MOST <= 0.0 {
+                if 1.0 - away + MOST <= 0.0 {
                     return 0.0;
                 }
                 let at = Vec3::new(place.x * 2.5, up, place.z * 2.5) * 1.6;
-                let body = 1.0 - away + 0.8 * self.billows(at, 0.3 * time);
+                // The foot has no room for clefts.
+                let depth = smooth(0.3 + 1.4 * high);
+                let body = 1.0 - away + depth * self.billows(at, 0.3 * time);
                 let thin = 0.18 / (0.18 + high) * smooth((1.0 - high) / 0.25);
                 smooth(body / 0.6) * thin * smooth(high / 0.02)
             }
@@ -180,11 +182,11 @@ impl Field {
                 let center = Vec3::new(0.0, 0.3 + 0.25 * (1.0 - (-0.7 * age).exp()), 0.0);
                 let from = (part * Vec3::new(1.0, 2.0, 1.0) - center * 2.0) / grown.max(1e-3);
                 let away = from.length();
-                if 1.0 - away + 0.7 * MOST <= 0.0 {
+                if 0.8 - away + 0.5 * MOST <= 0.0 {
                     return 0.0;
                 }
                 let at = from * 2.2 - Vec3::Y * 0.5 * age;
-                let body = 0.75 - away + 0.7 * self.billows(at, 0.5 * age);
+                let body = 0.8 - away + 0.5 * self.billows(at, 0.5 * age);
                 // The shell is denser than the middle.
                 let hollow = 0.35 + 0.65 * smooth(away);
                 smooth(body / 0.35) * hollow / (1.0 + 1.5 * age)
