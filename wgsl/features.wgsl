@@ -5,6 +5,8 @@ override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 override HAS_PUFFS: bool = true;
+// Bricks of grids of voxels.
+override HAS_BRICKS: bool = true;
 // Shapes other than discs and triangles.
 override HAS_QUADS: bool = true;
 // Some caster may amplify light: sums have both signs, and saturation does not end a walk.

@@ -94,6 +94,9 @@ pub enum Input {
     /// A triangle of [`Casters`](crate::Casters).
     #[error("triangle")]
     Triangle,
+    /// A grid of [`Casters`](crate::Casters).
+    #[error("grid")]
+    Grid,
     /// A material of [`Casters`](crate::Casters).
     #[error("material")]
     Material,

@@ -309,3 +309,11 @@ pub struct Casters<'a> {
     /// particles are already spatially coherent saves that sort.
     pub in_order: bool,
 }
+
+impl Casters<'_> {
+    /// Particles, triangles and bricks.
+    pub(crate) fn count(&self) -> u64 {
+        let bricks: usize = self.grids.iter().map(|grid| grid.bricks.len()).sum();
+        (self.particles.len() + self.triangles.len() + bricks) as u64
+    }
+}

@@ -254,6 +254,8 @@ fn tinting_bounds(scene: &Scene) -> Bounds {
     let bounds = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
     let emissions = scene.emissions.iter().filter(|emission| is(emission.emitter.material));
     let bounds = emissions.fold(bounds, |b, emission| b.with(&emission.bounds()));
+    let grids = scene.grids.iter().filter(|grid| is(grid.material));
+    let bounds = grids.fold(bounds, |b, grid| b.with(&grid.bounds()));
     let corners = scene.triangles.iter().filter(|own| is(own.material)).flat_map(|t| t.positions);
     corners.fold(bounds, |b, p| b.with_sphere(p, 0.0))
 }

@@ -10,7 +10,7 @@ use super::{
         tile::{CurveModes, CurveTexel, curves},
     },
     occlude::occlude,
-    project::{ProjectParams, Projected, project_particle, project_triangle},
+    project::{ProjectParams, Projected, project_caster, project_triangle},
     resolve::resolve,
     soften::soften,
     sort,
@@ -20,12 +20,12 @@ use super::{
 };
 use crate::{
     model::{
-        Casters, Class, Counters, Material, Receives, Scene, ShadowSettings, Transfer, View,
+        Casters, Class, Counters, Material, Receives, Scene, ShadowSettings, Shape, Transfer, View,
         absorptions, dither::window,
     },
     records::{
-        CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView, INVISIBLE,
-        NO_OWNER, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+        Bricks, CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView,
+        INVISIBLE, NO_OWNER, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
     },
 };
 use glam::{UVec2, Vec3};
@@ -43,6 +43,7 @@ pub(super) struct SceneRecords<'a> {
     pub absorptions: Vec<Vec3>,
     pub images: Vec<Image<'a>>,
     pub casters: Vec<Caster>,
+    pub bricks: Bricks,
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
     /// Set in curve mode.
@@ -67,7 +68,7 @@ pub(super) struct ViewCasters {
 pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
     let records = SceneRecords::new(scene.casters(), &scene.shadow);
     let mut counters = Counters {
-        casters: (scene.particles.len() + scene.triangles.len()) as u64,
+        casters: scene.casters().count(),
         views_rendered: views.len() as u64,
         skipped: scene.skipped.clone(),
         ..Counters::default()
@@ -79,12 +80,15 @@ pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
 impl<'a> SceneRecords<'a> {
     pub(super) fn new(scene: Casters<'a>, shadow: &ShadowSettings) -> Self {
         let materials = scene.materials;
+        let bricks = Bricks::new(scene.grids, UVec2::new(u32::MAX, 1));
+        let particles = bricks.among(scene.particles);
+        let all = Casters { particles: &particles, ..scene };
         let uses = |transfer: Transfer| {
             let used = |material: u32| {
                 let material = &materials[material as usize];
                 material.transfer == transfer && Class::of(material).casts()
             };
-            scene.particles.iter().any(|particle| used(particle.material))
+            particles.iter().any(|particle| used(particle.material))
                 || scene.triangles.iter().any(|triangle| used(triangle.material))
         };
         let caster = |particle: &crate::model::Particle| {
@@ -99,8 +103,9 @@ impl<'a> SceneRecords<'a> {
             absorptions: absorptions(materials, scene.triangles),
             gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, scene.textures)).collect(),
             images: scene.textures.iter().map(Image::new).collect(),
-            casters: scene.particles.iter().map(caster).collect(),
+            casters: particles.iter().map(caster).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
+            bricks,
             modes: Modes {
                 gain: uses(Transfer::Gain),
                 ordered: uses(Transfer::Over),
@@ -110,10 +115,10 @@ impl<'a> SceneRecords<'a> {
             curve_modes: (shadow.curve_nodes() > 0).then(|| CurveModes {
                 nodes: shadow.curve_nodes(),
                 gain: uses(Transfer::Gain),
-                slabs: only_discs(&scene),
+                slabs: only_discs(&all),
                 over: uses(Transfer::Over),
                 volumes: has_volumes,
-                faint: any_faint(&scene),
+                faint: any_faint(&all),
                 softening: shadow.soften,
                 segment: CURVE_SEGMENT as usize,
             }),
@@ -148,6 +153,7 @@ impl<'a> SceneRecords<'a> {
         let records = Records {
             view: &gpu_view,
             casters: &self.casters,
+            bricks: &self.bricks,
             setups: &setups,
             materials: self.materials,
             absorptions: &self.absorptions,
@@ -224,7 +230,10 @@ impl<'a> SceneRecords<'a> {
             let casters = &self.casters[first..(first + CHUNK).min(self.casters.len())];
             let project = |(i, caster): (usize, &Caster)| {
                 let material = &self.gpu_materials[caster.material() as usize];
-                project_particle(view, 0, caster, (first + i) as u32, material, params)
+                let half_edges = (self.materials[caster.material() as usize].shape == Shape::Brick)
+                    .then(|| self.bricks.half_edges(caster.id));
+                let caster = (caster, (first + i) as u32);
+                project_caster(view, 0, caster, material, half_edges, params)
             };
             casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
         });

@@ -1,9 +1,12 @@
 //! A renderer in 64 bits, straight from the formulas: every texel tests every caster. It shares no code
 //! with the crate's, and uses no tricks.
-use super::compare::ExpectedTexel;
+use super::{compare::ExpectedTexel, grid_truth};
 use gobo::{
     glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
-    model::{LightKind, Material, Particle, Profile, Shape, Texture, Transfer, Triangle, View},
+    model::{
+        Brick, Grid, LightKind, Material, Particle, Profile, Shape, Texture, Transfer, Triangle,
+        View,
+    },
     scene::Scene,
 };
 
@@ -47,6 +50,8 @@ struct Hit {
     added: DVec3,
     opacity: f64,
     depth: f64,
+    /// Largest depth that rounding allows.
+    latest: f64,
 }
 
 enum Met {
@@ -145,6 +150,11 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
                 visit(meet_triangle(scene, eye, ray, triangle, material));
             }
         }
+        for grid in scene.grids.iter().filter(|_| !opaque) {
+            for brick in &grid.bricks {
+                visit(meet_brick(eye, ray, grid, brick, end));
+            }
+        }
     };
     let inside = |depth: f64| (0.0..=1.0).contains(&depth);
     let mut undecided = false;
@@ -159,9 +169,12 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
             undecided |= texel.opaque < 1.0 && (hit.depth - texel.opaque).abs() < DEPTH_MARGIN;
             if hit.depth < texel.opaque {
                 hits.push(hit);
-                for (nearest, margin) in texel.nearest.iter_mut().zip([-1.0, 1.0]) {
-                    if hit.opacity >= 1.0 / 255.0 + margin * OPACITY_MARGIN {
-                        *nearest = nearest.min(hit.depth);
+                let depths = [hit.depth, hit.latest];
+                let margins = [-1.0, 1.0].map(|sign| sign * OPACITY_MARGIN);
+                for ((nearest, depth), margin) in texel.nearest.iter_mut().zip(depths).zip(margins)
+                {
+                    if hit.opacity >= 1.0 / 255.0 + margin {
+                        *nearest = nearest.min(depth);
                     }
                 }
             }
@@ -192,7 +205,7 @@ fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
         _ => DVec3::ONE,
     };
     let added = if material.transfer == Transfer::Over { color * a } else { DVec3::ZERO };
-    Hit { light, added, opacity: a, depth }
+    Hit { light, added, opacity: a, depth, latest: depth }
 }
 
 fn meet_particle(
@@ -288,6 +301,31 @@ fn meet_puff(
         added: DVec3::ZERO,
         opacity: 1.0 - (1.0 - alpha).powf(share),
         depth: eye.depth(enter),
+        latest: eye.depth(enter),
+    })
+}
+
+fn meet_brick(eye: &Eye, ray: &Ray, grid: &Grid, brick: &Brick, opaque_depth: f64) -> Met {
+    let [from, to] = [0.0, opaque_depth].map(|depth| eye.ways(depth));
+    let along = grid_truth::Line { start: ray.start, way: ray.way };
+    if let Some(size) = grid_truth::constant_size(brick) {
+        // A box of constant density has sharp edges.
+        let center = along.start + along.way * 0.5 * (from + to);
+        let aside = EDGE * eye.texel_size(center).max(0.0);
+        let chord = |grow: f64| along.chord(grid, brick.origin.as_dvec3(), size, grow, [from, to]);
+        let [less, more] = [-aside, aside].map(chord);
+        if more - less > 8.0 * aside {
+            return Met::Edge;
+        }
+    }
+    let Some(inside) = along.integral(grid, brick, [from, to]) else { return Met::Nothing };
+    let tau = f64::from(grid.factor) * inside.integral * f64s(grid.extinction);
+    Met::Hit(Hit {
+        light: (-tau).map(f64::exp),
+        added: DVec3::ZERO,
+        opacity: 1.0 - (-tau.max_element()).exp(),
+        depth: eye.depth(inside.begins),
+        latest: eye.depth(inside.begins_surely),
     })
 }
 

@@ -1,6 +1,6 @@
 // Extent of a footprint in the map.
 
-import package::features::{HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
+import package::features::{HAS_BRICKS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
 import package::records::footprint::Footprint;
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, is_beside};
@@ -18,7 +18,7 @@ fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>
     }
     var reach = radius * select(1.0, 1.41421356, HAS_QUADS);
     if view.perspective > 0.0 {
-        if HAS_PUFFS {
+        if HAS_PUFFS || HAS_BRICKS {
             // A sphere's cone has its radius over distance as sine, not as tangent.
             reach = select(1e30, reach / sqrt(1.0 - reach * reach), reach < 1.0);
         }

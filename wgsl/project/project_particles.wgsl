@@ -5,9 +5,14 @@ import package::bind::read::chunks;
 import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects};
 import package::bind::uniform::{materials, project_params, views};
+import package::features::HAS_BRICKS;
+import package::project::brick_extent::brick_extent;
+import package::records::brick::brick_of;
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
-import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
+import package::records::material::{
+    SHAPE_BRICK, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
+};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
 import package::records::view::MIN_DISTANCE;
@@ -20,6 +25,8 @@ const MIN_RADIUS: f32 = 0.70710678;
 // light: its centre has no position in the map.
 const MIN_COSINE: f32 = 0.05;
 const SQRT_2: f32 = 1.41421356;
+// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its farthest.
+const BRICK_NEAR: f32 = 1e-3;
 
 fn put(index: u32, key: u32, rect: vec2<u32>) {
     let texel = record_texel(index);
@@ -117,20 +124,33 @@ fn project_particles(
         hi = vec2(x.y, y.y) * view.scale + half_size;
         depth_reach = select(grown * corner * sqrt(max(1.0 - 1.0 / len2, 0.0)), grown, is_puff);
     }
-    let nearest = (distance - depth_reach - view.near) / range;
-    let farthest = (distance + depth_reach - view.near) / range;
+    var nearest = (distance - depth_reach - view.near) / range;
+    var farthest = (distance + depth_reach - view.near) / range;
+    // The nearest point of a plane that faces the light is its centre.
+    var least = length(center) - select(0.0, depth_reach, is_puff);
+    let is_brick = HAS_BRICKS && material.shape == SHAPE_BRICK;
+    if is_brick {
+        let extent = brick_extent(view, brick_of(look.w), center);
+        // Elsewhere the box of the sphere around it holds.
+        if view.perspective == 0.0 || extent.nearest > BRICK_NEAR * extent.farthest {
+            lo = extent.lo;
+            hi = extent.hi;
+        }
+        nearest = (extent.nearest - view.near) / range;
+        farthest = (extent.farthest - view.near) / range;
+        least = extent.least;
+    }
     let unseen = material.transfer == TRANSFER_NONE && project_params.include_non_casters == 0u;
     if unseen || farthest < 0.0 || nearest > 1.0 {
         put(index, INVISIBLE, vec2(0u));
         return;
     }
-    let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
+    let circle = select(1e30, radius + SLACK, !(is_quad || is_brick) && view.perspective == 0.0);
     // Only tiles can write opaque depths.
     let scatter = (project_params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE) & !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
-    // The nearest point of a plane that faces the light is its centre.
-    let least = distance_key(view, length(center) - select(0.0, depth_reach, is_puff));
-    let front = depth_key(select(nearest, least, (project_params.by_distance == 1u) & (view.perspective > 0.0)));
+    let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
+    let front = depth_key(select(nearest, distance_key(view, least), by_distance));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);

@@ -15,7 +15,7 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::{Casters, Class, Material, Particle, Scene, Triangle, View},
+    model::{Casters, Class, Grid, Material, Particle, Scene, Triangle, View},
     records::{
         AirParams, Footprint, FormerSlots, GpuView, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps,
     },
@@ -133,6 +133,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
 struct OfClasses {
     particles: Vec<Particle>,
     triangles: Vec<Triangle>,
+    grids: Vec<Grid>,
 }
 
 impl OfClasses {
@@ -147,12 +148,13 @@ impl OfClasses {
         triangles.retain(|t| is(t.material));
         triangles.shrink_to_fit();
         triangles.sort_by_key(|t| class(t.material));
-        Self { particles, triangles }
+        let grids = scene.grids.iter().filter(|grid| is(grid.material)).cloned().collect();
+        Self { particles, triangles, grids }
     }
 
     fn seen<'a>(&'a self, scene: &'a Scene, view: &GpuView) -> Seen<'a> {
-        let Self { particles, triangles } = self;
-        Seen::new(Casters { particles, triangles, ..scene.casters() }, &scene.shadow, view)
+        let Self { particles, triangles, grids } = self;
+        Seen::new(Casters { particles, triangles, grids, ..scene.casters() }, &scene.shadow, view)
     }
 }
 

@@ -37,6 +37,7 @@ impl<'a> Seen<'a> {
         Records {
             view: &self.view,
             casters: &self.records.casters,
+            bricks: &self.records.bricks,
             setups: &self.casters.setups,
             materials: self.records.materials,
             absorptions: &self.records.absorptions,

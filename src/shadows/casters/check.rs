@@ -1,14 +1,14 @@
 //! Validation of a host's casters before they are used.
 use crate::{
     error::{Error, Input},
-    model::{Casters, Particle, Triangle},
+    model::{Brick, Casters, Material, Particle, Shape, Transfer, Triangle},
     records::MAX_MATERIALS,
 };
 
 impl Casters<'_> {
     /// Checks that all indices are in range and all positions finite.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { particles, triangles, materials, textures, .. } = self;
+        let Self { particles, triangles, grids, materials, textures, .. } = self;
         if materials.len() > MAX_MATERIALS {
             return Err(Error::Limit {
                 limit: "materials of a scene",
@@ -21,6 +21,9 @@ impl Casters<'_> {
         let no_material = "its material is not among the materials";
         find(Input::Particle, particles, |particle| match particle {
             Particle { material, .. } if !known(*material) => Some(no_material),
+            Particle { material, .. } if materials[*material as usize].shape == Shape::Brick => {
+                Some("its material is for grids")
+            }
             Particle { center, .. } if !center.is_finite() => Some("its centre must be finite"),
             Particle { radius, .. } if !(*radius > 0.0 && radius.is_finite()) => {
                 Some("its radius must be above 0 and finite")
@@ -34,6 +37,14 @@ impl Casters<'_> {
             }
             _ => None,
         })?;
+        find(Input::Grid, grids, |grid| {
+            let problem = || grid.bricks.iter().find_map(Brick::problem);
+            let of_material = || match materials.get(grid.material as usize) {
+                None => Some(no_material),
+                Some(material) => material_problem(material),
+            };
+            grid.problem().or_else(of_material).or_else(problem)
+        })?;
         find(Input::Material, materials, |material| {
             let named = [material.texture, material.emissive_texture];
             let unknown = named.iter().flatten().any(|&index| index as usize >= textures.len());
@@ -45,6 +56,17 @@ impl Casters<'_> {
                 .then_some("it must have width times height times 4 bytes, and some")
         })
     }
+}
+
+/// Why a grid cannot have the material.
+fn material_problem(material: &Material) -> Option<&'static str> {
+    if material.shape != Shape::Brick {
+        return Some("its material must have the shape `Brick`");
+    }
+    let absorbs = matches!(material.transfer, Transfer::Filter | Transfer::None);
+    let is_plain = material.texture.is_none() && material.reflectivity == 0.0;
+    (!(absorbs && is_plain))
+        .then_some("its material must filter or have no transfer, without texture and reflectivity")
 }
 
 /// Error of the first of `items` that has a problem.

@@ -82,6 +82,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
             (Flags::HAS_TEXTURES, material.texture.or(material.emissive_texture).is_some()),
             (Flags::HAS_PUFFS, is_particle && shape == Shape::Puff),
             (Flags::HAS_QUADS, is_particle && shape == Shape::Quad),
+            (Flags::HAS_BRICKS, is_particle && shape == Shape::Brick),
             (Flags::HAS_DITHER, transfer == Transfer::Dither),
             (Flags::HAS_GAIN, transfer == Transfer::Gain),
             (Flags::HAS_OVER, transfer == Transfer::Over),

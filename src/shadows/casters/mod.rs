@@ -1,4 +1,5 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
+mod bricks;
 mod check;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
@@ -31,6 +32,7 @@ use crate::{
     records::{CASTER_TEXELS, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks},
     stage::features::{Features, Flags},
 };
+use bricks::UploadedBricks;
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
 use std::{
@@ -64,6 +66,7 @@ pub struct CasterSet {
     pub triangles: wgpu::Texture,
     pub images: wgpu::Texture,
     pub materials: wgpu::Buffer,
+    bricks: UploadedBricks,
     particle_ranges: [Range<u32>; CLASSES],
     triangle_ranges: [Range<u32>; CLASSES],
     features: [Features; CLASSES],
@@ -90,7 +93,7 @@ pub struct CasterSet {
 /// Copy of the upload, to detect changes.
 #[derive(Debug)]
 struct Uploaded {
-    /// Indices into the scene's particles and triangles, in upload order.
+    /// Indices into the scene's particles, behind which its bricks are, and triangles, in upload order.
     particle_order: Vec<u32>,
     triangle_order: Vec<u32>,
     /// Particles, then the ranks of the blue noise.
@@ -124,6 +127,8 @@ impl CasterSet {
             .with("triangles", &self.triangles)
             .with("images", &self.images)
             .with("materials", &self.materials)
+            .with("bricks", &self.bricks.records)
+            .with("voxels", &self.bricks.voxels)
     }
 
     pub fn new(
@@ -142,9 +147,11 @@ impl CasterSet {
         casters: &Casters<'_>,
         inputs: &HostInputs<'_>,
     ) -> Result<Self, Error> {
-        let &Casters { particles, triangles, materials, textures, in_order, .. } = casters;
+        let &Casters { particles, triangles, grids, materials, textures, in_order } = casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
+        let bricks = UploadedBricks::new(&mut allocator, queue, grids)?;
+        let particles = &*bricks.bricks().among(particles);
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
         let layouts: Vec<_> = materials.iter().map(layout).collect();
         let (mut particle_order, particle_ranges) =
@@ -204,6 +211,7 @@ impl CasterSet {
                 blue_first,
                 &absorptions(materials, triangles),
             ),
+            bricks,
             particle_ranges,
             triangle_ranges,
             features,

@@ -19,7 +19,10 @@ impl CasterSet {
     /// casters, materials or textures, other sizes of textures, casters of another class, or particles that
     /// have drifted so far apart that they need new groups.
     pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
-        let &Casters { particles, triangles, materials, textures, in_order, .. } = casters;
+        let &Casters { particles, triangles, grids, materials, textures, in_order } = casters;
+        let Some(new_bricks) = self.bricks.update(queue, grids) else { return false };
+        let first_brick = particles.len();
+        let particles = &*self.bricks.bricks().among(particles);
         if self.uploaded.in_order != in_order
             || !self.is_laid_out_as(particles, triangles, materials, textures)
         {
@@ -30,7 +33,11 @@ impl CasterSet {
         self.add_emitted_features();
         self.dither_window = window(materials);
         self.owners = asks_for_owners(materials);
-        self.update_casters(queue, particles, triangles, materials, &is_new)
+        let is_new_brick = |particle: u32| {
+            let brick = (particle as usize).checked_sub(first_brick);
+            brick.is_some_and(|brick| new_bricks[brick])
+        };
+        self.update_casters(queue, particles, triangles, materials, &is_new, is_new_brick)
     }
 
     /// Whether every caster and texture keeps its place in the upload.
@@ -95,7 +102,7 @@ impl CasterSet {
         new_material
     }
 
-    /// Updates the casters; returns false if particles have drifted too far apart.
+    /// Updates the casters; `is_new_brick`: whether a particle stands for a brick that changed. Returns false if particles have drifted too far apart.
     fn update_casters(
         &mut self,
         queue: &wgpu::Queue,
@@ -103,6 +110,7 @@ impl CasterSet {
         triangles: &[Triangle],
         materials: &[Material],
         new_material: &[bool],
+        is_new_brick: impl Fn(u32) -> bool,
     ) -> bool {
         let Self { uploaded, groups, .. } = self;
         let changed_at = next_generation();
@@ -125,7 +133,8 @@ impl CasterSet {
                 replace(records, &uploaded.particle_order[range], |i| {
                     let particle = &particles[i as usize];
                     let material = particle.material as usize;
-                    (Caster::new(particle, &materials[material]), new_material[material])
+                    let must = new_material[material] || is_new_brick(i);
+                    (Caster::new(particle, &materials[material]), must)
                 })
             };
             if is_new {
