@@ -132,7 +132,7 @@ impl Field {
             let away = Vec2::from_angle(chance.within(0.0, TAU)) * chance.unit().sqrt();
             // The first is in the middle and the highest.
             let away = if i == 0 { Vec2::ZERO } else { away * (0.86 - radius) };
-            let height = 0.9 - radius - away.length() * chance.within(0.5, 0.9);
+            let height = 0.74 - radius - away.length() * chance.within(0.5, 0.9);
             (Vec3::new(away.x, height.max(0.18), away.y), radius)
         };
         let heaps = (0..11).map(&mut heap).collect();
@@ -182,11 +182,11 @@ impl Field {
                 let center = Vec3::new(0.0, 0.3 + 0.25 * (1.0 - (-0.7 * age).exp()), 0.0);
                 let from = (part * Vec3::new(1.0, 2.0, 1.0) - center * 2.0) / grown.max(1e-3);
                 let away = from.length();
-                if 0.8 - away + 0.5 * MOST <= 0.0 {
+                if 0.8 - away + 0.6 * MOST <= 0.0 {
                     return 0.0;
                 }
                 let at = from * 2.2 - Vec3::Y * 0.5 * age;
-                let body = 0.8 - away + 0.5 * self.billows(at, 0.5 * age);
+                let body = 0.8 - away + 0.6 * self.billows(at, 0.5 * age);
                 // The shell is denser than the middle.
                 let hollow = 0.35 + 0.65 * smooth(away);
                 smooth(body / 0.35) * hollow / (1.0 + 1.5 * age)

@@ -10,7 +10,7 @@ use super::{
     volume_frame::{Content, Frame, numbered},
 };
 use crate::model::{Density, Grid, Material, Motion, Scene, Shape, moved};
-use glam::{Affine3A, DMat4, IVec3, Vec3};
+use glam::{Affine3A, DMat4, IVec3, UVec3, Vec3};
 use std::{
     collections::HashSet,
     path::{Path, PathBuf},
@@ -86,7 +86,11 @@ fn thickness(grid: &Grid) -> f64 {
         let last = (brick.origin + edges - 1).div_euclid(size);
         columns.extend((first.x..=last.x).flat_map(|x| (first.z..=last.z).map(move |z| (x, z))));
         sum += match &brick.density {
-            Density::Voxels(voxels) => voxels.values().map(f64::from).sum::<f64>() * 512.0 / 729.0,
+            Density::Voxels(voxels) => {
+                // The last ones are the first of other bricks.
+                let own = |i: u32| UVec3::new(i % 8, i / 8 % 8, i / 64);
+                (0..512).map(|i| f64::from(voxels.at(own(i)))).sum::<f64>()
+            }
             Density::Constant { density, .. } => {
                 f64::from(*density) * edges.as_dvec3().element_product()
             }

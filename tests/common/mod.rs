@@ -4,6 +4,7 @@ pub(crate) mod compare;
 pub(crate) mod files;
 pub(crate) mod grid_truth;
 pub(crate) mod scenes;
+pub(crate) mod vdb;
 pub(crate) mod windows;
 
 pub(crate) use gobo::internals::gpu::Tier;

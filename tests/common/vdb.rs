@@ -164,7 +164,7 @@ impl Out {
             self.number(packing | u32::from(self.format.masked) << 1);
         }
         self.number(1);
-        ["class", "string", grid.class].map(|text| self.text(text));
+        ["class", "string", grid.class].into_iter().for_each(|text| self.text(text));
         self.text(grid.transform.0);
         self.put(&grid.transform.1);
         if grid.instance_of.is_empty() {
@@ -323,8 +323,7 @@ fn zipped(plain: &[u8]) -> Vec<u8> {
 /// A Blosc frame of one block: bytes sorted by their place in a number, in a stream each if there are enough.
 fn blosc(plain: &[u8], number: usize) -> Vec<u8> {
     let count = plain.len() / number;
-    let sorted: Vec<u8> =
-        (0..plain.len()).map(|i| plain[i % count * number + i / count]).collect();
+    let sorted: Vec<u8> = (0..plain.len()).map(|i| plain[i % count * number + i / count]).collect();
     let mut streams = Vec::new();
     for stream in sorted.chunks(if count >= 128 { count } else { plain.len() }) {
         let mut packed = vec![0; lz4_flex::block::get_maximum_output_size(stream.len())];

@@ -186,23 +186,29 @@ fn joined(mut boxes: Vec<Brick>) -> Vec<Brick> {
         Density::Constant { size, density } => (size, density),
         Density::Voxels(_) => unreachable!("boxes have one density"),
     };
-    for axis in 0..3 {
-        let [beside, behind] = [(axis + 1) % 3, (axis + 2) % 3];
-        boxes.sort_unstable_by_key(|brick| {
-            let (size, density) = of(brick);
-            let sides = [beside, behind].map(|i| (brick.origin[i], size[i]));
-            (density.to_bits(), sides, brick.origin[axis])
-        });
-        boxes.dedup_by(|next, brick| {
-            let ((next_size, next_density), (size, density)) = (of(next), of(brick));
-            let is_next = |i: usize| next.origin[i] == brick.origin[i] && next_size[i] == size[i];
-            let touches = brick.origin[axis] + size[axis] as i32 == next.origin[axis];
-            let joins = density == next_density && is_next(beside) && is_next(behind) && touches;
-            if joins && let Density::Constant { size, .. } = &mut brick.density {
-                size[axis] += next_size[axis];
-            }
-            joins
-        });
+    let mut count = usize::MAX;
+    while boxes.len() < count {
+        count = boxes.len();
+        for axis in 0..3 {
+            let [beside, behind] = [(axis + 1) % 3, (axis + 2) % 3];
+            boxes.sort_unstable_by_key(|brick| {
+                let (size, density) = of(brick);
+                let sides = [beside, behind].map(|i| (brick.origin[i], size[i]));
+                (density.to_bits(), sides, brick.origin[axis])
+            });
+            boxes.dedup_by(|next, brick| {
+                let ((next_size, next_density), (size, density)) = (of(next), of(brick));
+                let is_next =
+                    |i: usize| next.origin[i] == brick.origin[i] && next_size[i] == size[i];
+                let touches = brick.origin[axis] + size[axis] as i32 == next.origin[axis];
+                let joins =
+                    density == next_density && is_next(beside) && is_next(behind) && touches;
+                if joins && let Density::Constant { size, .. } = &mut brick.density {
+                    size[axis] += next_size[axis];
+                }
+                joins
+            });
+        }
     }
     boxes
 }
