@@ -3,9 +3,9 @@ use crate::records::{BrickRecord, Bricks, GpuView, GridRecord};
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
 
 /// Offset of the two points of Gauss from the middle of a cell's part, of its length: `1 / sqrt(12)`.
-const GAUSS: f32 = 0.288_675_13;
+pub const GAUSS: f32 = 0.288_675_13;
 /// Least way along an axis, so that no ray is parallel to a face [voxels].
-const LEAST_WAY: f32 = 1e-20;
+pub const LEAST_WAY: f32 = 1e-20;
 
 /// The part of a ray inside a brick.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@ pub mod air;
 mod area;
 pub mod bin;
 pub mod blur;
-mod brick;
+pub mod brick;
 pub mod caster_hit;
 pub mod cluster;
 pub mod curve;

@@ -15,7 +15,11 @@ pub const SLACK: f32 = 1.0 / 64.0;
 pub const MIN_COSINE: f32 = 0.05;
 /// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
 /// farthest.
-const BRICK_NEAR: f32 = 1e-3;
+pub const BRICK_NEAR: f32 = 1e-3;
+/// Share by which a brick's edges may be off a right angle.
+pub const SQUARE: f32 = 1e-4;
+/// Rounding of a brick's least distance, a share of the distances that it is made of.
+pub const DISTANCE_ROUNDING: f32 = 1e-4;
 
 /// Result of `project` for one caster in one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +104,8 @@ pub(super) fn project_caster(
     let half = view.size * 0.5;
     // Half the diagonal of a quad reaches beyond its radius.
     let corner = if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 };
-    let is_puff = shape == Shape::Puff as u32;
+    // A sphere, or a box that is inside it.
+    let is_round = shape == Shape::Puff as u32 || half_edges.is_some();
     let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * center.length();
     let (texel, radius, grow, mut bounds, depth_reach);
     if view.perspective == 0.0 {
@@ -110,7 +115,7 @@ pub(super) fn project_caster(
         radius = projected * grow;
         let reach = Vec2::splat(radius * corner);
         bounds = TexelBox { min: texel - reach, max: texel + reach };
-        depth_reach = if is_puff { caster.radius * grow } else { 0.0 };
+        depth_reach = if is_round { caster.radius * grow } else { 0.0 };
     } else if is_beside {
         texel = half;
         grow = (MIN_RADIUS * distance / (caster.radius * view.scale)).max(1.0);
@@ -118,7 +123,7 @@ pub(super) fn project_caster(
         let away = center.length().max(f32::MIN_POSITIVE);
         let reach = radius * corner;
         let sphere =
-            if is_puff { radius } else { reach / (1.0 + reach / away * (reach / away)).sqrt() };
+            if is_round { radius } else { reach / (1.0 + reach / away * (reach / away)).sqrt() };
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
         bounds = TexelBox {
@@ -126,7 +131,7 @@ pub(super) fn project_caster(
             max: Vec2::new(x.y, y.y) * view.scale + half,
         };
         let sine = center.truncate().length() / away;
-        depth_reach = if is_puff { radius } else { reach * sine };
+        depth_reach = if is_round { radius } else { reach * sine };
     } else {
         let slope = Vec2::new(center.x, -center.y) / distance;
         texel = slope * view.scale + half;
@@ -136,7 +141,7 @@ pub(super) fn project_caster(
         let grown = caster.radius * grow;
         radius = grown / (distance * len2.sqrt());
         let reach = radius * corner;
-        let sine = if is_puff { reach } else { reach / (1.0 + reach * reach).sqrt() };
+        let sine = if is_round { reach } else { reach / (1.0 + reach * reach).sqrt() };
         let sphere = sine * distance * len2.sqrt();
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
@@ -145,12 +150,12 @@ pub(super) fn project_caster(
             max: Vec2::new(x.y, y.y) * view.scale + half,
         };
         depth_reach =
-            if is_puff { grown } else { grown * corner * (1.0 - 1.0 / len2).max(0.0).sqrt() };
+            if is_round { grown } else { grown * corner * (1.0 - 1.0 / len2).max(0.0).sqrt() };
     }
     let mut nearest = (distance - depth_reach - view.near) / range;
     let mut farthest = (distance + depth_reach - view.near) / range;
     // The nearest point of a plane that faces the light is its centre.
-    let mut least = center.length() - if is_puff { depth_reach } else { 0.0 };
+    let mut least = center.length() - if is_round { depth_reach } else { 0.0 };
     if let Some(half_edges) = &half_edges {
         let extent = BrickExtent::new(view, half_edges, center);
         // Elsewhere the box of the sphere around it holds.
@@ -208,10 +213,6 @@ struct BrickExtent {
 impl BrickExtent {
     /// `half_edges`: of the box, world space [m]; `center` of the box in view space [m].
     fn new(view: &GpuView, half_edges: &[Vec3; 3], center: Vec3) -> Self {
-        /// Share by which edges may be off a right angle.
-        const SQUARE: f32 = 1e-4;
-        /// Rounding of the least distance, a share of the distances that it is made of.
-        const ROUNDING: f32 = 1e-4;
         let [x, y, z] = half_edges.map(|edge| view.view_from_world.transform_vector3(edge));
         let reach = x.z.abs() + y.z.abs() + z.z.abs();
         let mut bounds = TexelBox { min: Vec2::splat(1e30), max: Vec2::splat(-1e30) };
@@ -232,7 +233,7 @@ impl BrickExtent {
         } else {
             away - (x.abs() + y.abs() + z.abs()).length()
         };
-        let rounding = ROUNDING * (away + lengths.element_sum());
+        let rounding = DISTANCE_ROUNDING * (away + lengths.element_sum());
         let along = [-center.z - reach, -center.z + reach];
         Self { bounds, along, least: (least - rounding).max(0.0) }
     }

@@ -97,15 +97,15 @@ impl Line {
         (to - from).max(0.0) * self.way.length()
     }
 
-    /// Integral of a brick's density between two places, in ways.
-    pub(crate) fn integral(&self, grid: &Grid, brick: &Brick, ways: [f64; 2]) -> Option<Inside> {
+    /// Stretches of the line in cells of a brick, in ways, and the integral of density along each [m].
+    fn parts(&self, grid: &Grid, brick: &Brick, ways: [f64; 2]) -> Vec<([f64; 2], f64)> {
         let index = index_from_world(grid);
         let start = index.transform_point3(self.start) - brick.origin.as_dvec3();
         let way = index.transform_vector3(self.way);
         let size = brick.size().as_dvec3();
         let [from, to] = self.clipped(start, way, DVec3::ZERO, size, ways);
         if from >= to {
-            return None;
+            return Vec::new();
         }
         let mut cuts = vec![from, to];
         if constant_size(brick).is_none() {
@@ -115,24 +115,41 @@ impl Line {
             }
             cuts.sort_by(f64::total_cmp);
         }
-        let parts: Vec<_> = cuts
-            .windows(2)
-            .map(|cut| {
-                let at = |part: f64| start + way * (cut[0] + (cut[1] - cut[0]) * part);
-                let cell = at(0.5).floor();
-                let value = |part: f64| density(brick, cell, at(part));
-                let mean = (value(0.0) + 4.0 * value(0.5) + value(1.0)) / 6.0;
-                (cut[0], mean * (cut[1] - cut[0]) * self.way.length())
-            })
-            .collect();
+        let part = |cut: &[f64]| {
+            let at = |part: f64| start + way * (cut[0] + (cut[1] - cut[0]) * part);
+            let cell = at(0.5).floor();
+            let value = |part: f64| density(brick, cell, at(part));
+            let mean = (value(0.0) + 4.0 * value(0.5) + value(1.0)) / 6.0;
+            ([cut[0], cut[1]], mean * (cut[1] - cut[0]) * self.way.length())
+        };
+        cuts.windows(2).map(part).collect()
+    }
+
+    /// Integral of a brick's density between two places, in ways.
+    pub(crate) fn integral(&self, grid: &Grid, brick: &Brick, ways: [f64; 2]) -> Option<Inside> {
+        let parts = self.parts(grid, brick, ways);
         let integral: f64 = parts.iter().map(|part| part.1).sum();
         let after = |share: f64| {
             let mut sum = 0.0;
-            parts.iter().find_map(|&(begins, own)| {
+            parts.iter().find_map(|&([begins, _], own)| {
                 sum += own;
                 (sum > integral * share).then_some(begins)
             })
         };
         Some(Inside { integral, begins: after(0.0)?, begins_surely: after(SURE)? })
+    }
+
+    /// Integrals of density up to `count` depths in the middle of as many equal parts of `ways` [m]; between faces of
+    /// cells linear.
+    pub(crate) fn optical_depths(&self, grid: &Grid, ways: [f32; 2], count: usize) -> Vec<f64> {
+        let ways = ways.map(f64::from);
+        let parts = grid.bricks.iter().flat_map(|brick| self.parts(grid, brick, ways));
+        let parts: Vec<_> = parts.filter(|part| part.1 > 0.0).collect();
+        let up_to = |number: usize| {
+            let end = ways[0] + (ways[1] - ways[0]) * (number as f64 + 0.5) / count as f64;
+            let share = |[from, to]: [f64; 2]| ((end - from) / (to - from)).clamp(0.0, 1.0);
+            parts.iter().map(|&(stretch, own)| own * share(stretch)).sum()
+        };
+        (0..count).map(up_to).collect()
     }
 }

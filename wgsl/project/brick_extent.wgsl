@@ -6,7 +6,7 @@ import package::records::view::GpuView;
 // Share by which edges may be off a right angle.
 const SQUARE: f32 = 1e-4;
 // Rounding of the least distance, a share of the distances that it is made of.
-const ROUNDING: f32 = 1e-4;
+const DISTANCE_ROUNDING: f32 = 1e-4;
 
 struct BrickExtent {
     lo: vec2<f32>,    // box in the map [texels], where `nearest` is in front of the eye
@@ -43,6 +43,6 @@ fn brick_extent(view: GpuView, brick: Brick, center: vec3<f32>) -> BrickExtent {
     } else {
         all.least = away - length(abs(x) + abs(y) + abs(z));
     }
-    all.least = max(all.least - ROUNDING * (away + lengths.x + lengths.y + lengths.z), 0.0);
+    all.least = max(all.least - DISTANCE_ROUNDING * (away + lengths.x + lengths.y + lengths.z), 0.0);
     return all;
 }

@@ -77,7 +77,9 @@ fn project_particles(
     let distance = -center.z;
     let range = view.far - view.near;
     let half_size = view.size * 0.5;
-    let is_puff = material.shape == SHAPE_PUFF;
+    let is_brick = HAS_BRICKS && material.shape == SHAPE_BRICK;
+    // A sphere, or a box that is inside it.
+    let is_round = material.shape == SHAPE_PUFF || is_brick;
     let is_quad = material.shape == SHAPE_QUAD;
     let corner = select(1.0, SQRT_2, is_quad); // half a quad's diagonal reaches beyond its radius
     let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * length(center);
@@ -94,19 +96,19 @@ fn project_particles(
         radius = projected * grow;
         lo = texel - radius * corner;
         hi = texel + radius * corner;
-        depth_reach = select(0.0, caster_radius * grow, is_puff);
+        depth_reach = select(0.0, caster_radius * grow, is_round);
     } else if is_beside {
         texel = half_size;
         grow = max(MIN_RADIUS * distance / (caster_radius * view.scale), 1.0);
         radius = caster_radius * grow;
         let away = max(length(center), MIN_DISTANCE);
         let reach = radius * corner;
-        let sphere = select(reach / sqrt(1.0 + reach / away * (reach / away)), radius, is_puff);
+        let sphere = select(reach / sqrt(1.0 + reach / away * (reach / away)), radius, is_round);
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
         lo = vec2(x.x, y.x) * view.scale + half_size;
         hi = vec2(x.y, y.y) * view.scale + half_size;
-        depth_reach = select(reach * (length(center.xy) / away), radius, is_puff);
+        depth_reach = select(reach * (length(center.xy) / away), radius, is_round);
     } else {
         let slope = vec2(center.x, -center.y) / distance;
         texel = slope * view.scale + half_size;
@@ -116,19 +118,18 @@ fn project_particles(
         let grown = caster_radius * grow;
         radius = grown / (distance * sqrt(len2));
         let reach = radius * corner;
-        let sine = select(reach / sqrt(1.0 + reach * reach), reach, is_puff);
+        let sine = select(reach / sqrt(1.0 + reach * reach), reach, is_round);
         let sphere = sine * distance * sqrt(len2);
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
         lo = vec2(x.x, y.x) * view.scale + half_size;
         hi = vec2(x.y, y.y) * view.scale + half_size;
-        depth_reach = select(grown * corner * sqrt(max(1.0 - 1.0 / len2, 0.0)), grown, is_puff);
+        depth_reach = select(grown * corner * sqrt(max(1.0 - 1.0 / len2, 0.0)), grown, is_round);
     }
     var nearest = (distance - depth_reach - view.near) / range;
     var farthest = (distance + depth_reach - view.near) / range;
     // The nearest point of a plane that faces the light is its centre.
-    var least = length(center) - select(0.0, depth_reach, is_puff);
-    let is_brick = HAS_BRICKS && material.shape == SHAPE_BRICK;
+    var least = length(center) - select(0.0, depth_reach, is_round);
     if is_brick {
         let extent = brick_extent(view, brick_of(look.w), center);
         // Elsewhere the box of the sphere around it holds.

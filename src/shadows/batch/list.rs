@@ -16,7 +16,7 @@ use crate::{
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams},
-        features::Features,
+        features::{Features, Flags},
         project::{self, grid},
     },
 };
@@ -110,8 +110,11 @@ impl List {
             .resources(views)
             .with("bin_params", &params)
             .with("counters", counters.buffer());
+        // Of these kernels, only `project` depends on kinds.
+        let bricks = plan.features.has(Flags::HAS_BRICKS);
+        let features = Features::NONE.with(Flags::HAS_BRICKS, bricks);
         let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
-            kernels.dispatch(desc, Features::NONE, resources, groups)
+            kernels.dispatch(desc, features, resources, groups)
         };
 
         let mut clear = Commands::new();
