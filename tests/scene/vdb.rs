@@ -349,3 +349,44 @@ fn values_that_are_no_densities_are_counted() {
     assert_eq!([1.0, 2.0, 3.0, 4.0, 5.0].map(at), [1.0, 0.0, 0.0, 0.0, 0.0]);
     assert!(scene.grids[0].bounds().min.cmplt(Vec3::ONE).all());
 }
+
+/// Bytes changed, cut out, duplicated: each file gives an answer soon, and a grid that is read is valid.
+#[test]
+fn mutated_files_do_not_panic() {
+    let grid = lumpy("Tree_float_5_4_3", 0.5);
+    let packings = [Packing::Plain, Packing::Zip, Packing::Blosc];
+    let seeds = packings
+        .map(|packing| file(Format { packing, ..Format::default() }, std::slice::from_ref(&grid)));
+    let mut chance = Chance::new(7);
+    let mut below = |end: usize| ((chance.unit() * end as f32) as usize).min(end - 1);
+    let (mut read, mut refused) = (0, 0);
+    for i in 0..240 {
+        let mut bytes = seeds[i % 3].clone();
+        for _ in 0..=below(3) {
+            // Heads are short, and decide what all else means.
+            let at = below(if below(2) == 0 { 400 } else { bytes.len() });
+            let end = (at + 1 + below(9)).min(bytes.len());
+            match below(4) {
+                0 => bytes[at] = below(256) as u8,
+                1 => bytes[at..end].fill(255),
+                2 => drop(bytes.drain(at..end)),
+                _ => {
+                    let more = bytes[at..end].to_vec();
+                    bytes.splice(at..at, more);
+                }
+            }
+        }
+        match load_as(&bytes, "") {
+            Ok(scene) => {
+                read += 1;
+                assert!(scene.grids[0].problem().is_none());
+                assert!(scene.grids[0].bricks.iter().all(|brick| brick.problem().is_none()));
+            }
+            Err(error) => {
+                refused += 1;
+                assert!(error.to_string().contains("smoke.vdb") && error.help().is_some());
+            }
+        }
+    }
+    assert!(read > 20 && refused > 60, "{read} read, {refused} refused");
+}
