@@ -104,8 +104,10 @@ impl Allocator<'_> {
         let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
         let texels = size.to_array().map(u64::from).iter().product::<u64>();
         self.memory.add(name, texels * texel);
-        let usage =
-            TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
+        let usage = TextureUsages::TEXTURE_BINDING
+            | TextureUsages::STORAGE_BINDING
+            | TextureUsages::COPY_DST
+            | TextureUsages::COPY_SRC;
         Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(name),
             size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: size.z },

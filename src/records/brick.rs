@@ -6,6 +6,8 @@ use std::borrow::Cow;
 
 /// Texels of a [`BrickRecord`].
 pub const BRICK_TEXELS: u32 = 2;
+/// Size of a brick's slot in `voxels` [texels]: a texel has the voxels of four lines along x.
+pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
 /// Records of bricks that a [`GridRecord`] takes the place of.
 const GRID_RECORDS: u32 = 3;
 /// [`BrickRecord::density`] of a brick with voxels of its own.
@@ -103,7 +105,7 @@ impl Bricks {
                         all.voxels.push(voxels.clone());
                         let (row, layer) = (slot / slots.x, slot / slots.x / slots.y);
                         let place = UVec3::new(slot % slots.x, row % slots.y, layer);
-                        (place * BRICK_EDGE as u32, OWN_VOXELS)
+                        (place * SLOT_SIZE, OWN_VOXELS)
                     }
                     &Density::Constant { size, density } => (size, density),
                 };
@@ -127,7 +129,7 @@ impl Bricks {
 
     /// The voxels of a brick that has some.
     pub fn voxels_of(&self, brick: &BrickRecord) -> &Voxels {
-        let place = brick.place / BRICK_EDGE as u32;
+        let place = brick.place / SLOT_SIZE;
         &self.voxels[((place.z * self.slots.y + place.y) * self.slots.x + place.x) as usize]
     }
 

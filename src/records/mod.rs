@@ -32,7 +32,7 @@ pub use area::{
     level_size,
 };
 pub use blue::{BLUE_SIZE, blue_ranks};
-pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord};
+pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, SLOT_SIZE};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,

@@ -309,8 +309,8 @@ fn a_ball_of_voxels() {
 #[test]
 fn scattered_bricks() {
     let mut scene = scene_of(kinds()[0], lump());
-    scene.grids[0].world_from_index.matrix3 *= 0.12;
-    scene.grids[0].factor /= 0.12;
+    scene.grids[0].world_from_index.matrix3 *= 0.6;
+    scene.grids[0].factor /= 0.6;
     hold_view(&mut scene, WALL);
     let view = &shadow_views(&scene)[0];
     let expected = render(&scene, view);

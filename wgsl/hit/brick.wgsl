@@ -43,14 +43,11 @@ fn index_ray(view: GpuView, grid: Grid, texel: vec2<f32>) -> IndexRay {
     return IndexRay(to_world(view, start) * grid.index_from_world, safe, 1.0 / safe, length(along));
 }
 
-fn voxel(texel: vec3<u32>, x: u32, y: u32, z: u32) -> f32 {
-    return textureLoad(voxels, texel + vec3(x, y, z), 0).r;
-}
-
-// Sum of the density at two places in a cell, whose lowest voxel is at `texel`.
+// Sum of the density at two places in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
+// and the next in y, in z and in both.
 fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
-    let low = vec4(voxel(texel, 0u, 0u, 0u), voxel(texel, 0u, 1u, 0u), voxel(texel, 0u, 0u, 1u), voxel(texel, 0u, 1u, 1u));
-    let high = vec4(voxel(texel, 1u, 0u, 0u), voxel(texel, 1u, 1u, 0u), voxel(texel, 1u, 0u, 1u), voxel(texel, 1u, 1u, 1u));
+    let low = textureLoad(voxels, texel, 0);
+    let high = textureLoad(voxels, texel + vec3(1u, 0u, 0u), 0);
     let rise = high - low;
     let at_a = low + rise * a.x;
     let at_b = low + rise * b.x;

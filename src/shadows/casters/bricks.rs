@@ -4,20 +4,19 @@ use crate::{
     error::Error,
     gpu::Allocator,
     model::{BRICK_EDGE, Brick, Grid},
-    records::{BRICK_TEXELS, Bricks},
+    records::{BRICK_TEXELS, Bricks, SLOT_SIZE},
 };
 use glam::UVec3;
 
-/// Edge of a slot of the atlas [texels].
-const EDGE: u32 = BRICK_EDGE as u32;
-/// Size of a voxel [bytes].
-const VOXEL_BYTES: u32 = 2;
+/// Size of a texel of the atlas, which has four voxels [bytes].
+const TEXEL_BYTES: u32 = 8;
 
 /// Bricks as uploaded.
 #[derive(Debug)]
 pub(super) struct UploadedBricks {
     pub records: wgpu::Texture,
-    /// Voxels, a slot of 9 x 9 x 9 texels for each brick that has some.
+    /// Voxels, a slot of 9 x 8 x 8 texels for each brick that has some. A texel has four: its own, and the next in y, in
+    /// z and in both, so that two loads have all of a cell.
     pub voxels: wgpu::Texture,
     slots: UVec3,
     bricks: Bricks,
@@ -37,12 +36,13 @@ impl UploadedBricks {
         queue: &wgpu::Queue,
         grids: &[Grid],
     ) -> Result<Self, Error> {
-        let most = allocator.device.limits().max_texture_dimension_3d / EDGE;
+        let most = allocator.device.limits().max_texture_dimension_3d / SLOT_SIZE.x;
         let all = grids.iter().flat_map(|grid| &grid.bricks);
         let slots = slots(all.filter_map(Brick::voxels).count() as u32, most);
         let bricks = Bricks::new(grids, slots.truncate());
         let records = upload(allocator, queue, "bricks", &bricks.records, BRICK_TEXELS, 0)?;
-        let voxels = allocator.volume("voxels", wgpu::TextureFormat::R16Float, slots * EDGE)?;
+        let voxels =
+            allocator.volume("voxels", wgpu::TextureFormat::Rgba16Float, slots * SLOT_SIZE)?;
         let new = Self { records, voxels, slots, bricks, grids: grids.to_vec() };
         (0..new.row_count()).for_each(|row| new.write_row(queue, row));
         Ok(new)
@@ -91,13 +91,22 @@ impl UploadedBricks {
     fn write_row(&self, queue: &wgpu::Queue, row: u32) {
         let slots = &self.bricks.voxels[(row * self.slots.x) as usize..];
         let slots = &slots[..slots.len().min(self.slots.x as usize)];
-        let lines = (0..EDGE * EDGE).flat_map(|line| {
-            let line = (line * EDGE) as usize;
-            slots.iter().flat_map(move |voxels| &voxels.bits()[line..line + BRICK_EDGE])
-        });
-        let halves: Vec<u16> = lines.copied().collect();
-        let width = slots.len() as u32 * EDGE;
-        let (y, z) = (row % self.slots.y * EDGE, row / self.slots.y * EDGE);
+        let lines = (0..SLOT_SIZE.z).flat_map(|z| (0..SLOT_SIZE.y).map(move |y| (y, z)));
+        let place = |x: u32, y: u32, z: u32| {
+            ((z as usize * BRICK_EDGE) + y as usize) * BRICK_EDGE + x as usize
+        };
+        let mut halves = Vec::with_capacity(slots.len() * SLOT_SIZE.element_product() as usize * 4);
+        for (y, z) in lines {
+            for voxels in slots {
+                for x in 0..SLOT_SIZE.x {
+                    let next = [(y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)];
+                    halves.extend(next.map(|(y, z)| voxels.bits()[place(x, y, z)]));
+                }
+            }
+        }
+        let width = slots.len() as u32 * SLOT_SIZE.x;
+        let y = row % self.slots.y * SLOT_SIZE.y;
+        let z = row / self.slots.y * SLOT_SIZE.z;
         queue.write_texture(
             wgpu::TexelCopyTextureInfo {
                 origin: wgpu::Origin3d { x: 0, y, z },
@@ -106,10 +115,10 @@ impl UploadedBricks {
             bytemuck::cast_slice(&halves),
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(width * VOXEL_BYTES),
-                rows_per_image: Some(EDGE),
+                bytes_per_row: Some(width * TEXEL_BYTES),
+                rows_per_image: Some(SLOT_SIZE.y),
             },
-            wgpu::Extent3d { width, height: EDGE, depth_or_array_layers: EDGE },
+            wgpu::Extent3d { width, height: SLOT_SIZE.y, depth_or_array_layers: SLOT_SIZE.z },
         );
     }
 }
