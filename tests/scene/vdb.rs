@@ -364,7 +364,8 @@ fn mutated_files_do_not_panic() {
         let mut bytes = seeds[i % 3].clone();
         for _ in 0..=below(3) {
             // Heads are short, and decide what all else means.
-            let at = below(if below(2) == 0 { 400 } else { bytes.len() });
+            let span = if below(2) == 0 { 400 } else { bytes.len() };
+            let at = below(span);
             let end = (at + 1 + below(9)).min(bytes.len());
             match below(4) {
                 0 => bytes[at] = below(256) as u8,
