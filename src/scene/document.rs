@@ -11,7 +11,6 @@ use super::{
     rig::Placement,
     shapes::{self, KindOfShape},
     track::Mode,
-    volumes::MOST_FACTOR,
 };
 use crate::model::{
     Air, ClusterSettings, Light, MaskSettings, Material, ShadowSettings, Sky, emission::Emitter,
@@ -208,6 +207,8 @@ impl VolumeTable {
     }
 }
 
+/// Largest factor of a density [1/m].
+pub(super) const MOST_FACTOR: f32 = 1e6;
 /// Most files of a sequence.
 const MOST_FRAMES: u32 = 100_000;
 

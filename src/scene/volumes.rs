@@ -1,7 +1,7 @@
 //! Volumes of a scene: grids of voxels that files have, or that are generated.
 use super::{
     SceneError,
-    document::VolumeTable,
+    document::{MOST_FACTOR, VolumeTable},
     limits::Limit,
     loader::Loader,
     loader_files::add_skipped,
@@ -100,8 +100,6 @@ fn thickness(grid: &Grid) -> f64 {
     if columns.is_empty() { 0.0 } else { sum * height / (64 * columns.len()) as f64 }
 }
 
-/// Largest factor of a density [1/m].
-pub(super) const MOST_FACTOR: f32 = 1e6;
 /// Optical depth along y at which a volume that is rendered on its own is neither thin nor black.
 const USUAL_THICKNESS: f64 = 4.0;
 
