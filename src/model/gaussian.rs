@@ -21,7 +21,7 @@ pub enum GaussianOpacity {
 
 /// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow. Fainter ones end at a 256th of
 /// their own opacity, so that many of them lose less than 0.4 % of their shadow.
-const FAINTEST: f32 = 1.0 / 1024.0;
+const FAINTEST: f32 = 1.0 / 2048.0;
 const LEAST_SHARE: f32 = 1.0 / 256.0;
 /// Where the densest medium ends, squared [standard deviations].
 const MAX_REACH: f32 = 64.0;

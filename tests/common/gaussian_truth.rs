@@ -5,7 +5,7 @@ use gobo::{
 };
 
 /// Panels of the quadrature, and how far it goes [standard deviations].
-const PANELS: u32 = 400;
+const PANELS: u32 = 64;
 const FARTHEST: f64 = 12.0;
 
 /// A ray's meeting with a Gaussian: `start + way t`.
@@ -36,6 +36,9 @@ pub(crate) fn meet(
         GaussianOpacity::Medium { density } => {
             let deviation = 1.0 / along.length();
             let (low, high) = (t - FARTHEST * deviation, t + FARTHEST * deviation);
+            if share(t) < (-0.5 * FARTHEST * FARTHEST).exp() {
+                return Meeting { alpha: 0.0, t, deviation };
+            }
             let (low, high) = (low.max(ends[0]), high.min(ends[1]));
             let tau = f64::from(density) * opacity * way.length() * simpson(low, high, share);
             Meeting { alpha: 1.0 - (-tau).exp(), t, deviation }
