@@ -1,8 +1,8 @@
 //! The scene: everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Environment, Grid, IRRADIANCE, Light,
-    MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
-    emission::Emission,
+    Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, Grid,
+    IRRADIANCE, Light, MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture,
+    Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -36,6 +36,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
+    /// Anisotropic Gaussians.
+    pub gaussians: Vec<Gaussian>,
     /// Emitters whose particles a device simulates: they are not among [`Self::particles`]. See
     /// [`Self::simulate_on_device`].
     pub emissions: Vec<Emission>,
@@ -91,9 +93,6 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// Farthest coordinate of a scene [m]: past it neighbouring `f32` are a metre apart.
-pub(crate) const FARTHEST: f32 = 1e7;
-
 /// Reasons in [`Scene::skipped`] of what motions leave out at the present time.
 pub(crate) mod moved {
     pub(crate) const PARTICLE: &str = "particle moved too far";
@@ -138,17 +137,20 @@ impl Scene {
     pub fn bounds(&self) -> Bounds {
         let particles =
             self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
-        let emitted = self.emissions.iter().fold(particles, |b, e| b.with(&e.bounds()));
+        let gaussians = self.gaussians.iter().fold(particles, |b, g| {
+            b.with(&g.bounds(self.materials[g.material as usize].gaussian))
+        });
+        let emitted = self.emissions.iter().fold(gaussians, |b, e| b.with(&e.bounds()));
         let emitted = self.grids.iter().fold(emitted, |b, grid| b.with(&grid.bounds()));
         self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
     pub fn casters(&self) -> Casters<'_> {
-        let Self { particles, triangles, grids, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, materials, textures, .. } = self;
         // A frame must not depend on how particles were grouped in the one before.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
-        Casters { particles, triangles, grids, materials, textures, in_order }
+        Casters { particles, gaussians, triangles, grids, materials, textures, in_order }
     }
 
     /// Frames per second where frames are numbered.
@@ -218,6 +220,7 @@ impl Default for Scene {
             materials: Vec::new(),
             textures: Vec::new(),
             particles: Vec::new(),
+            gaussians: Vec::new(),
             emissions: Vec::new(),
             triangles: Vec::new(),
             grids: Vec::new(),

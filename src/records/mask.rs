@@ -252,6 +252,10 @@ fn tinting_bounds(scene: &Scene) -> Bounds {
     let is = |material: u32| tints.get(material as usize).copied().unwrap_or(false);
     let particles = scene.particles.iter().filter(|particle| is(particle.material));
     let bounds = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+    let gaussians = scene.gaussians.iter().filter(|gaussian| is(gaussian.material));
+    let bounds = gaussians.fold(bounds, |b, gaussian| {
+        b.with(&gaussian.bounds(scene.materials[gaussian.material as usize].gaussian))
+    });
     let emissions = scene.emissions.iter().filter(|emission| is(emission.emitter.material));
     let bounds = emissions.fold(bounds, |b, emission| b.with(&emission.bounds()));
     let grids = scene.grids.iter().filter(|grid| is(grid.material));

@@ -2,13 +2,15 @@
 use super::{
     accumulate::FIXED_ONE,
     brick::{Passage, passage},
+    gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
 };
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
-        BACK_BIT, BrickRecord, Bricks, Caster, Footprint, GpuView, TRIANGLE_BIT, TriangleSetup,
+        BACK_BIT, BrickRecord, Bricks, Caster, Footprint, GaussianAxes, GaussianSetup, GpuView,
+        MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
         dither::{Place, cell, threshold},
@@ -24,6 +26,8 @@ pub struct Records<'a> {
     pub view: &'a GpuView,
     pub casters: &'a [Caster],
     pub bricks: &'a Bricks,
+    pub axes: &'a [GaussianAxes],
+    pub gaussians: &'a [GaussianSetup],
     pub setups: &'a [TriangleSetup],
     pub materials: &'a [Material],
     /// Absorption coefficient of each material [1/m].
@@ -101,6 +105,7 @@ pub struct Target<'a> {
 enum Form<'a> {
     Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
     Puff { facing: Facing, footprint: Footprint, color: Vec3, alpha: f32 },
+    Gaussian { footprint: Footprint, setup: &'a GaussianSetup, is_medium: bool },
     Brick { brick: &'a BrickRecord, color: Vec3 },
     Triangle(&'a TriangleSetup),
 }
@@ -116,6 +121,13 @@ impl<'a> Target<'a> {
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
+        if material.shape == Shape::Gaussian {
+            let setup = &records.gaussians[footprint.red_green as usize];
+            let is_medium = caster.material_rotation & MEDIUM_BIT != 0;
+            let form = Form::Gaussian { footprint: *footprint, setup, is_medium };
+            let id = records.axes[caster.id as usize].id;
+            return Self { records, material, id, form, place: (Vec2::ZERO, f32::INFINITY) };
+        }
         let facing = Facing::new(records.view, footprint, caster.rotation());
         let (color, (base, slope)) = (footprint.color(), footprint.opacity());
         let form = match material.shape {
@@ -126,7 +138,9 @@ impl<'a> Target<'a> {
             Shape::Brick => {
                 Form::Brick { brick: &records.bricks.records[caster.id as usize], color }
             }
-            Shape::Disc | Shape::Quad => Form::Facing { facing, color, base, slope },
+            Shape::Disc | Shape::Quad | Shape::Gaussian => {
+                Form::Facing { facing, color, base, slope }
+            }
         };
         Self { records, material, id: caster.id, form, place: place(Some(material.shape)) }
     }
@@ -151,6 +165,10 @@ impl<'a> Target<'a> {
             Form::Puff { ref footprint, color, alpha, .. } => {
                 let chord = chord(self.records.view, footprint, texel, opaque_depth);
                 chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
+            }
+            Form::Gaussian { ref footprint, setup, is_medium } => {
+                let (view, transfer) = (self.records.view, self.material.transfer);
+                gaussian_hit(view, footprint, setup, is_medium, transfer, texel, opaque_depth)
             }
             Form::Brick { brick, color } => self.brick_hit(brick, color, texel, opaque_depth),
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
@@ -193,6 +211,11 @@ impl<'a> Target<'a> {
             // Grids are not opaque.
             Form::Brick { .. } => (Vec2::ZERO, Vec2::ONE),
             Form::Triangle(setup) => setup.own(texel),
+            Form::Gaussian { ref footprint, setup, .. } => {
+                let [a, b, c] = setup.whitening.to_array();
+                let met = approach(self.records.view, footprint, setup, texel);
+                (met.place, Vec2::new(a.abs().max(b.abs()), c.abs()))
+            }
             Form::Facing { facing, .. } | Form::Puff { facing, .. } => {
                 let met = facing.hit(self.records.view, texel);
                 let step = |axis: Vec2| axis.abs().max_element();

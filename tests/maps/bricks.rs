@@ -1,5 +1,5 @@
 //! Bricks of grids: CPU reference and both tiers against closed forms and a march in 64 bits.
-use super::brute_force::assert_agrees;
+use super::{brute_force::assert_agrees, forms::assert_forms_agree};
 use crate::common::{
     TIERS, Tier,
     brute_force::render,
@@ -383,5 +383,53 @@ fn grids_that_cannot_be_used_are_named() {
             problem.contains(expected) && problem.is_empty() == expected.is_empty(),
             "{problem}"
         );
+    }
+}
+
+#[test]
+fn forms_of_bricks_agree() {
+    let mut scene = scene_of(kinds()[1], lump());
+    assert_forms_agree("bricks", &scene);
+    scene.shadow.receiver = Receiver::Curve;
+    assert_forms_agree("curves of bricks", &scene);
+}
+
+/// A row of bricks on one tile, longer than a segment, each of eight cells: llvmpipe ends loops after 65,535 turns, also
+/// those over cells. In curves it is one segment.
+#[test]
+fn a_row_of_bricks() {
+    const COUNT: i32 = 2500;
+    let voxels = Voxels::new(|place| if place.x % 2 == 0 { 1.0 } else { 0.5 });
+    let brick = |i| Brick { origin: IVec3::Z * 8 * i, density: Density::Voxels(voxels.clone()) };
+    let grid = Grid {
+        world_from_index: Affine3A::from_scale(Vec3::new(1.0, 1.0, 1e-3)),
+        bricks: (0..COUNT).map(brick).collect(),
+        factor: 0.1,
+        extinction: Vec3::new(1.0, 0.5, 0.2),
+        material: BRICK,
+    };
+    let mut scene = scene_of(LightKind::Directional { direction: Vec3::NEG_Z }, grid);
+    scene.shadow.size = 16;
+    for receiver in [Receiver::Nearest, Receiver::Curve] {
+        scene.shadow.receiver = receiver;
+        let view = &shadow_views(&scene)[0];
+        let length = 8e-3 * f64::from(COUNT);
+        for tier in TIERS {
+            let maps = &map_frame(tier, &scene).maps[0];
+            let mut inside = 0;
+            for (i, filter) in (0..).zip(&maps.filter) {
+                let x = texel_line(view, i).start.truncate();
+                if x.min_element() < 0.0 || x.max_element() > 8.0 {
+                    continue;
+                }
+                inside += 1;
+                // Between voxels of density 1 and 1/2 along x.
+                let density = 1.0 - 0.5 * (1.0 - ((x.x % 2.0) - 1.0).abs());
+                let expected = (-0.1 * density * length * DVec3::new(1.0, 0.5, 0.2)).map(f64::exp);
+                let error = (Vec3::from_array(*filter).as_dvec3() - expected).abs().max_element();
+                assert!(error <= SUMMED.filter, "{receiver:?} {tier:?}: {filter:?} {expected}");
+            }
+            assert!(inside > 16, "{inside}");
+        }
     }
 }

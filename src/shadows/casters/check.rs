@@ -8,7 +8,7 @@ use crate::{
 impl Casters<'_> {
     /// Checks that all indices are in range and all positions finite.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { particles, triangles, grids, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, materials, textures, .. } = self;
         if materials.len() > MAX_MATERIALS {
             return Err(Error::Limit {
                 limit: "materials of a scene",
@@ -28,7 +28,19 @@ impl Casters<'_> {
             Particle { radius, .. } if !(*radius > 0.0 && radius.is_finite()) => {
                 Some("its radius must be above 0 and finite")
             }
+            Particle { material, .. } if materials[*material as usize].shape == Shape::Gaussian => {
+                Some("its material's shape is that of Gaussians")
+            }
             _ => None,
+        })?;
+        find(Input::Gaussian, gaussians, |gaussian| {
+            let Some(material) = materials.get(gaussian.material as usize) else {
+                return Some(no_material);
+            };
+            if material.shape != Shape::Gaussian {
+                return Some("its material's shape must be `Gaussian`");
+            }
+            gaussian.problem(material.transfer.max_color(), material.gaussian)
         })?;
         find(Input::Triangle, triangles, |triangle| match triangle {
             Triangle { material, .. } if !known(*material) => Some(no_material),
