@@ -5,8 +5,13 @@ override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 override HAS_PUFFS: bool = true;
+override HAS_GAUSSIANS: bool = true;
+// Some Gaussians absorb along the ray, as media.
+override HAS_MEDIA: bool = true;
 // Shapes other than discs and triangles.
 override HAS_QUADS: bool = true;
+// Bricks of grids of voxels.
+override HAS_BRICKS: bool = false;
 // Some caster may amplify light: sums have both signs, and saturation does not end a walk.
 override HAS_GAIN: bool = false;
 // Some caster adds light: order-dependent blending, without an early-out at saturation.

@@ -5,6 +5,9 @@
 //! to out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
 mod mutate;
 mod seeds;
+#[path = "../../tests/common/vdb.rs"]
+#[allow(dead_code, reason = "tests write more kinds of files")]
+mod vdb;
 
 use gobo::scene::{self, generate::Chance};
 use std::{

@@ -1,5 +1,9 @@
 //! Seed files: scenes of the project, and small files of each other kind.
-use super::Reader;
+use super::{
+    Reader,
+    vdb::{Format, Packing, VdbGrid, file},
+};
+use gobo::glam::IVec3;
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use std::{
     fmt::Write as _,
@@ -40,6 +44,7 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
             "ply",
             vec![ply("ascii"), ply("binary_little_endian"), ply("binary_big_endian")],
         ),
+        alone("vdb", "vdb", vdb()),
         alone("gltf", "gltf", vec![gltf()]),
         alone("glb", "glb", vec![glb(&gltf()), glass]),
         textured("png", "png", picture(ImageFormat::Png)?),
@@ -47,6 +52,18 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
         textured("webp", "webp", picture(ImageFormat::WebP)?),
         surroundings,
     ])
+}
+
+/// A few voxels and a tile, written in each way.
+fn vdb() -> Vec<Vec<u8>> {
+    let mut grid = VdbGrid::default();
+    for i in 0..40 {
+        grid.set(IVec3::new(i * 7 % 19, i * 5 % 17, i * 3 % 11) - 4, i as f32 / 8.0);
+    }
+    grid.tiles.insert(([128, 0, 0], 128), (0.25, true));
+    let packings = [Packing::Plain, Packing::Zip, Packing::Blosc];
+    let written = |packing| file(Format { packing, ..Format::default() }, &[grid.clone()]);
+    packings.map(written).into()
 }
 
 fn scenes(root: &Path) -> io::Result<Vec<Vec<u8>>> {

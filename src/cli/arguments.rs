@@ -24,12 +24,12 @@ pub(crate) enum Command {
     Bench(BenchArguments),
     /// Read and validate a scene; no GPU is touched
     Check {
-        /// A .toml, .glb, .gltf or .ply file
+        /// A .toml, .glb, .gltf, .ply or .vdb file
         scene: PathBuf,
     },
     /// Write a scene with all files that it names as one archive, for other machines
     Pack {
-        /// A .toml, .glb, .gltf, .ply or .csv file
+        /// A .toml, .glb, .gltf, .ply, .csv or .vdb file
         scene: PathBuf,
         /// The archive to write
         #[arg(short, value_name = "SCENE.zip")]
@@ -89,7 +89,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArguments {
-    /// A .toml, .glb, .gltf or .ply file
+    /// A .toml, .glb, .gltf, .ply or .vdb file
     pub(crate) scene: PathBuf,
     /// The folder to write to
     #[arg(short, default_value = "out", value_name = "DIR")]
@@ -145,7 +145,7 @@ pub(crate) struct RenderArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct LightArguments {
-    /// A .toml, .glb, .gltf or .ply file
+    /// A .toml, .glb, .gltf, .ply or .vdb file
     pub(crate) scene: PathBuf,
     /// `NumPy` array of 32-bit floats: N x 3 positions [m], or N x 6 positions and unit normals
     #[arg(long, value_name = "P.npy")]

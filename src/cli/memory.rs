@@ -59,8 +59,12 @@ impl Needs {
         // rectangles and setups of the picture as well.
         let [particle, triangle] = if self.backend_is_cpu { [256, 640] } else { [32, 128] };
         let emitted: u64 = scene.motions.iter().map(|motion| motion.most_particles()).sum();
-        let casters = particle * (scene.particles.len() as u64 + emitted)
-            + triangle * scene.triangles.len() as u64;
+        // Voxels of a brick on the device, or as the scene has them, and its own record.
+        let brick = if self.backend_is_cpu { 1536 } else { 4672 };
+        let bricks: u64 = scene.grids.iter().map(|grid| grid.bricks.len() as u64).sum();
+        let casters = particle * (scene.particles.len() as u64 + emitted + bricks)
+            + triangle * scene.triangles.len() as u64
+            + brick * bricks;
         bytes = bytes.saturating_add(casters);
         if self.picture {
             bytes = bytes.saturating_add(self.of_picture(scene));

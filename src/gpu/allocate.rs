@@ -1,5 +1,6 @@
 //! Allocation of buffers and textures, each counted by name and checked against the device's limits.
 use crate::{error::Error, records::ROW};
+use glam::UVec3;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Bytes by buffer or texture name, in order of allocation.
@@ -89,6 +90,34 @@ impl Allocator<'_> {
         usage: TextureUsages,
     ) -> Result<wgpu::Texture, Error> {
         self.texture_with_levels(name, format, size, 1, usage)
+    }
+
+    /// A volume texture of width, height and depth [texels].
+    pub fn volume(
+        &mut self,
+        name: &'static str,
+        format: TextureFormat,
+        size: UVec3,
+    ) -> Result<wgpu::Texture, Error> {
+        let edge = u64::from(self.device.limits().max_texture_dimension_3d);
+        check("max_texture_dimension_3d", edge, u64::from(size.max_element()))?;
+        let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
+        let texels = size.to_array().map(u64::from).iter().product::<u64>();
+        self.memory.add(name, texels * texel);
+        let usage = TextureUsages::TEXTURE_BINDING
+            | TextureUsages::STORAGE_BINDING
+            | TextureUsages::COPY_DST
+            | TextureUsages::COPY_SRC;
+        Ok(self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(name),
+            size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: size.z },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format,
+            usage,
+            view_formats: &[],
+        }))
     }
 
     /// As [`Self::texture`], with `levels` of ever half the size.

@@ -91,9 +91,15 @@ pub enum Input {
     /// A particle of [`Casters`](crate::Casters).
     #[error("particle")]
     Particle,
+    /// A Gaussian of [`Casters`](crate::Casters).
+    #[error("Gaussian")]
+    Gaussian,
     /// A triangle of [`Casters`](crate::Casters).
     #[error("triangle")]
     Triangle,
+    /// A grid of [`Casters`](crate::Casters).
+    #[error("grid")]
+    Grid,
     /// A material of [`Casters`](crate::Casters).
     #[error("material")]
     Material,

@@ -119,6 +119,7 @@ fn access(word: &str) -> Option<Access> {
 fn dimension(texture: &str) -> Option<TextureViewDimension> {
     Some(match texture {
         "texture_2d" | "texture_storage_2d" => TextureViewDimension::D2,
+        "texture_3d" | "texture_storage_3d" => TextureViewDimension::D3,
         "texture_2d_array" | "texture_storage_2d_array" => TextureViewDimension::D2Array,
         _ => return None,
     })

@@ -1,5 +1,5 @@
 //! Casters: materials, particles and triangles.
-use crate::model::Pattern;
+use crate::model::{Gaussian, GaussianOpacity, Grid, Pattern};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
@@ -57,6 +57,12 @@ pub enum Shape {
     Quad,
     /// A sphere that absorbs along the chord of the ray.
     Puff,
+    /// An anisotropic [`Gaussian`]: not of particles, which have one radius.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    Gaussian,
+    /// A box of a [`Grid`], not of particles: it absorbs by its density.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    Brick,
 }
 
 /// Falloff of a disc's opacity at distance `q` from its centre, for radius `r`.
@@ -100,6 +106,11 @@ pub struct Material {
     pub shape: Shape,
     /// Profile of its discs.
     pub profile: Profile,
+    /// Meaning of its Gaussians' opacity.
+    pub gaussian: GaussianOpacity,
+    /// Whether its Gaussians filter light as if they were black, whatever their own colour: a neutral shadow
+    /// of their opacity.
+    pub neutral: bool,
     /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
     /// Index into [`crate::model::Scene::textures`].
@@ -142,6 +153,8 @@ impl Default for Material {
             transfer: Transfer::Filter,
             shape: Shape::Disc,
             profile: Profile::Soft,
+            gaussian: GaussianOpacity::Splat,
+            neutral: false,
             tint: Vec4::ONE,
             texture: None,
             reflectivity: 0.0,
@@ -174,6 +187,11 @@ impl Material {
             && self.transfer == Transfer::Filter
             && self.reflectivity == 0.0
             && self.texture.is_none()
+    }
+
+    /// Whether its Gaussians absorb along the ray.
+    pub fn is_medium(&self) -> bool {
+        self.shape == Shape::Gaussian && matches!(self.gaussian, GaussianOpacity::Medium { .. })
     }
 
     /// Opacity of a caster of opacity `alpha`, without texture or profile.
@@ -288,13 +306,17 @@ pub struct Texture {
 
 /// The casters, in world space. Positions are 32-bit floats with 24 bits of precision: a host with a large
 /// world gives them and the views relative to a point near the camera (10 km away, rounding is 1 mm).
-/// Particles and triangles name their material by its index, and materials their texture.
+/// Particles, Gaussians and triangles name their material by its index, and materials their texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Casters<'a> {
     /// Discs, quads and puffs.
     pub particles: &'a [Particle],
+    /// Anisotropic Gaussians.
+    pub gaussians: &'a [Gaussian],
     /// Triangles of meshes.
     pub triangles: &'a [Triangle],
+    /// Grids of voxels.
+    pub grids: &'a [Grid],
     /// Materials, at most 512.
     pub materials: &'a [Material],
     /// Textures that materials sample.
@@ -303,4 +325,12 @@ pub struct Casters<'a> {
     /// they are sorted so that neighbours share a group, and views cull whole groups; a host whose
     /// particles are already spatially coherent saves that sort.
     pub in_order: bool,
+}
+
+impl Casters<'_> {
+    /// Particles, Gaussians, triangles and bricks.
+    pub(crate) fn count(&self) -> u64 {
+        let bricks: usize = self.grids.iter().map(|grid| grid.bricks.len()).sum();
+        (self.particles.len() + self.gaussians.len() + self.triangles.len() + bricks) as u64
+    }
 }

@@ -8,7 +8,7 @@ pub type Skipped = BTreeMap<&'static str, u64>;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Counters {
-    /// Particles and triangles in the scene.
+    /// Particles, triangles and bricks in the scene.
     pub casters: u64,
     /// Shadow views whose maps were rendered.
     pub views_rendered: u64,

@@ -11,6 +11,8 @@ pub mod emission;
 pub mod emitter;
 mod environment;
 pub mod fluid;
+mod gaussian;
+mod grid;
 mod hash;
 mod light;
 mod look_up;
@@ -24,6 +26,7 @@ pub mod volume;
 
 pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Source};
 pub use bounds::Bounds;
+pub(crate) use bounds::FARTHEST;
 pub use camera::{Camera, InvalidCamera};
 pub(crate) use caster::FAINTEST;
 pub use caster::{
@@ -37,13 +40,17 @@ pub use dither::Pattern;
 pub use environment::{
     Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
 };
+pub use gaussian::{Gaussian, GaussianOpacity, reach_squared};
+pub use grid::{
+    BRICK_EDGE, BRICK_SIZE, BRICK_VALUES, Brick, Density, Grid, MAX_BRICK_SIZE, MAX_INDEX, Voxels,
+};
 pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
 #[cfg(feature = "scene")]
-pub(crate) use scene::{FARTHEST, moved};
+pub(crate) use scene::moved;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
     Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,

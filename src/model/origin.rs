@@ -34,6 +34,12 @@ impl Scene {
         for particle in &mut self.particles {
             particle.center -= by;
         }
+        for gaussian in &mut self.gaussians {
+            gaussian.center -= by;
+        }
+        for grid in &mut self.grids {
+            grid.world_from_index.translation -= glam::Vec3A::from(by);
+        }
         for corner in self.triangles.iter_mut().flat_map(|triangle| &mut triangle.positions) {
             *corner -= by;
         }
@@ -55,7 +61,9 @@ impl Scene {
             return None;
         }
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        let mut radii: Vec<f32> = self.particles.iter().map(|particle| particle.radius).collect();
+        let radii = self.particles.iter().map(|particle| particle.radius);
+        let deviations = self.gaussians.iter().map(|gaussian| gaussian.sigma.max_element());
+        let mut radii: Vec<f32> = radii.chain(deviations).collect();
         radii.sort_unstable_by(f32::total_cmp);
         // Without particles, the edge of a map's texel is the size.
         // Nor where shares of them must have the same origin.

@@ -1,7 +1,8 @@
 //! The scene: everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, MaskSettings,
-    Material, Particle, ShadowSettings, Skipped, Texture, Triangle, emission::Emission,
+    Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, Grid,
+    IRRADIANCE, Light, MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture,
+    Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -35,11 +36,15 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
+    /// Anisotropic Gaussians.
+    pub gaussians: Vec<Gaussian>,
     /// Emitters whose particles a device simulates: they are not among [`Self::particles`]. See
     /// [`Self::simulate_on_device`].
     pub emissions: Vec<Emission>,
     /// Triangles of meshes and shapes, world space.
     pub triangles: Vec<Triangle>,
+    /// Grids of voxels.
+    pub grids: Vec<Grid>,
     /// Bounds of casters that are left out, but have the views fitted to them as well: those of other shares.
     pub around: Bounds,
     /// Ambient radiance if there is no environment: linear rgb.
@@ -90,16 +95,17 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// Farthest coordinate of a scene [m]: past it neighbouring `f32` are a metre apart.
-pub(crate) const FARTHEST: f32 = 1e7;
-
 /// Reasons in [`Scene::skipped`] of what motions leave out at the present time.
 pub(crate) mod moved {
     pub(crate) const PARTICLE: &str = "particle moved too far";
     pub(crate) const TRIANGLE: &str = "triangle moved too far";
     /// Of a light or the camera.
     pub(crate) const NODE: &str = "light or camera moved too far";
-    pub(super) const ALL: [&str; 3] = [PARTICLE, TRIANGLE, NODE];
+    /// Of a volume whose file cannot be read at that time.
+    pub(crate) const FRAME: &str = "file of a volume's frame not read";
+    /// Of a volume at that time.
+    pub(crate) const VOXEL: &str = "voxel of a volume's frame below 0 or not finite";
+    pub(super) const ALL: [&str; 5] = [PARTICLE, TRIANGLE, NODE, FRAME, VOXEL];
 }
 
 impl Scene {
@@ -133,16 +139,20 @@ impl Scene {
     pub fn bounds(&self) -> Bounds {
         let particles =
             self.particles.iter().fold(self.around, |b, p| b.with_sphere(p.center, p.radius));
-        let emitted = self.emissions.iter().fold(particles, |b, e| b.with(&e.bounds()));
+        let gaussians = self.gaussians.iter().fold(particles, |b, g| {
+            b.with(&g.bounds(self.materials[g.material as usize].gaussian))
+        });
+        let emitted = self.emissions.iter().fold(gaussians, |b, e| b.with(&e.bounds()));
+        let emitted = self.grids.iter().fold(emitted, |b, grid| b.with(&grid.bounds()));
         self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
     pub fn casters(&self) -> Casters<'_> {
-        let Self { particles, triangles, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, materials, textures, .. } = self;
         // A frame must not depend on how particles were grouped in the one before.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
-        Casters { particles, triangles, materials, textures, in_order }
+        Casters { particles, gaussians, triangles, grids, materials, textures, in_order }
     }
 
     /// Frames per second where frames are numbered.
@@ -212,8 +222,10 @@ impl Default for Scene {
             materials: Vec::new(),
             textures: Vec::new(),
             particles: Vec::new(),
+            gaussians: Vec::new(),
             emissions: Vec::new(),
             triangles: Vec::new(),
+            grids: Vec::new(),
             around: Bounds::EMPTY,
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),

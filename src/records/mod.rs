@@ -6,11 +6,13 @@
 mod air;
 mod area;
 mod blue;
+mod brick;
 mod caster;
 mod cluster;
 mod convert;
 mod emitter;
 mod footprint;
+mod gaussian;
 mod host;
 mod import;
 mod layout;
@@ -32,6 +34,7 @@ pub use area::{
     level_size,
 };
 pub use blue::{BLUE_SIZE, blue_ranks};
+pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, SLOT_SIZE};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
@@ -39,9 +42,10 @@ pub use cluster::{
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
 pub use emitter::{EmissionParams, EmitterParams, GpuEmitted, STEPS_AT_ONCE};
 pub use footprint::{
-    CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
-    TileRect,
+    CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, GAUSSIAN_MARK, INVISIBLE, MIN_RADIUS,
+    TRIANGLE_BIT, TileRect,
 };
+pub use gaussian::{GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT};
 pub use host::{CullParams, DIAGONAL, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};

@@ -1,11 +1,16 @@
 //! CPU reference of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
+    brick::{Passage, passage},
+    gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
 };
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
-    records::{BACK_BIT, Caster, FIXED_ONE, Footprint, GpuView, TRIANGLE_BIT, TriangleSetup},
+    records::{
+        BACK_BIT, BrickRecord, Bricks, Caster, FIXED_ONE, Footprint, GaussianAxes, GaussianSetup,
+        GpuView, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
+    },
     reference::{
         dither::{Place, cell, threshold},
         project::SLACK,
@@ -19,6 +24,9 @@ use glam::{IVec3, Vec2, Vec3};
 pub struct Records<'a> {
     pub view: &'a GpuView,
     pub casters: &'a [Caster],
+    pub bricks: &'a Bricks,
+    pub axes: &'a [GaussianAxes],
+    pub gaussians: &'a [GaussianSetup],
     pub setups: &'a [TriangleSetup],
     pub materials: &'a [Material],
     /// Absorption coefficient of each material [1/m].
@@ -41,7 +49,7 @@ pub struct Hit {
     pub opacity: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
-    /// Light depth from which the whole hit is in front: for a puff, where the ray leaves it.
+    /// Light depth from which the whole hit is in front: for a puff or a brick, where the ray leaves it.
     pub end: f32,
 }
 
@@ -96,6 +104,8 @@ pub struct Target<'a> {
 enum Form<'a> {
     Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
     Puff { facing: Facing, footprint: Footprint, color: Vec3, alpha: f32 },
+    Gaussian { footprint: Footprint, setup: &'a GaussianSetup, is_medium: bool },
+    Brick { brick: &'a BrickRecord, color: Vec3 },
     Triangle(&'a TriangleSetup),
 }
 
@@ -110,13 +120,26 @@ impl<'a> Target<'a> {
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
+        if material.shape == Shape::Gaussian {
+            let setup = &records.gaussians[footprint.red_green as usize];
+            let is_medium = caster.material_rotation & MEDIUM_BIT != 0;
+            let form = Form::Gaussian { footprint: *footprint, setup, is_medium };
+            let id = records.axes[caster.id as usize].id;
+            return Self { records, material, id, form, place: (Vec2::ZERO, f32::INFINITY) };
+        }
         let facing = Facing::new(records.view, footprint, caster.rotation());
         let (color, (base, slope)) = (footprint.color(), footprint.opacity());
-        let form = if material.shape == Shape::Puff {
-            let alpha = (base + slope).min(1.0);
-            Form::Puff { facing, footprint: *footprint, color, alpha }
-        } else {
-            Form::Facing { facing, color, base, slope }
+        let form = match material.shape {
+            Shape::Puff => {
+                let alpha = (base + slope).min(1.0);
+                Form::Puff { facing, footprint: *footprint, color, alpha }
+            }
+            Shape::Brick => {
+                Form::Brick { brick: &records.bricks.records[caster.id as usize], color }
+            }
+            Shape::Disc | Shape::Quad | Shape::Gaussian => {
+                Form::Facing { facing, color, base, slope }
+            }
         };
         Self { records, material, id: caster.id, form, place: place(Some(material.shape)) }
     }
@@ -142,6 +165,11 @@ impl<'a> Target<'a> {
                 let chord = chord(self.records.view, footprint, texel, opaque_depth);
                 chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
             }
+            Form::Gaussian { ref footprint, setup, is_medium } => {
+                let (view, transfer) = (self.records.view, self.material.transfer);
+                gaussian_hit(view, footprint, setup, is_medium, transfer, texel, opaque_depth)
+            }
+            Form::Brick { brick, color } => self.brick_hit(brick, color, texel, opaque_depth),
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
         hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
@@ -179,7 +207,14 @@ impl<'a> Target<'a> {
         let (pattern, scale) = (self.material.pattern, self.material.pattern_scale);
         let (own, step) = match self.form {
             _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
+            // Grids are not opaque.
+            Form::Brick { .. } => (Vec2::ZERO, Vec2::ONE),
             Form::Triangle(setup) => setup.own(texel),
+            Form::Gaussian { ref footprint, setup, .. } => {
+                let [a, b, c] = setup.whitening.to_array();
+                let met = approach(self.records.view, footprint, setup, texel);
+                (met.place, Vec2::new(a.abs().max(b.abs()), c.abs()))
+            }
             Form::Facing { facing, .. } | Form::Puff { facing, .. } => {
                 let met = facing.hit(self.records.view, texel);
                 let step = |axis: Vec2| axis.abs().max_element();
@@ -214,6 +249,30 @@ impl<'a> Target<'a> {
         // Base and slope are rounded to f16 each: their sum may exceed 1.
         let opacity = (base + slope * alpha).min(1.0);
         Some(self.optics(opacity, color, met.depth))
+    }
+
+    fn brick_hit(
+        &self,
+        brick: &BrickRecord,
+        color: Vec3,
+        texel: Vec2,
+        opaque_depth: f32,
+    ) -> Option<Hit> {
+        let Records { view, bricks, .. } = self.records;
+        let range = view.far - view.near;
+        let end = view.near + opaque_depth * range;
+        let Passage { first, last, tau } = passage(view, bricks, brick, texel, end)?;
+        let absorbed = tau.map(|tau| -(-tau).exp_m1());
+        let at = |along: f32| (along - view.near) / range;
+        Some(Hit {
+            light: (-tau).map(f32::exp),
+            absorbed,
+            added: Vec3::ZERO,
+            color,
+            opacity: absorbed.max_element(),
+            depth: at(first),
+            end: at(last),
+        })
     }
 
     fn triangle_hit(&self, setup: &TriangleSetup, texel: Vec2) -> Option<Hit> {
@@ -254,7 +313,7 @@ fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let corner = if shape == Shape::Quad { std::f32::consts::SQRT_2 } else { 1.0 };
     let mut reach = footprint.radius * corner;
     if view.perspective > 0.0 {
-        if shape == Shape::Puff {
+        if matches!(shape, Shape::Puff | Shape::Brick) {
             // A sphere's cone has its radius over distance as sine, not as tangent.
             reach = if reach < 1.0 { reach / (1.0 - reach * reach).sqrt() } else { f32::INFINITY };
         }

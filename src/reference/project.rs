@@ -13,6 +13,13 @@ pub const SLACK: f32 = 1.0 / 64.0;
 /// A particle is *beside* the view if its depth along the axis is below this share of its distance from the
 /// light: its centre has no position in the map.
 pub const MIN_COSINE: f32 = 0.05;
+/// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
+/// farthest.
+pub const BRICK_NEAR: f32 = 1e-3;
+/// Share by which a brick's edges may be off a right angle.
+pub const SQUARE: f32 = 1e-4;
+/// Rounding of a brick's least distance, a share of the distances that it is made of.
+pub const DISTANCE_ROUNDING: f32 = 1e-4;
 
 /// Result of `project` for one caster in one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,9 +66,9 @@ pub fn scatter_texel(center: Vec2) -> Vec2 {
 
 /// A box in the map, centre to centre inclusive [texels].
 #[derive(Clone, Copy, Debug)]
-struct TexelBox {
-    min: Vec2,
-    max: Vec2,
+pub(super) struct TexelBox {
+    pub(super) min: Vec2,
+    pub(super) max: Vec2,
 }
 
 /// Depth key: quantised monotonically, so that a smaller depth never has a larger key.
@@ -78,6 +85,18 @@ pub fn project_particle(
     material: &GpuMaterial,
     params: ProjectParams,
 ) -> Projected {
+    project_caster(view, view_index, (caster, caster_id), material, None, params)
+}
+
+/// Like [`project_particle`]; `half_edges`: of a brick's box, world space [m].
+pub(super) fn project_caster(
+    view: &GpuView,
+    view_index: u32,
+    (caster, caster_id): (&Caster, u32),
+    material: &GpuMaterial,
+    half_edges: Option<[Vec3; 3]>,
+    params: ProjectParams,
+) -> Projected {
     let shape = material.shape;
     let center = view.view_from_world.transform_point3(caster.center);
     let distance = -center.z;
@@ -85,9 +104,10 @@ pub fn project_particle(
     let half = view.size * 0.5;
     // Half the diagonal of a quad reaches beyond its radius.
     let corner = if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 };
-    let is_puff = shape == Shape::Puff as u32;
+    // A sphere, or a box that is inside it.
+    let is_round = shape == Shape::Puff as u32 || half_edges.is_some();
     let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * center.length();
-    let (texel, radius, grow, bounds, depth_reach);
+    let (texel, radius, grow, mut bounds, depth_reach);
     if view.perspective == 0.0 {
         texel = Vec2::new(center.x, -center.y) * view.scale + half;
         let projected = caster.radius * view.scale;
@@ -95,7 +115,7 @@ pub fn project_particle(
         radius = projected * grow;
         let reach = Vec2::splat(radius * corner);
         bounds = TexelBox { min: texel - reach, max: texel + reach };
-        depth_reach = if is_puff { caster.radius * grow } else { 0.0 };
+        depth_reach = if is_round { caster.radius * grow } else { 0.0 };
     } else if is_beside {
         texel = half;
         grow = (MIN_RADIUS * distance / (caster.radius * view.scale)).max(1.0);
@@ -103,7 +123,7 @@ pub fn project_particle(
         let away = center.length().max(f32::MIN_POSITIVE);
         let reach = radius * corner;
         let sphere =
-            if is_puff { radius } else { reach / (1.0 + reach / away * (reach / away)).sqrt() };
+            if is_round { radius } else { reach / (1.0 + reach / away * (reach / away)).sqrt() };
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
         bounds = TexelBox {
@@ -111,7 +131,7 @@ pub fn project_particle(
             max: Vec2::new(x.y, y.y) * view.scale + half,
         };
         let sine = center.truncate().length() / away;
-        depth_reach = if is_puff { radius } else { reach * sine };
+        depth_reach = if is_round { radius } else { reach * sine };
     } else {
         let slope = Vec2::new(center.x, -center.y) / distance;
         texel = slope * view.scale + half;
@@ -121,7 +141,7 @@ pub fn project_particle(
         let grown = caster.radius * grow;
         radius = grown / (distance * len2.sqrt());
         let reach = radius * corner;
-        let sine = if is_puff { reach } else { reach / (1.0 + reach * reach).sqrt() };
+        let sine = if is_round { reach } else { reach / (1.0 + reach * reach).sqrt() };
         let sphere = sine * distance * len2.sqrt();
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
@@ -130,21 +150,28 @@ pub fn project_particle(
             max: Vec2::new(x.y, y.y) * view.scale + half,
         };
         depth_reach =
-            if is_puff { grown } else { grown * corner * (1.0 - 1.0 / len2).max(0.0).sqrt() };
+            if is_round { grown } else { grown * corner * (1.0 - 1.0 / len2).max(0.0).sqrt() };
     }
-    let nearest = (distance - depth_reach - view.near) / range;
-    let front = if params.by_distance && view.perspective > 0.0 {
-        // The nearest point of a plane that faces the light is its centre.
-        view.distance_key(center.length() - if is_puff { depth_reach } else { 0.0 })
-    } else {
-        nearest
-    };
-    let farthest = (distance + depth_reach - view.near) / range;
+    let mut nearest = (distance - depth_reach - view.near) / range;
+    let mut farthest = (distance + depth_reach - view.near) / range;
+    // The nearest point of a plane that faces the light is its centre.
+    let mut least = center.length() - if is_round { depth_reach } else { 0.0 };
+    if let Some(half_edges) = &half_edges {
+        let extent = BrickExtent::new(view, half_edges, center);
+        // Elsewhere the box of the sphere around it holds.
+        if view.perspective == 0.0 || extent.along[0] > BRICK_NEAR * extent.along[1] {
+            bounds = extent.bounds;
+        }
+        [nearest, farthest] = extent.along.map(|along| (along - view.near) / range);
+        least = extent.least;
+    }
+    let by_distance = params.by_distance && view.perspective > 0.0;
+    let front = if by_distance { view.distance_key(least) } else { nearest };
     let unseen = material.transfer == Transfer::None as u32 && !params.include_non_casters;
     if unseen || farthest < 0.0 || nearest > 1.0 {
         return Projected::INVISIBLE;
     }
-    let round = shape != Shape::Quad as u32 && view.perspective == 0.0;
+    let round = shape != Shape::Quad as u32 && half_edges.is_none() && view.perspective == 0.0;
     let circle = if round { radius + SLACK } else { f32::INFINITY };
     // Only tiles can write opaque depths.
     let scatter = params.scatter && material.transfer < Transfer::Opaque as u32 && !is_beside;
@@ -174,9 +201,47 @@ pub fn project_particle(
     Projected { footprint, key, rect }
 }
 
+/// Extent of a brick's box in a view. WGSL: `wgsl/project/brick_extent.wgsl`.
+struct BrickExtent {
+    bounds: TexelBox,
+    /// Along the axis [m].
+    along: [f32; 2],
+    /// Distance of its nearest point from the origin of view space, at most [m].
+    least: f32,
+}
+
+impl BrickExtent {
+    /// `half_edges`: of the box, world space [m]; `center` of the box in view space [m].
+    fn new(view: &GpuView, half_edges: &[Vec3; 3], center: Vec3) -> Self {
+        let [x, y, z] = half_edges.map(|edge| view.view_from_world.transform_vector3(edge));
+        let reach = x.z.abs() + y.z.abs() + z.z.abs();
+        let mut bounds = TexelBox { min: Vec2::splat(1e30), max: Vec2::splat(-1e30) };
+        for i in 0..8 {
+            let sign = |bit: u32| if i & bit == 0 { -1.0 } else { 1.0 };
+            let corner = center + x * sign(1) + y * sign(2) + z * sign(4);
+            let per_metre = if view.perspective > 0.0 { 1.0 / -corner.z } else { 1.0 };
+            let texel = Vec2::new(corner.x, -corner.y) * view.scale * per_metre + view.size * 0.5;
+            bounds = TexelBox { min: bounds.min.min(texel), max: bounds.max.max(texel) };
+        }
+        let lengths = Vec3::new(x.length(), y.length(), z.length());
+        let skew = Vec3::new(x.dot(y), y.dot(z), z.dot(x)).abs()
+            / Vec3::new(lengths.x * lengths.y, lengths.y * lengths.z, lengths.z * lengths.x);
+        let away = center.length();
+        let least = if skew.max_element() < SQUARE {
+            let beside = Vec3::new(center.dot(x), center.dot(y), center.dot(z)).abs() / lengths;
+            (beside - lengths).max(Vec3::ZERO).length()
+        } else {
+            away - (x.abs() + y.abs() + z.abs()).length()
+        };
+        let rounding = DISTANCE_ROUNDING * (away + lengths.element_sum());
+        let along = [-center.z - reach, -center.z + reach];
+        Self { bounds, along, least: (least - rounding).max(0.0) }
+    }
+}
+
 /// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
 /// inside.
-fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
+pub(super) fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
     const ENDLESS: f32 = 1e6;
     let t2 = x * x + distance * distance - sphere * sphere;
     if t2 <= 0.0 {
@@ -192,7 +257,7 @@ fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
 }
 
 /// Tiles whose texel centres may be in `bounds` and within `circle` [texels] of `center`.
-fn tile_rect(
+pub(super) fn tile_rect(
     view: &GpuView,
     view_index: u32,
     bounds: TexelBox,

@@ -28,9 +28,9 @@ fn sums(scene: &SceneRecords<'_>, maps: &ViewMaps) -> Vec<[u32; 4]> {
     let view = maps.view.to_gpu(0, UVec2::ZERO, 0);
     let tiles = maps.view.tiles().element_product();
     let params = ProjectParams { scatter: false, include_non_casters: false, by_distance: false };
-    let ViewCasters { footprints, keys, rects, setups } = scene.project(&view, params);
+    let ViewCasters { footprints, keys, rects, gaussians, setups } = scene.project(&view, params);
     let bins = bin(&depth_order(&keys), &rects, &[view], tiles, u32::MAX);
-    let records = scene.hit_records(&view, &setups);
+    let records = scene.hit_records(&view, &gaussians, &setups);
     let at = |texel: Vec2| (texel.y as u32 * width + texel.x as u32) as usize;
     let of_tiles = each(tiles as usize, |index| {
         let tile = Tile::new(&view, index as u32);

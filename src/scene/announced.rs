@@ -4,7 +4,7 @@
 //! An invalid table or file announces nothing: it is refused when its turn comes.
 use super::{
     SceneError,
-    document::{Document, ShapeTable, TextureSource},
+    document::{Document, ShapeTable, TextureSource, VolumeTable},
     gltf_announced::{self, Announced},
     gltf_file::File,
     images,
@@ -12,12 +12,14 @@ use super::{
     loader::Loader,
     loader_files::MAX_SIDE,
     particles, shapes,
+    volume_frame::Content,
 };
 use std::{
     collections::{HashMap, HashSet},
     ops::Range,
     path::PathBuf,
 };
+use toml::Spanned;
 
 /// What one key adds to a sum.
 struct Part {
@@ -36,6 +38,7 @@ impl Loader<'_> {
     /// Checks that what all tables announce is within the limits.
     pub(super) fn check_announced(&self, document: &Document) -> Result<(), SceneError> {
         self.check_sum(Limit::Particles, &self.particles_announced(document))?;
+        self.check_sum(Limit::Bricks, &self.bricks_announced(document))?;
         let mut triangles: Vec<Part> = document
             .shape
             .iter()
@@ -77,6 +80,23 @@ impl Loader<'_> {
             })?;
         }
         Ok(())
+    }
+
+    fn bricks_announced(&self, document: &Document) -> Vec<Part> {
+        let mut known: HashMap<PathBuf, u64> = HashMap::new();
+        let of_table = |table: &Spanned<VolumeTable>| match table.get_ref() {
+            VolumeTable { generate: Some(cloud), .. } => {
+                Part::new(table.span(), "generate", cloud.most_bricks())
+            }
+            given @ VolumeTable { file: Some(file), .. } => {
+                let content = Content::of_file(self.folder.join(file), given);
+                let path = content.path(0.0);
+                let count = *known.entry(path).or_insert_with_key(|path| content.announced(path));
+                Part::new(table.span(), "file", count)
+            }
+            _ => Part::new(table.span(), "file", 0),
+        };
+        document.volume.iter().map(of_table).collect()
     }
 
     fn particles_announced(&self, document: &Document) -> Vec<Part> {

@@ -149,7 +149,7 @@ impl Motion for Displaced {
 
 /// Gradient noise on an infinite lattice (Perlin 2002); gradients rotate as `age` grows (Perlin and Neyret
 /// 2001).
-fn gradient_noise(at: Vec3, age: f32, seed: u32) -> f32 {
+pub(super) fn gradient_noise(at: Vec3, age: f32, seed: u32) -> f32 {
     let low = at.floor();
     let part = at - low;
     let fade = part * part * part * (part * (part * 6.0 - 15.0) + 10.0);

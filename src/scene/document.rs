@@ -1,6 +1,7 @@
 //! Tables of the scene file. What can be checked without the rest of the scene is.
 use super::{
     SceneError,
+    clouds::Cloud,
     displace::Displace,
     generate::Generate,
     keys::Keys,
@@ -39,6 +40,7 @@ pub(super) struct Document {
     pub emitter: Vec<Spanned<EmitterTable>>,
     pub shape: Vec<Spanned<ShapeTable>>,
     pub mesh: Vec<Spanned<MeshTable>>,
+    pub volume: Vec<Spanned<VolumeTable>>,
     pub animate: Vec<Spanned<AnimateTable>>,
     pub camera: Option<Spanned<CameraTable>>,
 }
@@ -156,6 +158,59 @@ impl MeshTable {
         })
     }
 }
+
+/// A grid of voxels.
+#[derive(Clone, Debug)]
+pub(super) struct VolumeTable {
+    pub file: Option<PathBuf>,
+    /// First and last number of a sequence of files.
+    pub frames: Option<[u32; 2]>,
+    pub generate: Option<Cloud>,
+    /// Name of the grid of densities in the file.
+    pub grid: Option<String>,
+    /// Optical depth of a metre of density 1 [1/m].
+    pub factor: Option<f32>,
+    /// Extinction by channel, relative to `factor`.
+    pub color: Vec3,
+    pub albedo: Vec3,
+    pub casts: bool,
+    pub visible: bool,
+    pub placement: Placement,
+}
+
+impl VolumeTable {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        let density = keys.one("density", |keys| {
+            let factor = keys.number("factor", 0.0..=MOST_FACTOR, "0 to 1e6 per metre")?;
+            Ok((keys.given("grid")?, factor))
+        })?;
+        let (grid, factor) = density.map(Spanned::into_inner).unwrap_or_default();
+        let color = |key| Ok(keys.three(key, 0.0..=1.0, "from 0 to 1")?.unwrap_or(Vec3::ONE));
+        let frames: Option<[u32; 2]> = keys.array("frames")?;
+        if frames.is_some_and(|[first, last]| first > last || last - first >= MOST_FRAMES) {
+            let help = "give the first and the last number, at most 100000 files";
+            return Err(keys.fault("frames", "these are no frames", help));
+        }
+        let generate = keys.one("generate", Cloud::read)?.map(Spanned::into_inner);
+        Ok(Self {
+            file: keys.given("file")?,
+            frames,
+            generate,
+            grid,
+            factor,
+            color: color("color")?,
+            albedo: color("albedo")?,
+            casts: keys.value("casts", true)?,
+            visible: keys.value("visible", true)?,
+            placement: placement(keys)?,
+        })
+    }
+}
+
+/// Largest factor of a density [1/m].
+pub(super) const MOST_FACTOR: f32 = 1e6;
+/// Most files of a sequence.
+const MOST_FRAMES: u32 = 100_000;
 
 fn placement(keys: &Keys<'_>) -> Result<Placement, SceneError> {
     let vector = |key, usual| {

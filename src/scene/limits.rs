@@ -21,6 +21,8 @@ pub enum Limit {
     Particles,
     /// Triangles of shapes and meshes, including degenerate ones.
     Triangles,
+    /// Bricks of 8^3 voxels of all volumes: 0.7 GiB.
+    Bricks,
     /// Nodes of a glTF file; instances and primitives of each count too, and joints of its skin.
     Nodes,
     /// Bytes that compressed meshes of a glTF file hold: 1 GiB.
@@ -34,7 +36,7 @@ pub enum Limit {
 
 impl Limit {
     /// All limits.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Lights,
         Self::Sources,
         Self::Materials,
@@ -42,6 +44,7 @@ impl Limit {
         Self::Texels,
         Self::Particles,
         Self::Triangles,
+        Self::Bricks,
         Self::Nodes,
         Self::Unpacked,
         Self::Keys,
@@ -58,6 +61,7 @@ impl Limit {
             Self::Texels => 1 << 28,
             Self::Particles => 16_000_000,
             Self::Triangles => 8_000_000,
+            Self::Bricks => super::vdb::MOST_NODES as u64,
             Self::Nodes => 1_000_000,
             Self::Unpacked => 1 << 30,
             Self::Keys => 10_000_000,
@@ -75,6 +79,7 @@ impl Limit {
             Self::Texels => "texels of textures",
             Self::Particles => "particles",
             Self::Triangles => "triangles",
+            Self::Bricks => "bricks of volumes",
             Self::Nodes => "nodes of a glTF file",
             Self::Unpacked => "bytes of compressed meshes",
             Self::Keys => "keys and morphed triangles of a glTF file",
@@ -95,6 +100,7 @@ impl Limit {
             Self::Triangles => {
                 "simplify the meshes, use them less often, or lower a sphere's level"
             }
+            Self::Bricks => "use fewer or larger voxels",
             Self::Nodes => "join meshes, or use them less often",
             Self::Unpacked => "simplify the meshes",
             Self::Keys => "use fewer keys or morph targets",

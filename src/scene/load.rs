@@ -3,7 +3,9 @@ use super::{
     Scene, SceneError,
     animate::{Placed, animate},
     defaults,
-    document::{CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable},
+    document::{
+        CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable, VolumeTable,
+    },
     emitters, environment,
     keys::Keys,
     light_tables,
@@ -49,7 +51,7 @@ impl Default for LoadOptions {
     }
 }
 
-/// Reads a `.toml`, `.glb`, `.gltf`, `.ply` or `.csv` file.
+/// Reads a `.toml`, `.glb`, `.gltf`, `.ply`, `.csv` or `.vdb` file.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions::default())
 }
@@ -72,8 +74,9 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         "toml" => scene_text(path)?,
         "glb" | "gltf" => String::new(),
         "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
+        "vdb" => defaults::VOLUME.to_owned(),
         _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply or .csv file";
+            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file";
             let message = format!("no known kind of scene: {extension:?}");
             return Err(SceneError::invalid(path, message, help));
         }
@@ -86,7 +89,10 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let file = if adds_sun { file + defaults::SUN } else { file };
     let text = source::joined(&file, set);
     let source = SceneText::parse(path, &text, file.len(), set)?;
-    let document = document(&source)?;
+    let mut document = document(&source)?;
+    if extension == "vdb" {
+        document.volume.iter_mut().for_each(|table| table.get_mut().file = Some(path.into()));
+    }
     let mut loader = Loader::new(&source, path);
     loader.share = options.share;
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
@@ -200,6 +206,7 @@ pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
             emitter: keys.many("emitter", emitters::table)?,
             shape: keys.many("shape", ShapeTable::read)?,
             mesh: keys.many("mesh", MeshTable::read)?,
+            volume: keys.many("volume", VolumeTable::read)?,
             animate: keys.many("animate", Keys::all)?,
             camera: keys.one("camera", tables::camera)?,
         })

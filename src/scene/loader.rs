@@ -133,6 +133,9 @@ impl<'a> Loader<'a> {
             }
             self.place("mesh", &table.span(), name.as_ref(), moving)?;
         }
+        for table in &document.volume {
+            self.volume(table)?;
+        }
         Ok(())
     }
 

@@ -228,7 +228,7 @@ impl Loader<'_> {
     }
 }
 
-fn add_skipped(sum: &mut Skipped, more: &Skipped) {
+pub(super) fn add_skipped(sum: &mut Skipped, more: &Skipped) {
     for (reason, count) in more {
         *sum.entry(reason).or_default() += count;
     }

@@ -1,6 +1,8 @@
 //! Scene files, for the command line, tests and benches.
 mod animate;
 mod announced;
+#[doc(hidden)]
+pub mod clouds;
 mod defaults;
 mod deform;
 #[doc(hidden)]
@@ -47,6 +49,9 @@ mod summary;
 mod tables;
 #[doc(hidden)]
 pub mod track;
+mod vdb;
+mod volume_frame;
+mod volumes;
 
 pub use crate::model::Scene;
 pub use error::SceneError;

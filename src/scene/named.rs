@@ -1,11 +1,12 @@
 //! Files that a scene names, by which it can be copied whole.
 use super::{
     SceneError,
-    document::{Document, TextureSource},
+    document::{Document, TextureSource, VolumeTable},
     gltf_file::File,
     load::{document, scene_text},
     read,
     source::SceneText,
+    volume_frame::numbered,
 };
 use std::{
     ops::Range,
@@ -27,13 +28,13 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
         let document = document(&source)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         for (table, key, name) in names(&document) {
-            if !is_portable(name) {
+            if !is_portable(&name) {
                 let message = format!("{} is not relative to the scene", name.display());
                 let help =
                     "name it by a path from the scene's folder, with `..` at most at its start";
                 return Err(source.error_at(&table, key, message, help));
             }
-            let file = folder.join(name);
+            let file = folder.join(&name);
             let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
             if key == "file" && (extension == "glb" || extension == "gltf") {
                 files.extend(File::open(&file)?.named()?);
@@ -47,27 +48,34 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
 }
 
 /// Table, key and name of each file that a scene names.
-fn names(document: &Document) -> Vec<(Range<usize>, &'static str, &Path)> {
-    let mut names: Vec<(_, _, &Path)> = Vec::new();
+fn names(document: &Document) -> Vec<(Range<usize>, &'static str, PathBuf)> {
+    let mut names: Vec<(_, _, PathBuf)> = Vec::new();
     if let Some(table) = &document.environment
         && let Some(file) = &table.get_ref().file
     {
-        names.push((table.span(), "file", file));
+        names.push((table.span(), "file", file.clone()));
     }
     for table in &document.material {
         if let Some(TextureSource::File(file)) = &table.get_ref().texture {
-            names.push((table.span(), "texture", file));
+            names.push((table.span(), "texture", file.clone()));
         }
     }
     for table in &document.particles {
         if let Some(file) = &table.get_ref().file {
-            names.push((table.span(), "file", file));
+            names.push((table.span(), "file", file.clone()));
         }
     }
-    names.extend(document.mesh.iter().map(|table| {
-        let file: &Path = &table.get_ref().file;
-        (table.span(), "file", file)
-    }));
+    names.extend(
+        document.mesh.iter().map(|table| (table.span(), "file", table.get_ref().file.clone())),
+    );
+    for table in &document.volume {
+        let VolumeTable { file: Some(file), frames, .. } = table.get_ref() else { continue };
+        let all = match *frames {
+            None => vec![file.clone()],
+            Some([first, last]) => (first..=last).filter_map(|i| numbered(file, i)).collect(),
+        };
+        names.extend(all.into_iter().map(|file| (table.span(), "file", file)));
+    }
     names
 }
 

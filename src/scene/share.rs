@@ -2,8 +2,8 @@
 use super::Scene;
 use crate::model::Class;
 
-/// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables are dealt in blocks; triangles
-/// and emitted particles belong to the first share. Casters that block light belong to all, since they end rays.
+/// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables and Gaussians are dealt in
+/// blocks; triangles, grids and emitted particles belong to the first share. Casters that block light belong to all, since they end rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {
     index: u32,
@@ -45,17 +45,23 @@ impl Share {
     /// keeps the bounds of the whole, so that all shares have the same views.
     pub fn keep(&self, scene: &mut Scene) {
         scene.around = scene.bounds();
+        let classes: Vec<Class> = scene.materials.iter().map(Class::of).collect();
+        let stays = |material: u32| !Class::FILTERING.contains(&classes[material as usize]);
+        let mut number = 0;
+        scene.gaussians.retain(|gaussian| {
+            number += 1;
+            self.has(number - 1) || stays(gaussian.material)
+        });
         if self.index == 0 {
             return;
         }
         let emitted = scene.motions.iter().filter_map(|motion| motion.first_particle()).min();
-        let classes: Vec<Class> = scene.materials.iter().map(Class::of).collect();
-        let stays = |material: u32| !Class::FILTERING.contains(&classes[material as usize]);
         let (first, mut number) = (emitted.unwrap_or(scene.particles.len()), 0);
         scene.particles.retain(|particle| {
             number += 1;
             number <= first || stays(particle.material)
         });
         scene.triangles.retain(|triangle| stays(triangle.material));
+        scene.grids.retain(|grid| stays(grid.material));
     }
 }

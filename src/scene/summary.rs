@@ -12,6 +12,10 @@ pub struct Summary {
     pub emitted: u64,
     /// Triangles.
     pub triangles: usize,
+    /// Grids of voxels.
+    pub grids: usize,
+    /// Bricks of all grids.
+    pub bricks: usize,
     /// Materials.
     pub materials: usize,
     /// Textures.
@@ -35,6 +39,8 @@ impl Scene {
             particles: first_emitted.unwrap_or(self.particles.len()),
             emitted: self.motions.iter().map(|motion| motion.most_particles()).sum(),
             triangles: self.triangles.len(),
+            grids: self.grids.len(),
+            bricks: self.grids.iter().map(|grid| grid.bricks.len()).sum(),
             materials: self.materials.len(),
             textures: self.textures.len(),
             lights: self.lights.len(),
@@ -48,8 +54,12 @@ impl Scene {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { particles, emitted, triangles, materials, textures, lights, views, .. } = self;
+        let Self { particles, emitted, triangles, grids, bricks, materials, .. } = self;
+        let Self { textures, lights, views, .. } = self;
         writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
+        if *grids > 0 {
+            writeln!(f, "volumes    {grids}, of {bricks} bricks")?;
+        }
         if *emitted > 0 {
             writeln!(f, "emitters   at most {emitted} particles at a time")?;
         }

@@ -218,8 +218,7 @@ impl Shadows {
                 has_host: counted.host.is_some(),
                 ordered: set.is_ordered(),
                 counters: Counters {
-                    casters: (casters.particles.len() + casters.triangles.len()) as u64
-                        + set.emitted_count(),
+                    casters: casters.count() + set.emitted_count(),
                     views_rendered: rendered as u64,
                     views_kept: (cache.view_count() - rendered) as u64,
                     culled,

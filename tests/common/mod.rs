@@ -2,7 +2,10 @@ pub(crate) mod area_truth;
 pub(crate) mod brute_force;
 pub(crate) mod compare;
 pub(crate) mod files;
+pub(crate) mod gaussian_truth;
+pub(crate) mod grid_truth;
 pub(crate) mod scenes;
+pub(crate) mod vdb;
 pub(crate) mod windows;
 
 pub(crate) use gobo::internals::gpu::Tier;

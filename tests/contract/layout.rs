@@ -141,9 +141,13 @@ fn wgsl_binding(module: &Module, global: &naga::GlobalVariable) -> Option<String
         (AddressSpace::Storage { access: allowed }, _) => {
             format!("{:?} storage", access(allowed))
         }
-        (AddressSpace::Handle, &TypeInner::Image { dim: ImageDimension::D2, arrayed, class }) => {
-            let dimension =
-                if arrayed { TextureViewDimension::D2Array } else { TextureViewDimension::D2 };
+        (AddressSpace::Handle, &TypeInner::Image { dim, arrayed, class }) => {
+            let dimension = match (dim, arrayed) {
+                (ImageDimension::D2, false) => TextureViewDimension::D2,
+                (ImageDimension::D2, true) => TextureViewDimension::D2Array,
+                (ImageDimension::D3, _) => TextureViewDimension::D3,
+                _ => panic!("{dim:?}"),
+            };
             match class {
                 ImageClass::Storage { format, access: allowed } => {
                     format!("{:?} texture {dimension:?} of {format:?}", access(allowed))

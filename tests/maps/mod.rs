@@ -1,6 +1,7 @@
 //! Shadow maps: kernels, CPU reference, closed forms and a renderer in 64 bits.
 mod bake;
 mod beside;
+mod bricks;
 mod brute_force;
 mod cascades;
 mod closed_forms;
@@ -12,6 +13,9 @@ mod dither_maps;
 mod extremes;
 mod faint;
 mod forms;
+mod gaussian_curves;
+mod gaussian_modes;
+mod gaussians;
 mod hidden;
 mod lights;
 mod order;

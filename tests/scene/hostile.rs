@@ -235,7 +235,7 @@ fn files_that_are_not_there_are_named() {
         let text = fail(&folder.write("scene.toml", &toml));
         assert!(text.contains(name), "{text}");
     }
-    for name in ["e.glb", "e.gltf", "e.ply", "e.csv"] {
+    for name in ["e.glb", "e.gltf", "e.ply", "e.csv", "e.vdb"] {
         let text = fail(&folder.write(name, ""));
         assert!(text.contains(name), "{text}");
     }

@@ -7,12 +7,12 @@
 
 import package::bind::sampled::lit;
 import package::bind::uniform::materials;
-import package::features::{HAS_AIR, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
+import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::caster_hit::{
     Faced, Hit, faced_hit, faced_of, triangle_hit, triangle_weights,
 };
 import package::records::footprint::{Footprint, setup_of};
-import package::records::material::{TRANSFER_GAIN, TRANSFER_NONE};
+import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::shade::air::air_at;
@@ -134,7 +134,10 @@ fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
     let adds = material.transfer == TRANSFER_NONE;
     let light = select(arriving, vec3(1.0), adds);
     let own = seen_color(hit, material.transfer) * light + material.emission;
-    lay(view, hit.depth, hit.opacity * own, vec3(select(1.0 - hit.opacity, 1.0, adds)));
+    // A brick scatters all that it absorbs, by channel.
+    let is_brick = HAS_BRICKS && material.shape == SHAPE_BRICK;
+    let covered = select(vec3(hit.opacity), hit.absorbed, is_brick);
+    lay(view, hit.depth, covered * own, select(1.0 - covered, vec3(1.0), adds));
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {

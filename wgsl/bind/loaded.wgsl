@@ -2,7 +2,9 @@
 // textures. Those that `sampled.wgsl` declares, too, replace them there (`llvmpipe::LOADED`). A name has one
 // number in the whole project.
 
+@group(0) @binding(131) var voxels: texture_storage_3d<rgba16float, read>;
 @group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(130) var bricks: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(35) var clusters: texture_storage_2d<r32uint, read>;
 @group(0) @binding(38) var filters: texture_storage_2d_array<rgba16float, read>;
 @group(0) @binding(39) var footprints: texture_storage_2d<rgba32uint, read>;

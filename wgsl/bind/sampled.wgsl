@@ -3,6 +3,7 @@
 
 @group(0) @binding(32) var air: texture_2d_array<f32>;
 @group(0) @binding(33) var casters: texture_2d<u32>;
+@group(0) @binding(130) var bricks: texture_2d<u32>;
 @group(0) @binding(34) var cells: texture_2d<f32>;
 @group(0) @binding(35) var clusters: texture_2d<u32>;
 @group(0) @binding(36) var colored: texture_2d_array<f32>;
@@ -24,6 +25,7 @@
 @group(0) @binding(53) var tiles: texture_2d<u32>;
 @group(0) @binding(119) var blended_tiles: texture_2d<u32>;
 @group(0) @binding(54) var triangles: texture_2d<u32>;
+@group(0) @binding(131) var voxels: texture_3d<f32>;
 @group(0) @binding(65) var layers: texture_2d<u32>;
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;
 @group(0) @binding(83) var host_depths: texture_2d<f32>;

@@ -2,14 +2,21 @@
 
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
-import package::features::{HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES};
+import package::features::{
+    HAS_BRICKS, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
+};
+import package::hit::brick::passage;
+import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{Facing, absorption, coverage, facing, facing_hit, transmittance};
 import package::hit::texture::sample_texture;
-import package::records::caster::{caster_look, look_rotation};
+import package::records::brick::{brick_of, grid_of};
+import package::records::caster::{caster_look, look_rotation, particle_object};
 import package::records::footprint::{
     Footprint, caster_of, footprint_color, opacity_base, opacity_slope, setup_of,
 };
-import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_PUFF, TRANSFER_GAIN};
+import package::records::material::{
+    MAX_GAIN, NO_TEXTURE, SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF, TRANSFER_GAIN,
+};
 import package::records::setup::setup_texel;
 import package::records::view::{GpuView, is_beside};
 import package::sums::faint::{tau_absorbed, whole_tau};
@@ -19,7 +26,7 @@ struct Hit {
     color: vec3<f32>,
     opacity: f32,
     depth: f32,       // light depth; -1 for a miss
-    end: f32,         // light depth from which the whole hit is in front: where the ray leaves a puff
+    end: f32,         // light depth from which the whole hit is in front: where the ray leaves a puff or a brick
     material: u32,
     absorbed: vec3<f32>, // 1 - light, with full precision where light is next to 1
 }
@@ -64,12 +71,21 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let place = footprint.place;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
+    if HAS_GAUSSIANS && material.shape == SHAPE_GAUSSIAN {
+        let hit = gaussian_hit(view, footprint, faced.look, texel, opaque_depth);
+        let light = transmittance(material.transfer, hit.opacity, hit.color);
+        let absorbed = absorption(material.transfer, hit.opacity, hit.color);
+        return Hit(light, hit.color, hit.opacity, hit.start, hit.end, material_id, absorbed);
+    }
     let met = facing_hit(faced.plane, view, texel);
     var color = footprint_color(footprint);
     let base = opacity_base(footprint);
     let slope = opacity_slope(footprint);
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
         return puff_hit(view, place, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
+    }
+    if HAS_BRICKS && material.shape == SHAPE_BRICK {
+        return brick_hit(view, footprint, color, texel, opaque_depth, material_id);
     }
     let covered = coverage(material.shape, material.profile, met.xy);
     var alpha = covered;
@@ -139,6 +155,31 @@ fn puff_hit(
     let light = pow(per_diameter, vec3(share));
     let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, alpha, color)) * share);
     return Hit(light, color, opacity, select(-1.0, entered, share > 0.0), left, material_id, absorbed);
+}
+
+// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface.
+fn brick_hit(
+    view: GpuView,
+    footprint: Footprint,
+    color: vec3<f32>,
+    texel: vec2<f32>,
+    opaque_depth: f32,
+    material_id: u32,
+) -> Hit {
+    let brick = brick_of(particle_object(caster_of(footprint)));
+    let grid = grid_of(brick);
+    let range = view.far - view.near;
+    let inside = passage(view, brick, grid, texel, view.near + opaque_depth * range);
+    let tau = inside.depth * grid.extinction;
+    let most = max(max(tau.x, tau.y), tau.z);
+    if !(most > 0.0) {
+        return MISS;
+    }
+    let absorbed = tau_absorbed(tau);
+    let opacity = max(max(absorbed.x, absorbed.y), absorbed.z);
+    let entered = (inside.first - view.near) / range;
+    let left = (inside.last - view.near) / range;
+    return Hit(exp(-tau), color, opacity, entered, left, material_id, absorbed);
 }
 
 fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {

@@ -5,9 +5,15 @@ import package::bind::read::chunks;
 import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects};
 import package::bind::uniform::{materials, project_params, views};
+import package::features::HAS_BRICKS;
+import package::project::brick_extent::brick_extent;
+import package::project::tangents::tangents;
+import package::records::brick::brick_of;
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
-import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
+import package::records::material::{
+    SHAPE_BRICK, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
+};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
 import package::records::view::MIN_DISTANCE;
@@ -20,28 +26,13 @@ const MIN_RADIUS: f32 = 0.70710678;
 // light: its centre has no position in the map.
 const MIN_COSINE: f32 = 0.05;
 const SQRT_2: f32 = 1.41421356;
+// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its farthest.
+const BRICK_NEAR: f32 = 1e-3;
 
 fn put(index: u32, key: u32, rect: vec2<u32>) {
     let texel = record_texel(index);
     textureStore(keys, texel, vec4(key, index, 0u, 0u));
     textureStore(rects, texel, vec4(rect, 0u, 0u));
-}
-
-// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
-// inside.
-fn tangents(x: f32, distance: f32, sphere: f32) -> vec2<f32> {
-    const ENDLESS: f32 = 1e6;
-    let t2 = x * x + distance * distance - sphere * sphere;
-    if t2 <= 0.0 {
-        return vec2(-ENDLESS, ENDLESS);
-    }
-    let t = sqrt(t2);
-    let low = vec2(x * t - distance * sphere, distance * t + x * sphere);
-    let high = vec2(x * t + distance * sphere, distance * t - x * sphere);
-    return vec2(
-        select(-ENDLESS, low.x / low.y, low.y > 0.0),
-        select(ENDLESS, high.x / high.y, high.y > 0.0),
-    );
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -70,7 +61,9 @@ fn project_particles(
     let distance = -center.z;
     let range = view.far - view.near;
     let half_size = view.size * 0.5;
-    let is_puff = material.shape == SHAPE_PUFF;
+    let is_brick = HAS_BRICKS && material.shape == SHAPE_BRICK;
+    // A sphere, or a box that is inside it.
+    let is_round = material.shape == SHAPE_PUFF || is_brick;
     let is_quad = material.shape == SHAPE_QUAD;
     let corner = select(1.0, SQRT_2, is_quad); // half a quad's diagonal reaches beyond its radius
     let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * length(center);
@@ -87,19 +80,19 @@ fn project_particles(
         radius = projected * grow;
         lo = texel - radius * corner;
         hi = texel + radius * corner;
-        depth_reach = select(0.0, caster_radius * grow, is_puff);
+        depth_reach = select(0.0, caster_radius * grow, is_round);
     } else if is_beside {
         texel = half_size;
         grow = max(MIN_RADIUS * distance / (caster_radius * view.scale), 1.0);
         radius = caster_radius * grow;
         let away = max(length(center), MIN_DISTANCE);
         let reach = radius * corner;
-        let sphere = select(reach / sqrt(1.0 + reach / away * (reach / away)), radius, is_puff);
+        let sphere = select(reach / sqrt(1.0 + reach / away * (reach / away)), radius, is_round);
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
         lo = vec2(x.x, y.x) * view.scale + half_size;
         hi = vec2(x.y, y.y) * view.scale + half_size;
-        depth_reach = select(reach * (length(center.xy) / away), radius, is_puff);
+        depth_reach = select(reach * (length(center.xy) / away), radius, is_round);
     } else {
         let slope = vec2(center.x, -center.y) / distance;
         texel = slope * view.scale + half_size;
@@ -109,28 +102,40 @@ fn project_particles(
         let grown = caster_radius * grow;
         radius = grown / (distance * sqrt(len2));
         let reach = radius * corner;
-        let sine = select(reach / sqrt(1.0 + reach * reach), reach, is_puff);
+        let sine = select(reach / sqrt(1.0 + reach * reach), reach, is_round);
         let sphere = sine * distance * sqrt(len2);
         let x = tangents(center.x, distance, sphere);
         let y = tangents(-center.y, distance, sphere);
         lo = vec2(x.x, y.x) * view.scale + half_size;
         hi = vec2(x.y, y.y) * view.scale + half_size;
-        depth_reach = select(grown * corner * sqrt(max(1.0 - 1.0 / len2, 0.0)), grown, is_puff);
+        depth_reach = select(grown * corner * sqrt(max(1.0 - 1.0 / len2, 0.0)), grown, is_round);
     }
-    let nearest = (distance - depth_reach - view.near) / range;
-    let farthest = (distance + depth_reach - view.near) / range;
+    var nearest = (distance - depth_reach - view.near) / range;
+    var farthest = (distance + depth_reach - view.near) / range;
+    // The nearest point of a plane that faces the light is its centre.
+    var least = length(center) - select(0.0, depth_reach, is_round);
+    if is_brick {
+        let extent = brick_extent(view, brick_of(look.w), center);
+        // Elsewhere the box of the sphere around it holds.
+        if view.perspective == 0.0 || extent.nearest > BRICK_NEAR * extent.farthest {
+            lo = extent.lo;
+            hi = extent.hi;
+        }
+        nearest = (extent.nearest - view.near) / range;
+        farthest = (extent.farthest - view.near) / range;
+        least = extent.least;
+    }
     let unseen = material.transfer == TRANSFER_NONE && project_params.include_non_casters == 0u;
     if unseen || farthest < 0.0 || nearest > 1.0 {
         put(index, INVISIBLE, vec2(0u));
         return;
     }
-    let circle = select(1e30, radius + SLACK, !is_quad && view.perspective == 0.0);
+    let circle = select(1e30, radius + SLACK, !(is_quad || is_brick) && view.perspective == 0.0);
     // Only tiles can write opaque depths.
     let scatter = (project_params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE) & !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
-    // The nearest point of a plane that faces the light is its centre.
-    let least = distance_key(view, length(center) - select(0.0, depth_reach, is_puff));
-    let front = depth_key(select(nearest, least, (project_params.by_distance == 1u) & (view.perspective > 0.0)));
+    let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
+    let front = depth_key(select(nearest, distance_key(view, least), by_distance));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);

@@ -5,7 +5,7 @@ use super::{
     seen::Seen,
 };
 use crate::{
-    model::{MAX_GAIN, Material, Transfer},
+    model::{MAX_GAIN, Material, Shape, Transfer},
     records::{BACK_BIT, Footprint, TRIANGLE_BIT},
     reference::{
         caster_hit::{Hit, Target, metres_per_depth},
@@ -58,11 +58,14 @@ impl Eye<'_> {
                 let adds = material.transfer == Transfer::None;
                 let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
                 let own = seen_color(&hit, material) * light + material.emission;
-                let passed = Vec3::splat(if adds { 1.0 } else { 1.0 - hit.opacity });
+                // A brick scatters all that it absorbs, by channel.
+                let is_brick = material.shape == Shape::Brick;
+                let covered = if is_brick { hit.absorbed } else { Vec3::splat(hit.opacity) };
+                let passed = if adds { Vec3::ONE } else { 1.0 - covered };
                 // The air in front of the hit covers what the hit covers.
                 let before = self.air_before(at, hit.depth);
                 let veil = before.light * (1.0 - passed);
-                pixel.lay(hit.opacity * own * before.left + veil, passed);
+                pixel.lay(covered * own * before.left + veil, passed);
             }
         }
         let mut colors = TileTexels::filled(Vec3::ZERO);

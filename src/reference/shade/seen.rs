@@ -37,6 +37,9 @@ impl<'a> Seen<'a> {
         Records {
             view: &self.view,
             casters: &self.records.casters,
+            bricks: &self.records.bricks,
+            axes: &self.records.axes,
+            gaussians: &self.casters.gaussians,
             setups: &self.casters.setups,
             materials: self.records.materials,
             absorptions: &self.records.absorptions,

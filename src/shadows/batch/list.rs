@@ -13,7 +13,7 @@ use crate::{
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams},
-        features::Features,
+        features::{Features, Flags},
         project::{self, grid},
     },
 };
@@ -80,6 +80,7 @@ impl List {
             plan.segment_length(),
         );
         let chunks = [
+            (&project::GAUSSIANS, context.chunk_buffers(plan, &plan.gaussian_chunks)?),
             (&project::PARTICLES, context.chunk_buffers(plan, &plan.particle_chunks)?),
             (&project::TRIANGLES, context.chunk_buffers(plan, &plan.triangle_chunks)?),
         ];
@@ -106,8 +107,11 @@ impl List {
         };
         let resources =
             context.resources(views).with("bin_params", &params).with("counters", &counters);
+        // Of these kernels, only `project` depends on kinds.
+        let bricks = plan.features.has(Flags::HAS_BRICKS);
+        let features = Features::NONE.with(Flags::HAS_BRICKS, bricks);
         let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
-            kernels.dispatch(desc, Features::NONE, resources, groups)
+            kernels.dispatch(desc, features, resources, groups)
         };
 
         let mut clear = Commands::new();

@@ -1,7 +1,7 @@
 //! Validation of a host's casters before they are used.
 use crate::{
     error::{Error, Input},
-    model::{Casters, Material, Particle, Triangle},
+    model::{Brick, Casters, Material, Particle, Shape, Transfer, Triangle},
     records::MAX_MATERIALS,
 };
 use glam::Vec3;
@@ -9,7 +9,7 @@ use glam::Vec3;
 impl Casters<'_> {
     /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { particles, triangles, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, materials, textures, .. } = self;
         if materials.len() > MAX_MATERIALS {
             return Err(Error::Limit {
                 limit: "materials of a scene",
@@ -22,11 +22,26 @@ impl Casters<'_> {
         let no_material = "its material is not among the materials";
         find(Input::Particle, particles, |particle| match particle {
             Particle { material, .. } if !known(*material) => Some(no_material),
+            Particle { material, .. } if materials[*material as usize].shape == Shape::Brick => {
+                Some("its material is for grids")
+            }
             Particle { center, .. } if !center.is_finite() => Some("its centre must be finite"),
             Particle { radius, .. } if !(*radius > 0.0 && radius.is_finite()) => {
                 Some("its radius must be above 0 and finite")
             }
+            Particle { material, .. } if materials[*material as usize].shape == Shape::Gaussian => {
+                Some("its material's shape is that of Gaussians")
+            }
             _ => None,
+        })?;
+        find(Input::Gaussian, gaussians, |gaussian| {
+            let Some(material) = materials.get(gaussian.material as usize) else {
+                return Some(no_material);
+            };
+            if material.shape != Shape::Gaussian {
+                return Some("its material's shape must be `Gaussian`");
+            }
+            gaussian.problem(material.transfer.max_color(), material.gaussian)
         })?;
         find(Input::Triangle, triangles, |triangle| match triangle {
             Triangle { material, .. } if !known(*material) => Some(no_material),
@@ -34,6 +49,14 @@ impl Casters<'_> {
                 Some("its corners must be finite")
             }
             _ => None,
+        })?;
+        find(Input::Grid, grids, |grid| {
+            let problem = || grid.bricks.iter().find_map(Brick::problem);
+            let of_material = || match materials.get(grid.material as usize) {
+                None => Some(no_material),
+                Some(material) => material_problem(material),
+            };
+            grid.problem().or_else(of_material).or_else(problem)
         })?;
         find(Input::Material, materials, |material| {
             let named = [material.texture, material.emissive_texture];
@@ -75,6 +98,17 @@ fn range_problem(material: &Material) -> Option<&'static str> {
     ]
     .into_iter()
     .find_map(|(is_met, problem)| (!is_met).then_some(problem))
+}
+
+/// Why a grid cannot have the material.
+fn material_problem(material: &Material) -> Option<&'static str> {
+    if material.shape != Shape::Brick {
+        return Some("its material must have the shape `Brick`");
+    }
+    let absorbs = matches!(material.transfer, Transfer::Filter | Transfer::None);
+    let is_plain = material.texture.is_none() && material.reflectivity == 0.0;
+    (!(absorbs && is_plain))
+        .then_some("its material must filter or have no transfer, without texture and reflectivity")
 }
 
 /// Error of the first of `items` that has a problem.

@@ -1,0 +1,158 @@
+//! Bricks of grids as kernels read them.
+use crate::model::{BRICK_EDGE, BRICK_SIZE, Brick, Density, Grid, Particle, Voxels};
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat3, IVec3, Mat3, UVec2, UVec3, Vec3, Vec4};
+use std::borrow::Cow;
+
+/// Texels of a [`BrickRecord`].
+pub const BRICK_TEXELS: u32 = 2;
+/// Size of a brick's slot in `voxels` [texels]: a texel has the voxels of four lines along x.
+pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
+/// Records of bricks that a [`GridRecord`] takes the place of.
+const GRID_RECORDS: u32 = 3;
+/// [`BrickRecord::density`] of a brick with voxels of its own.
+const OWN_VOXELS: f32 = -1.0;
+
+/// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its middle. All of its
+/// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GridRecord {
+    /// Rows of the linear part of index from world space [voxels/m]; behind each a coordinate of the anchor, world
+    /// space [m].
+    pub rows: [Vec4; 3],
+    /// Edges of a voxel, world space [m]; behind each the extinction of density 1 in a channel [1/m].
+    pub edges: [Vec4; 3],
+}
+crate::texel_layout!(GridRecord { rows, edges });
+
+/// A brick of a grid.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct BrickRecord {
+    /// Its lowest voxel, counted from the grid's anchor.
+    pub origin: IVec3,
+    /// First texel of the grid's record.
+    pub grid: u32,
+    /// Its first texel in `voxels`; of a brick of constant density its size [voxels].
+    pub place: UVec3,
+    /// Its density, if it is constant; negative for voxels of its own.
+    pub density: f32,
+}
+crate::texel_layout!(BrickRecord { origin, grid, place, density });
+
+/// All bricks of a scene: their records, and the particles that stand for them in the lists of casters.
+#[derive(Clone, Debug, Default)]
+pub struct Bricks {
+    /// Records of the grids, then of the bricks.
+    pub records: Vec<BrickRecord>,
+    /// For each brick, in order, the sphere around it, with the index of its record as id.
+    pub particles: Vec<Particle>,
+    /// Voxels of the bricks that have some, in order: brick n of them is at slot n.
+    pub voxels: Vec<Voxels>,
+    /// Slots of `voxels` in a row, and rows in a layer.
+    slots: UVec2,
+}
+
+impl GridRecord {
+    fn new(grid: &Grid, anchor: IVec3) -> Self {
+        let world_from_index = grid.world_from_index;
+        let linear = Mat3::from(world_from_index.matrix3).as_dmat3();
+        let at = linear * anchor.as_dvec3() + world_from_index.translation.as_dvec3();
+        let rows: DMat3 = linear.inverse().transpose();
+        let extinction = grid.extinction * grid.factor;
+        let with = |columns: DMat3, w: Vec3| {
+            std::array::from_fn(|i| columns.col(i).as_vec3().extend(w[i]))
+        };
+        Self { rows: with(rows, at.as_vec3()), edges: with(linear, extinction) }
+    }
+}
+
+/// The voxel in the middle of a grid's bricks.
+fn anchor(grid: &Grid) -> IVec3 {
+    let none = (IVec3::MAX, IVec3::MIN);
+    let (min, max) = grid.bricks.iter().fold(none, |(min, max), brick| {
+        (min.min(brick.origin), max.max(brick.origin + brick.size().as_ivec3()))
+    });
+    if min.cmple(max).all() { min + (max - min) / 2 } else { IVec3::ZERO }
+}
+
+/// The sphere around a brick, as a particle of its material.
+fn particle(grid: &Grid, brick: &Brick, id: u32) -> Particle {
+    let corners = grid.corners(brick);
+    let center = corners.iter().sum::<Vec3>() / 8.0;
+    let radius = corners.iter().map(|corner| corner.distance(center)).fold(0.0, f32::max);
+    // Rounding of the corners.
+    let slack = center.abs().max_element() * 8.0 * f32::EPSILON;
+    let radius = (radius * 1.0001 + slack).max(f32::MIN_POSITIVE);
+    Particle { center, radius, material: grid.material, id, ..Particle::default() }
+}
+
+impl Bricks {
+    /// `slots`: slots of `voxels` in a row, and rows in a layer.
+    pub fn new(grids: &[Grid], slots: UVec2) -> Self {
+        let mut all = Self { slots, ..Self::default() };
+        for grid in grids {
+            let record = GridRecord::new(grid, anchor(grid));
+            all.records.extend_from_slice(bytemuck::cast_slice::<_, BrickRecord>(&[record]));
+        }
+        for (index, grid) in (0..).zip(grids) {
+            let anchor = anchor(grid);
+            for brick in &grid.bricks {
+                let (place, density) = match &brick.density {
+                    Density::Voxels(voxels) => {
+                        let slot = all.voxels.len() as u32;
+                        all.voxels.push(voxels.clone());
+                        let (row, layer) = (slot / slots.x, slot / slots.x / slots.y);
+                        let place = UVec3::new(slot % slots.x, row % slots.y, layer);
+                        (place * SLOT_SIZE, OWN_VOXELS)
+                    }
+                    &Density::Constant { size, density } => (size, density),
+                };
+                let id = all.records.len() as u32;
+                let grid_texel = index * GRID_RECORDS * BRICK_TEXELS;
+                let origin = brick.origin - anchor;
+                all.records.push(BrickRecord { origin, grid: grid_texel, place, density });
+                all.particles.push(particle(grid, brick, id));
+            }
+        }
+        all
+    }
+
+    /// `particles`, then the bricks.
+    pub fn among<'a>(&self, particles: &'a [Particle]) -> Cow<'a, [Particle]> {
+        if self.particles.is_empty() {
+            return Cow::Borrowed(particles);
+        }
+        Cow::Owned(particles.iter().chain(&self.particles).copied().collect())
+    }
+
+    /// The voxels of a brick that has some.
+    pub fn voxels_of(&self, brick: &BrickRecord) -> &Voxels {
+        let place = brick.place / SLOT_SIZE;
+        &self.voxels[((place.z * self.slots.y + place.y) * self.slots.x + place.x) as usize]
+    }
+
+    /// Half edges of the box of the brick that record `id` is of, world space [m].
+    pub fn half_edges(&self, id: u32) -> [Vec3; 3] {
+        let brick = &self.records[id as usize];
+        let size = brick.size() * 0.5;
+        let edges = self.grid(brick).edges;
+        std::array::from_fn(|i| edges[i].truncate() * size[i])
+    }
+
+    /// The record of a brick's grid.
+    pub fn grid(&self, brick: &BrickRecord) -> GridRecord {
+        let first = (brick.grid / BRICK_TEXELS) as usize;
+        let records = &self.records[first..first + GRID_RECORDS as usize];
+        bytemuck::pod_read_unaligned(bytemuck::cast_slice(records))
+    }
+}
+
+impl BrickRecord {
+    /// Edges of its box [voxels].
+    pub fn size(&self) -> Vec3 {
+        let own = UVec3::splat(BRICK_SIZE);
+        if self.density < 0.0 { own.as_vec3() } else { self.place.as_vec3() }
+    }
+}

@@ -1,0 +1,116 @@
+//! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth.
+use crate::records::{BrickRecord, Bricks, GpuView, GridRecord};
+use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
+
+/// Offset of the two points of Gauss from the middle of a cell's part, of its length: `1 / sqrt(12)`.
+pub const GAUSS: f32 = 0.288_675_13;
+/// Least way along an axis, so that no ray is parallel to a face [voxels].
+pub const LEAST_WAY: f32 = 1e-20;
+
+/// The part of a ray inside a brick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passage {
+    /// Where density begins and ends, along the axis [m].
+    pub first: f32,
+    pub last: f32,
+    /// Optical depth, per channel.
+    pub tau: Vec3,
+}
+
+/// A ray in the grid's index space, from its anchor.
+struct IndexRay {
+    start: Vec3,
+    /// For a metre along the axis.
+    way: Vec3,
+    /// Its length for a metre along the axis.
+    metres: f32,
+}
+
+impl IndexRay {
+    fn new(view: &GpuView, grid: &GridRecord, texel: Vec2) -> Self {
+        let slope = (texel - view.size * 0.5) / view.scale;
+        let aside = Vec3::new(slope.x, -slope.y, 0.0);
+        let anchor = Vec3::from_array(grid.rows.map(|row| row.w));
+        let anchor = view.view_from_world.transform_point3(anchor);
+        let (start, along) = if view.perspective == 0.0 {
+            (aside - anchor, Vec3::NEG_Z)
+        } else {
+            (-anchor, aside + Vec3::NEG_Z)
+        };
+        let world_from_view = Mat3::from_mat4(view.view_from_world).transpose();
+        let index = |v: Vec3| {
+            let v = world_from_view * v;
+            Vec3::from_array(grid.rows.map(|row| row.xyz().dot(v)))
+        };
+        let way = index(along);
+        let way =
+            Vec3::select(way.abs().cmplt(Vec3::splat(LEAST_WAY)), Vec3::splat(LEAST_WAY), way);
+        Self { start: index(start), way, metres: along.length() }
+    }
+
+    /// Where the ray meets the planes through `corner`, along the axis [m].
+    fn meets(&self, corner: Vec3) -> Vec3 {
+        (corner - self.start) * self.way.recip()
+    }
+}
+
+/// `end`: of the ray, along the axis [m]. `None` where there is no density.
+pub(super) fn passage(
+    view: &GpuView,
+    bricks: &Bricks,
+    brick: &BrickRecord,
+    texel: Vec2,
+    end: f32,
+) -> Option<Passage> {
+    let grid = bricks.grid(brick);
+    let ray = IndexRay::new(view, &grid, texel);
+    let low = brick.origin.as_vec3();
+    let high = low + brick.size();
+    let (at_low, at_high) = (ray.meets(low), ray.meets(high));
+    let first = at_low.min(at_high).max_element().max(view.near);
+    let last = at_low.max(at_high).min_element().min(end);
+    if last.is_nan() || first.is_nan() || first >= last {
+        return None;
+    }
+    let of_density = Vec3::from_array(grid.edges.map(|edge| edge.w)) * ray.metres;
+    if brick.density >= 0.0 {
+        let tau = brick.density * (last - first) * of_density;
+        return (tau.max_element() > 0.0).then_some(Passage { first, last, tau });
+    }
+    let voxels = bricks.voxels_of(brick);
+    let value = |cell: Vec3, x: u32, y: u32, z: u32| {
+        voxels.at((cell - low).as_uvec3() + UVec3::new(x, y, z))
+    };
+    let density = |cell: Vec3, at: Vec3| {
+        let along_x = |y, z| mix(value(cell, 0, y, z), value(cell, 1, y, z), at.x);
+        let along_y = |z| mix(along_x(0, z), along_x(1, z), at.y);
+        mix(along_y(0), along_y(1), at.z)
+    };
+    let rises: BVec3 = ray.way.cmpgt(Vec3::ZERO);
+    let ahead = Vec3::select(rises, Vec3::ONE, Vec3::ZERO);
+    let step = Vec3::select(rises, Vec3::ONE, Vec3::NEG_ONE);
+    let mut cell = (ray.start + ray.way * first).floor().clamp(low, high - 1.0);
+    let (mut begins, mut ends, mut depth) = (last, first, 0.0);
+    let mut t = first;
+    while t < last {
+        let faces = ray.meets(cell + ahead);
+        let next = faces.min_element().min(last).max(t);
+        let middle = ray.start + ray.way * (0.5 * (t + next)) - cell;
+        let apart = ray.way * (GAUSS * (next - t));
+        let [a, b] = [middle - apart, middle + apart].map(|at| at.clamp(Vec3::ZERO, Vec3::ONE));
+        let own = (density(cell, a) + density(cell, b)) * (0.5 * (next - t));
+        depth += own;
+        if own > 0.0 {
+            (begins, ends) = (begins.min(t), next);
+        }
+        let crossed = faces.cmple(Vec3::splat(next));
+        cell = Vec3::select(crossed, (cell + step).clamp(low, high - 1.0), cell);
+        t = next;
+    }
+    let tau = depth * of_density;
+    (tau.max_element() > 0.0).then_some(Passage { first: begins, last: ends, tau })
+}
+
+fn mix(a: f32, b: f32, part: f32) -> f32 {
+    a + (b - a) * part
+}

@@ -1,0 +1,206 @@
+//! Generated volumes: clouds, plumes and explosions of noise, the same on every machine but for rounding.
+use super::{SceneError, displace::gradient_noise, generate::Chance, keys::Keys};
+use crate::{
+    model::{BRICK_SIZE, Brick},
+    records::pcg,
+};
+use glam::{DAffine3, DMat3, IVec3, UVec3, Vec2, Vec3};
+use std::f32::consts::TAU;
+
+/// Kinds of generated volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum KindOfCloud {
+    /// Round heaps on a flat base, which boil slowly.
+    Cloud,
+    /// A column that rises, bends and widens.
+    Plume,
+    /// A ball that grows, rises and thins.
+    Explosion,
+}
+
+/// A generated volume: densities of 0 to 1 in a box that stands on the origin of its own space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cloud {
+    pub kind: KindOfCloud,
+    pub seed: u32,
+    /// Extent of the box [m].
+    pub size: Vec3,
+    /// Voxels along the longest edge of the box.
+    pub voxels: u32,
+    /// How fast time passes; 0 for a still volume.
+    pub speed: f32,
+}
+
+/// Octaves of noise.
+const OCTAVES: u32 = 5;
+
+impl Cloud {
+    const MOST_VOXELS: u32 = 320;
+
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        let kind = keys.required("kind")?;
+        let usual = match kind {
+            KindOfCloud::Cloud => Vec3::new(4.0, 1.6, 3.0),
+            KindOfCloud::Plume => Vec3::new(2.0, 4.0, 2.0),
+            KindOfCloud::Explosion => Vec3::splat(3.0),
+        };
+        let most = Self::MOST_VOXELS;
+        let help = format!("8 to {most} voxels along the longest edge");
+        let size = keys.three("size", 1e-3..=1e6, "0.001 to 1e6 m")?.unwrap_or(usual);
+        if size.max_element() > 1e3 * size.min_element() {
+            let help = "its longest edge is at most 1000 times its shortest";
+            return Err(keys.fault("size", "size of a slab or a thread", help));
+        }
+        Ok(Self {
+            kind,
+            seed: keys.value("seed", 0)?,
+            size,
+            voxels: keys.whole("voxels", 80, 8..=most, &help)?,
+            speed: keys.number("speed", -100.0..=100.0, "-100 to 100")?.unwrap_or(1.0),
+        })
+    }
+
+    /// Whether it is animated.
+    pub(super) fn moves(&self) -> bool {
+        self.speed != 0.0
+    }
+
+    /// Edge of a voxel [m], and voxels along each edge of the box.
+    fn lattice(&self) -> (f32, UVec3) {
+        let edge = self.size.max_element() / self.voxels as f32;
+        (edge, (self.size / edge).ceil().as_uvec3().clamp(UVec3::ONE, UVec3::splat(self.voxels)))
+    }
+
+    /// Bricks that it has at most.
+    pub(super) fn most_bricks(&self) -> u64 {
+        let (_, count) = self.lattice();
+        // Those that begin below the first voxel, too.
+        (count / BRICK_SIZE + 2).as_u64vec3().element_product()
+    }
+
+    /// Its bricks at a time [s], and the box's space from index space.
+    pub(super) fn bricks(&self, seconds: f64) -> (Vec<Brick>, DAffine3) {
+        let (edge, count) = self.lattice();
+        let field = Field::new(self, seconds * f64::from(self.speed));
+        let unit = 2.0 / self.size.max_element();
+        let middle = (count.as_vec3() - 1.0) * Vec3::new(0.5, 0.0, 0.5) - Vec3::new(0.0, 0.5, 0.0);
+        let place = |voxel: IVec3| (voxel.as_vec3() - middle) * edge;
+        let [width, height, _] = count.to_array();
+        let values: Vec<f32> = (0..count.element_product())
+            .map(|i| {
+                let voxel = UVec3::new(i % width, i / width % height, i / (width * height));
+                let at = place(voxel.as_ivec3());
+                // Nothing is cut off at the box.
+                let half = self.size * Vec3::new(0.5, 1.0, 0.5);
+                let rim = ((half - at.abs()).min_element() * unit).min(at.y * unit);
+                field.density(at / half, at * unit) * smooth(rim / 0.08)
+            })
+            .collect();
+        let index = |voxel: IVec3| {
+            let [x, y, z] = voxel.as_uvec3().to_array();
+            ((z * height + y) * width + x) as usize
+        };
+        let bricks =
+            Brick::of_voxels(IVec3::ZERO, count.as_ivec3() - 1, |voxel| values[index(voxel)]);
+        let (edge, middle) = (f64::from(edge), middle.as_dvec3());
+        let matrix3 = DMat3::from_diagonal(glam::DVec3::splat(edge));
+        (bricks, DAffine3 { matrix3, translation: -middle * edge })
+    }
+}
+
+/// From 0 to 1, without a step and without a bend.
+fn smooth(t: f32) -> f32 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The density of a cloud at one time.
+struct Field {
+    kind: KindOfCloud,
+    seed: u32,
+    time: f32,
+    /// Centres and radii of heaps, in halves of the box.
+    heaps: Vec<(Vec3, f32)>,
+}
+
+impl Field {
+    fn new(cloud: &Cloud, time: f64) -> Self {
+        let mut chance = Chance::new(cloud.seed.into());
+        let mut heap = |i: u8| {
+            let radius = chance.within(0.26, 0.48);
+            let away = Vec2::from_angle(chance.within(0.0, TAU)) * chance.unit().sqrt();
+            // The first is in the middle and the highest.
+            let away = if i == 0 { Vec2::ZERO } else { away * (0.86 - radius) };
+            let height = 0.74 - radius - away.length() * chance.within(0.5, 0.9);
+            (Vec3::new(away.x, height.max(0.18), away.y), radius)
+        };
+        let heaps = (0..11).map(&mut heap).collect();
+        // Speeds up to 100 leave an hour before numbers lose their fractions.
+        let time = time.clamp(-3.6e5, 3.6e5) as f32;
+        Self { kind: cloud.kind, seed: pcg(cloud.seed), time, heaps }
+    }
+
+    /// Density at a place, as a share of half the box (`part`) and of half its longest edge (`place`).
+    fn density(&self, part: Vec3, place: Vec3) -> f32 {
+        /// No sum of octaves reaches farther.
+        const MOST: f32 = 1.2;
+        let time = self.time;
+        match self.kind {
+            KindOfCloud::Cloud => {
+                let near = |&(center, radius): &(Vec3, f32)| {
+                    1.0 - ((part - center) / Vec3::new(radius, radius * 0.9, radius)).length()
+                };
+                let shape = self.heaps.iter().map(near).fold(f32::NEG_INFINITY, f32::max);
+                if shape + 0.55 * MOST <= 0.0 {
+                    return 0.0;
+                }
+                let drift = Vec3::new(0.04, 0.02, 0.0) * time;
+                let heaped = shape + 0.55 * self.billows(place * 3.0 - drift, 0.1 * time);
+                smooth(heaped / 0.3) * smooth(part.y / 0.14)
+            }
+            KindOfCloud::Plume => {
+                let up = place.y * 2.5 - 0.7 * time;
+                let wind = |seed: u32| gradient_noise(Vec3::new(0.0, up * 0.45, 0.3), 0.0, seed);
+                let high = part.y;
+                let bend = Vec2::new(wind(self.seed ^ 1), wind(self.seed ^ 2)) * 0.9 * high;
+                let width = 0.09 + 0.42 * high.max(0.0).powf(0.8);
+                let away = (Vec2::new(part.x, part.z) - bend).length() / width;
+                if 1.0 - away + MOST <= 0.0 {
+                    return 0.0;
+                }
+                let at = Vec3::new(place.x * 2.5, up, place.z * 2.5) * 1.6;
+                // The foot has no room for clefts.
+                let depth = smooth(0.3 + 1.4 * high);
+                let body = 1.0 - away + depth * self.billows(at, 0.3 * time);
+                let thin = 0.18 / (0.18 + high) * smooth((1.0 - high) / 0.25);
+                smooth(body / 0.6) * thin * smooth(high / 0.02)
+            }
+            KindOfCloud::Explosion => {
+                let age = (time + 0.12).max(0.0);
+                let grown = 0.82 * (1.0 - (-2.2 * age).exp());
+                let center = Vec3::new(0.0, 0.3 + 0.25 * (1.0 - (-0.7 * age).exp()), 0.0);
+                let from = (part * Vec3::new(1.0, 2.0, 1.0) - center * 2.0) / grown.max(1e-3);
+                let away = from.length();
+                if 0.8 - away + 0.6 * MOST <= 0.0 {
+                    return 0.0;
+                }
+                let at = from * 2.2 - Vec3::Y * 0.5 * age;
+                let body = 0.8 - away + 0.6 * self.billows(at, 0.5 * age);
+                // The shell is denser than the middle.
+                let hollow = 0.35 + 0.65 * smooth(away);
+                smooth(body / 0.35) * hollow / (1.0 + 1.5 * age)
+            }
+        }
+    }
+
+    /// Sum of octaves with round lumps and narrow clefts, mostly from -0.5 to 1.
+    fn billows(&self, at: Vec3, age: f32) -> f32 {
+        let octave = |i: u32| {
+            let scale = (1 << i) as f32;
+            let seed = pcg(self.seed ^ (i << 24));
+            (gradient_noise(at * scale, age * scale.sqrt(), seed).abs() * 2.4 - 0.45) / scale
+        };
+        (0..OCTAVES).map(octave).sum()
+    }
+}

@@ -1,0 +1,149 @@
+//! What a volume shows at a time: voxels of a file, or generated ones.
+use super::{
+    SceneError,
+    clouds::Cloud,
+    document::VolumeTable,
+    error::quoted,
+    plain::nearest,
+    read,
+    vdb::{Bricks, Fault, Vdb},
+};
+use crate::model::{Brick, Scene, Skipped};
+use glam::DAffine3;
+use std::path::{Path, PathBuf};
+
+/// What a volume shows at any time.
+#[derive(Clone, Debug)]
+pub(super) enum Content {
+    File {
+        path: PathBuf,
+        /// First and last number of a sequence of files.
+        frames: Option<[u32; 2]>,
+        /// Name of the grid of densities.
+        grid: Option<String>,
+    },
+    Cloud(Cloud),
+}
+
+/// What a volume shows at one time.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    pub(super) bricks: Vec<Brick>,
+    /// Density per density of a brick.
+    pub(super) scale: f32,
+    pub(super) volume_from_index: DAffine3,
+    pub(super) skipped: Skipped,
+    /// What of the file is not shown, a sentence each.
+    pub(super) notes: Vec<String>,
+}
+
+impl Content {
+    pub(super) fn of_file(path: PathBuf, table: &VolumeTable) -> Self {
+        Self::File { path, frames: table.frames, grid: table.grid.clone() }
+    }
+
+    /// Whether it changes with time.
+    pub(super) fn moves(&self) -> bool {
+        match self {
+            Self::File { frames, .. } => frames.is_some_and(|[first, last]| first < last),
+            Self::Cloud(cloud) => cloud.moves(),
+        }
+    }
+
+    /// The file at a time [s]; the name of none for a cloud.
+    pub(super) fn path(&self, seconds: f64) -> PathBuf {
+        match self {
+            Self::File { path, frames: None, .. } => path.clone(),
+            Self::File { path, frames: Some([first, last]), .. } => {
+                let frame = (seconds * Scene::FRAME_RATE).round() as u32;
+                numbered(path, first.saturating_add(frame).min(*last)).unwrap_or_default()
+            }
+            Self::Cloud(_) => PathBuf::new(),
+        }
+    }
+
+    /// Nodes with voxels in a file, or 0 if it cannot be read.
+    pub(super) fn announced(&self, path: &Path) -> u64 {
+        let Self::File { grid, .. } = self else { return 0 };
+        let grid = open(path).and_then(|vdb| {
+            let i = chosen(&vdb, grid.as_deref())?;
+            vdb.read(i, false)
+        });
+        grid.map_or(0, |grid| (grid.tree.leaves.len() + grid.tree.tiles.len()) as u64)
+    }
+
+    pub(super) fn at(&self, seconds: f64) -> Result<Frame, SceneError> {
+        match self {
+            Self::File { grid, .. } => {
+                let path = self.path(seconds);
+                read::check(&path)?;
+                let of_file = |Fault { message, help }| SceneError::invalid(&path, message, help);
+                frame(&path, grid.as_deref()).map_err(of_file)
+            }
+            Self::Cloud(cloud) => {
+                let (bricks, volume_from_index) = cloud.bricks(seconds);
+                let (skipped, notes) = Default::default();
+                Ok(Frame { bricks, scale: 1.0, volume_from_index, skipped, notes })
+            }
+        }
+    }
+}
+
+/// The file of a sequence with a number: `%d`, or `%04d` for four digits, in the file's name.
+pub(super) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let (before, rest) = name.split_once('%')?;
+    let (digits, after) = rest.split_once('d')?;
+    let width: usize = if digits.is_empty() { 0 } else { digits.parse().ok()? };
+    (width <= 9).then(|| path.with_file_name(format!("{before}{number:0width$}{after}")))
+}
+
+fn open(path: &Path) -> Result<Vdb, Fault> {
+    let failed = |error: SceneError| Fault::new(error.to_string(), "check the file");
+    read::bytes(path).map_err(failed).and_then(Vdb::new)
+}
+
+/// Place of the grid of densities in the file.
+fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
+    let wanted = name.unwrap_or("density");
+    if let Some(i) = vdb.names().position(|known| known == wanted) {
+        return Ok(i);
+    }
+    let mut known: Vec<&str> = vdb.names().collect();
+    if known.is_empty() {
+        let message = format!("no grid of numbers is there; {}", vdb.unread.join("; "));
+        return Err(Fault::new(message, "write a grid of floats or halves, as for fog"));
+    }
+    if name.is_none() {
+        return Ok(0);
+    }
+    known.truncate(8);
+    let of = known.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
+    let near = nearest(wanted, known).unwrap_or_default();
+    let message = format!("there is no grid {}, but {of}; {near}", quoted(wanted));
+    Err(Fault::new(message.trim_end_matches("; "), "name one of the file's grids"))
+}
+
+fn frame(path: &Path, name: Option<&str>) -> Result<Frame, Fault> {
+    let vdb = open(path)?;
+    let i = chosen(&vdb, name)?;
+    let grid = vdb.read(i, true)?;
+    let chosen = vdb.names().nth(i).unwrap_or_default();
+    if grid.class == "level set" {
+        let message = format!("the grid {} is a level set, not a density", quoted(chosen));
+        return Err(Fault::new(message, "convert it to a fog volume, or name another grid"));
+    }
+    let note = |text: &str| format!("{}: {text}", path.display());
+    let mut notes: Vec<String> = vdb.unread.iter().map(|unread| note(unread)).collect();
+    if name.is_none() && chosen != "density" && vdb.names().count() > 1 {
+        notes.push(note(&format!("of its grids, {} is taken for the density", quoted(chosen))));
+    }
+    if grid.background != 0.0 {
+        let background = grid.background;
+        notes.push(note(&format!("the background of {background} counts as nothing")));
+    }
+    let Bricks { bricks, scale, negative, not_finite } = grid.tree.into_bricks()?;
+    let counts = [("voxel below 0", negative), ("voxel not finite", not_finite)];
+    let skipped = counts.into_iter().filter(|&(_, count)| count > 0).collect();
+    Ok(Frame { bricks, scale, volume_from_index: grid.world_from_index, skipped, notes })
+}

@@ -1,0 +1,204 @@
+//! Volumes of a scene: grids of voxels that files have, or that are generated.
+use super::{
+    SceneError,
+    document::{MOST_FACTOR, VolumeTable},
+    limits::Limit,
+    loader::Loader,
+    loader_files::add_skipped,
+    particles::FARTHEST,
+    read,
+    volume_frame::{Content, Frame, numbered},
+};
+use crate::model::{Density, Grid, Material, Motion, Scene, Shape, moved};
+use glam::{Affine3A, DMat4, IVec3, UVec3, Vec3};
+use std::{
+    collections::HashSet,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+use toml::Spanned;
+
+/// A volume of a scene that changes.
+#[derive(Clone, Debug)]
+struct Moving {
+    /// Index into the scene's grids.
+    index: usize,
+    content: Content,
+    world_from_volume: DMat4,
+    /// Optical depth of a metre of density 1 [1/m].
+    factor: f32,
+    /// What it shows at the start, which is asked for again when the start is rendered.
+    start: Arc<Frame>,
+}
+
+impl Motion for Moving {
+    fn apply(&self, scene: &mut Scene, seconds: f64) {
+        let is_start = seconds == 0.0;
+        let frame = if is_start {
+            Ok(Frame::clone(&self.start))
+        } else {
+            self.content.at(seconds).map_err(|_| ())
+        };
+        let grid = &mut scene.grids[self.index];
+        grid.bricks.clear();
+        let wrong = frame.as_ref().map_or(0, |frame| frame.skipped.values().sum());
+        let is_shown = frame.is_ok_and(|frame| {
+            put(grid, frame, self.world_from_volume, self.factor);
+            grid.problem().is_none() && is_near(grid)
+        });
+        let bricks: usize = scene.grids.iter().map(|grid| grid.bricks.len()).sum();
+        let fits = Limit::Bricks.grown(0, bricks as u64).is_ok();
+        if !is_shown || !fits {
+            scene.grids[self.index].bricks.clear();
+            *scene.skipped.entry(moved::FRAME).or_default() += 1;
+        } else if wrong > 0 && !is_start {
+            *scene.skipped.entry(moved::VOXEL).or_default() += wrong;
+        }
+    }
+
+    fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
+        let world_from_volume = DMat4::from_translation(by.as_dvec3()) * self.world_from_volume;
+        Some(Arc::new(Self { world_from_volume, ..self.clone() }))
+    }
+}
+
+/// Shows a frame in a grid.
+fn put(grid: &mut Grid, frame: Frame, world_from_volume: DMat4, factor: f32) {
+    let world_from_index = world_from_volume * DMat4::from(frame.volume_from_index);
+    grid.world_from_index = Affine3A::from_mat4(world_from_index.as_mat4());
+    grid.bricks = frame.bricks;
+    grid.factor = factor * frame.scale;
+}
+
+/// Whether it is within the largest coordinates of a scene.
+fn is_near(grid: &Grid) -> bool {
+    let bounds = grid.bounds();
+    bounds.is_empty() || bounds.min.abs().max(bounds.max.abs()).max_element() <= FARTHEST
+}
+
+/// Mean optical depth along y of the columns that are not empty, for a factor of 1.
+fn thickness(grid: &Grid) -> f64 {
+    let mut columns = HashSet::new();
+    let (mut sum, size) = (0.0, IVec3::splat(8));
+    for brick in &grid.bricks {
+        let edges = brick.size().as_ivec3();
+        let first = brick.origin.div_euclid(size);
+        let last = (brick.origin + edges - 1).div_euclid(size);
+        columns.extend((first.x..=last.x).flat_map(|x| (first.z..=last.z).map(move |z| (x, z))));
+        sum += match &brick.density {
+            Density::Voxels(voxels) => {
+                // The last ones are the first of other bricks.
+                let own = |i: u32| UVec3::new(i % 8, i / 8 % 8, i / 64);
+                (0..512).map(|i| f64::from(voxels.at(own(i)))).sum::<f64>()
+            }
+            Density::Constant { density, .. } => {
+                f64::from(*density) * edges.as_dvec3().element_product()
+            }
+        };
+    }
+    let height = f64::from(grid.world_from_index.matrix3.y_axis.length());
+    if columns.is_empty() { 0.0 } else { sum * height / (64 * columns.len()) as f64 }
+}
+
+/// Optical depth along y at which a volume that is rendered on its own is neither thin nor black.
+const USUAL_THICKNESS: f64 = 4.0;
+
+impl Loader<'_> {
+    pub(super) fn volume(&mut self, table: &Spanned<VolumeTable>) -> Result<(), SceneError> {
+        let (given, span) = (table.get_ref(), &table.span());
+        let (key, content) = match (&given.file, &given.generate) {
+            (Some(file), None) => ("file", self.of_file(table, file)?),
+            (None, Some(cloud)) if given.frames.is_none() && given.grid.is_none() => {
+                ("generate", Content::Cloud(*cloud))
+            }
+            (None, Some(_)) => {
+                let key = if given.frames.is_some() { "frames" } else { "density" };
+                let help = "remove it: a generated volume has no files";
+                return Err(self.error(span, key, "frames or a grid of what has no file", help));
+            }
+            _ => {
+                let message = "a volume needs either a file or generate";
+                return Err(self.error(span, "file", message, "give one of the two"));
+            }
+        };
+        let materials = self.scene.materials.len();
+        self.check_limit(Limit::Materials, materials, 1, (span, key))?;
+        // A file that is the scene has no key that names it.
+        let is_alone = given.file.as_deref() == Some(self.source.path());
+        let named = |error| if is_alone { error } else { self.named_by(span, key, error) };
+        let start = content.at(0.0).map_err(named)?;
+        let have = self.scene.grids.iter().map(|grid| grid.bricks.len()).sum();
+        self.check_limit(Limit::Bricks, have, start.bricks.len(), (span, key))?;
+        let world_from_volume = given.placement.at(0.0).as_dmat4();
+        let mut grid = Grid {
+            world_from_index: Affine3A::IDENTITY,
+            bricks: Vec::new(),
+            factor: 1.0,
+            extinction: given.color,
+            material: materials as u32,
+        };
+        put(&mut grid, start.clone(), world_from_volume, 1.0);
+        if let Some(problem) = grid.problem() {
+            let help = "change the scale, or the transform of the file";
+            return Err(self.error(span, "scale", &format!("the volume: {problem}"), help));
+        }
+        if !is_near(&grid) {
+            let help = "move it towards the origin or make it smaller";
+            let message = "the volume reaches beyond 1e7 m";
+            return Err(self.error(span, "translation", message, help));
+        }
+        let factor = given.factor.unwrap_or_else(|| {
+            let thickness = thickness(&grid);
+            if !is_alone || thickness <= 0.0 {
+                return 1.0;
+            }
+            let factor = (USUAL_THICKNESS / thickness) as f32;
+            self.scene.notes.push(format!(
+                "a density of 1 is taken for an extinction of {factor:.3} per metre: \
+                 --set volume.0.density.factor=... sets another"
+            ));
+            factor.min(MOST_FACTOR)
+        });
+        grid.factor *= factor;
+        self.scene.materials.push(Material {
+            name: format!("volume {}", self.scene.grids.len()),
+            shape: Shape::Brick,
+            tint: given.albedo.extend(1.0),
+            casts: given.casts,
+            visible: given.visible,
+            ..Material::default()
+        });
+        add_skipped(&mut self.scene.skipped, &start.skipped);
+        self.scene.notes.extend_from_slice(&start.notes);
+        if content.moves() {
+            let (index, start) = (self.scene.grids.len(), Arc::new(start));
+            let moving = Moving { index, content, world_from_volume, factor, start };
+            self.scene.motions.push(Arc::new(moving));
+        }
+        self.scene.grids.push(grid);
+        Ok(())
+    }
+
+    /// A file, or all of a sequence, which must be there.
+    fn of_file(&self, table: &Spanned<VolumeTable>, file: &Path) -> Result<Content, SceneError> {
+        let (given, span) = (table.get_ref(), &table.span());
+        let path = self.folder.join(file);
+        let is_sequence = numbered(&path, 0).is_some();
+        let Some([first, last]) = given.frames else {
+            if is_sequence && !path.exists() {
+                let help = "add `frames = [first, last]`";
+                return Err(self.error(span, "file", "a sequence of files without frames", help));
+            }
+            return Ok(Content::of_file(path, given));
+        };
+        if !is_sequence {
+            let help = "write %04d where the number of four digits stands";
+            return Err(self.error(span, "frames", "frames of a file without a number", help));
+        }
+        for frame in first..=last {
+            let path: PathBuf = numbered(&path, frame).unwrap_or_default();
+            read::check(&path).map_err(|error| self.named_by(span, "file", error))?;
+        }
+        Ok(Content::of_file(path, given))
+    }
+}

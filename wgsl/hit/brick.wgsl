@@ -1,0 +1,106 @@
+// The part of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
+// along a ray within a cell, and two points of Gauss integrate a cubic. Cells by Amanatides and Woo 1987; all
+// crossings of faces are computed from the ray's start, so that neighbours agree on them. CPU reference:
+// src/reference/brick.rs.
+
+import package::bind::sampled::voxels;
+import package::features::unrolled;
+import package::hit::hit::to_world;
+import package::records::brick::{Brick, Grid};
+import package::records::view::GpuView;
+
+// Steps of the loops over cells: 5 x 5 are more than the 22 cells that a ray may cross. Drivers of software
+// adapters write the inner one out, and count the turns of the outer one.
+const TURNS: u32 = 5u;
+const CELLS: u32 = 5u;
+const GAUSS: f32 = 0.28867513; // offset of the two points from the middle, of the length: 1 / sqrt(12)
+const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
+
+struct Passage {
+    first: f32, // along the axis, of the part with density [m]
+    last: f32,
+    depth: f32, // integral of density along the ray [m]; 0 for a miss
+}
+
+// A ray in the grid's index space, from its anchor.
+struct IndexRay {
+    start: vec3<f32>, // [voxels]
+    way: vec3<f32>,   // for a metre along the axis
+    inverse: vec3<f32>,
+    metres: f32,      // its length for a metre along the axis
+}
+
+fn index_ray(view: GpuView, grid: Grid, texel: vec2<f32>) -> IndexRay {
+    let slope = (texel - view.size * 0.5) / view.scale;
+    let aside = vec3(slope.x, -slope.y, 0.0);
+    let forward = vec3(0.0, 0.0, -1.0);
+    let anchor = (view.view_from_world * vec4(grid.anchor, 1.0)).xyz;
+    let is_parallel = view.perspective == 0.0;
+    let start = select(vec3(0.0), aside, is_parallel) - anchor;
+    let along = select(aside + forward, forward, is_parallel);
+    let way = to_world(view, along) * grid.index_from_world;
+    let safe = select(way, vec3(LEAST_WAY), abs(way) < vec3(LEAST_WAY));
+    return IndexRay(to_world(view, start) * grid.index_from_world, safe, 1.0 / safe, length(along));
+}
+
+// Sum of the density at two places in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
+// and the next in y, in z and in both.
+fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    let low = textureLoad(voxels, texel, 0);
+    let high = textureLoad(voxels, texel + vec3(1u, 0u, 0u), 0);
+    let rise = high - low;
+    let at_a = low + rise * a.x;
+    let at_b = low + rise * b.x;
+    let of_a = at_a.xz + (at_a.yw - at_a.xz) * a.y;
+    let of_b = at_b.xz + (at_b.yw - at_b.xz) * b.y;
+    return of_a.x + (of_a.y - of_a.x) * a.z + of_b.x + (of_b.y - of_b.x) * b.z;
+}
+
+// `end`: of the ray, along the axis [m].
+fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) -> Passage {
+    let ray = index_ray(view, grid, texel);
+    let at_low = (brick.low - ray.start) * ray.inverse;
+    let at_high = (brick.high - ray.start) * ray.inverse;
+    let enters = min(at_low, at_high);
+    let leaves = max(at_low, at_high);
+    let first = max(max(enters.x, enters.y), max(enters.z, view.near));
+    let last = min(min(leaves.x, leaves.y), min(leaves.z, end));
+    if !(first < last) {
+        return Passage(0.0, 0.0, 0.0);
+    }
+    if brick.density >= 0.0 {
+        return Passage(first, last, brick.density * (last - first) * ray.metres);
+    }
+    let rises = ray.way > vec3(0.0);
+    let ahead = select(vec3(0.0), vec3(1.0), rises);
+    let step = select(vec3(-1.0), vec3(1.0), rises);
+    let highest = brick.high - 1.0;
+    var cell = clamp(floor(ray.start + ray.way * first), brick.low, highest);
+    var t = first;
+    var begins = last;
+    var ends = first;
+    var depth = 0.0;
+    for (var turn = 0u; turn < TURNS; turn += 1u) {
+        for (var n = 0u; n < unrolled(CELLS); n += 1u) {
+            if t < last {
+                let faces = (cell + ahead - ray.start) * ray.inverse;
+                let next = max(min(min(faces.x, faces.y), min(faces.z, last)), t);
+                let middle = ray.start + ray.way * (0.5 * (t + next)) - cell;
+                let apart = ray.way * (GAUSS * (next - t));
+                let a = clamp(middle - apart, vec3(0.0), vec3(1.0));
+                let b = clamp(middle + apart, vec3(0.0), vec3(1.0));
+                let both = two_densities(brick.place + vec3<u32>(cell - brick.low), a, b);
+                let own = both * (0.5 * (next - t));
+                depth += own;
+                begins = select(begins, min(begins, t), own > 0.0);
+                ends = select(ends, next, own > 0.0);
+                cell = select(cell, clamp(cell + step, brick.low, highest), faces <= vec3(next));
+                t = next;
+            }
+        }
+        if t >= last {
+            break;
+        }
+    }
+    return Passage(begins, ends, depth * ray.metres);
+}

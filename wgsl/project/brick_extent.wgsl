@@ -1,0 +1,48 @@
+// Extent of a brick's box in a view. CPU reference: src/reference/project.rs.
+
+import package::records::brick::{Brick, voxel_edges};
+import package::records::view::GpuView;
+
+// Share by which edges may be off a right angle.
+const SQUARE: f32 = 1e-4;
+// Rounding of the least distance, a share of the distances that it is made of.
+const DISTANCE_ROUNDING: f32 = 1e-4;
+
+struct BrickExtent {
+    lo: vec2<f32>,    // box in the map [texels], where `nearest` is in front of the eye
+    hi: vec2<f32>,
+    nearest: f32,     // along the axis [m]
+    farthest: f32,
+    least: f32,       // distance of its nearest point from the origin of view space, at most [m]
+}
+
+// `center`: of the box in view space [m].
+fn brick_extent(view: GpuView, brick: Brick, center: vec3<f32>) -> BrickExtent {
+    let edges = voxel_edges(brick);
+    let half_size = (brick.high - brick.low) * 0.5;
+    let rotation = mat3x3(view.view_from_world[0].xyz, view.view_from_world[1].xyz, view.view_from_world[2].xyz);
+    let x = rotation * edges[0] * half_size.x;
+    let y = rotation * edges[1] * half_size.y;
+    let z = rotation * edges[2] * half_size.z;
+    let reach = abs(x.z) + abs(y.z) + abs(z.z);
+    var all = BrickExtent(vec2(1e30), vec2(-1e30), -center.z - reach, -center.z + reach, 0.0);
+    for (var i = 0u; i < 8u; i += 1u) {
+        let sign = select(vec3(-1.0), vec3(1.0), (vec3(i) & vec3(1u, 2u, 4u)) != vec3(0u));
+        let corner = center + x * sign.x + y * sign.y + z * sign.z;
+        let per_metre = select(1.0, 1.0 / -corner.z, view.perspective > 0.0);
+        let texel = vec2(corner.x, -corner.y) * view.scale * per_metre + view.size * 0.5;
+        all.lo = min(all.lo, texel);
+        all.hi = max(all.hi, texel);
+    }
+    let lengths = vec3(length(x), length(y), length(z));
+    let skew = max(abs(dot(x, y)) / (lengths.x * lengths.y), abs(dot(y, z)) / (lengths.y * lengths.z));
+    let away = length(center);
+    if max(skew, abs(dot(z, x)) / (lengths.z * lengths.x)) < SQUARE {
+        let beside = abs(vec3(dot(center, x), dot(center, y), dot(center, z))) / lengths;
+        all.least = length(max(beside - lengths, vec3(0.0)));
+    } else {
+        all.least = away - length(abs(x) + abs(y) + abs(z));
+    }
+    all.least = max(all.least - DISTANCE_ROUNDING * (away + lengths.x + lengths.y + lengths.z), 0.0);
+    return all;
+}

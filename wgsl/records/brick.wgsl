@@ -1,0 +1,56 @@
+// A brick of a grid, and what all bricks of the grid share, from `bricks`. Rust: `BrickRecord` and `GridRecord`
+// in src/records/brick.rs.
+
+import package::bind::sampled::bricks;
+import package::records::record::record_texel;
+
+const BRICK_TEXELS: u32 = 2u;
+const BRICK_SIZE: f32 = 8.0; // edge of a brick with voxels of its own [voxels]
+
+struct Brick {
+    low: vec3<f32>,   // lowest corner, from the grid's anchor [voxels]
+    high: vec3<f32>,  // highest corner
+    density: f32,     // if it is constant; negative for voxels of its own
+    place: vec3<u32>, // first texel of these in `voxels`
+    grid: u32,        // first texel of the grid's record
+}
+
+struct Grid {
+    index_from_world: mat3x3<f32>, // transposed: a vector is its left factor [voxels/m]
+    anchor: vec3<f32>,             // world space [m]
+    extinction: vec3<f32>,         // of density 1 [1/m]
+}
+
+fn brick_of(id: u32) -> Brick {
+    let own = textureLoad(bricks, record_texel(BRICK_TEXELS * id), 0);
+    let shape = textureLoad(bricks, record_texel(BRICK_TEXELS * id + 1u), 0);
+    let low = vec3<f32>(bitcast<vec3<i32>>(own.xyz));
+    let density = bitcast<f32>(shape.w);
+    let size = select(vec3<f32>(shape.xyz), vec3(BRICK_SIZE), density < 0.0);
+    return Brick(low, low + size, density, shape.xyz, own.w);
+}
+
+fn grid_texel(grid: u32, texel: u32) -> vec4<f32> {
+    return bitcast<vec4<f32>>(textureLoad(bricks, record_texel(grid + texel), 0));
+}
+
+fn grid_of(brick: Brick) -> Grid {
+    let x = grid_texel(brick.grid, 0u);
+    let y = grid_texel(brick.grid, 1u);
+    let z = grid_texel(brick.grid, 2u);
+    let extinction = vec3(
+        grid_texel(brick.grid, 3u).w,
+        grid_texel(brick.grid, 4u).w,
+        grid_texel(brick.grid, 5u).w,
+    );
+    return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), extinction);
+}
+
+// Edges of a voxel as columns, world space [m].
+fn voxel_edges(brick: Brick) -> mat3x3<f32> {
+    return mat3x3(
+        grid_texel(brick.grid, 3u).xyz,
+        grid_texel(brick.grid, 4u).xyz,
+        grid_texel(brick.grid, 5u).xyz,
+    );
+}
