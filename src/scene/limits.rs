@@ -19,6 +19,8 @@ pub enum Limit {
     Texels,
     /// Particles, read or generated.
     Particles,
+    /// Gaussians, read or generated.
+    Splats,
     /// Triangles of shapes and meshes, including degenerate ones.
     Triangles,
     /// Nodes of a glTF file; instances and primitives of each count too, and joints of its skin.
@@ -34,13 +36,14 @@ pub enum Limit {
 
 impl Limit {
     /// All limits.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Lights,
         Self::Sources,
         Self::Materials,
         Self::Textures,
         Self::Texels,
         Self::Particles,
+        Self::Splats,
         Self::Triangles,
         Self::Nodes,
         Self::Unpacked,
@@ -56,7 +59,7 @@ impl Limit {
             Self::Materials => crate::records::MAX_MATERIALS as u64,
             Self::Textures => 256,
             Self::Texels => 1 << 28,
-            Self::Particles => 16_000_000,
+            Self::Particles | Self::Splats => 16_000_000,
             Self::Triangles => 8_000_000,
             Self::Nodes => 1_000_000,
             Self::Unpacked => 1 << 30,
@@ -74,6 +77,7 @@ impl Limit {
             Self::Textures => "textures",
             Self::Texels => "texels of textures",
             Self::Particles => "particles",
+            Self::Splats => "splats",
             Self::Triangles => "triangles",
             Self::Nodes => "nodes of a glTF file",
             Self::Unpacked => "bytes of compressed meshes",
@@ -92,6 +96,7 @@ impl Limit {
             Self::Textures => "share textures, or paint several into one",
             Self::Texels => "make the textures smaller",
             Self::Particles => "use fewer and larger particles",
+            Self::Splats => "use fewer and larger splats",
             Self::Triangles => {
                 "simplify the meshes, use them less often, or lower a sphere's level"
             }

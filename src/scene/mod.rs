@@ -21,6 +21,7 @@ mod gltf_json;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_meshopt;
+mod gltf_splats;
 mod gltf_texture;
 mod images;
 mod keys;
@@ -37,11 +38,14 @@ mod painted;
 mod particles;
 mod plain;
 mod ply;
+mod ply_body;
 mod ply_header;
 mod read;
 mod rig;
 mod shapes;
 mod source;
+#[doc(hidden)]
+pub mod splats;
 mod summary;
 mod tables;
 #[doc(hidden)]
