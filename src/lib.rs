@@ -123,8 +123,8 @@ use gpu::error;
 pub use glam;
 pub use gpu::{Gpu, KernelError, KernelJob, Memory, Support, Tier, Timeline, error::Error};
 pub use model::{
-    Bounds, Camera, Casters, Counters, Light, LightKind, Material, Particle, Receiver, Scene,
-    ShadowSettings, Shape, Texture, Transfer, Triangle, View,
+    Bounds, Camera, Casters, Counters, Gaussian, Light, LightKind, Material, Particle, Receiver,
+    Scene, ShadowSettings, Shape, Texture, Transfer, Triangle, View,
 };
 #[cfg(feature = "picture")]
 pub use render::{RenderOptions, Renderer};

@@ -91,6 +91,9 @@ pub enum Input {
     /// A particle of [`Casters`](crate::Casters).
     #[error("particle")]
     Particle,
+    /// A Gaussian of [`Casters`](crate::Casters).
+    #[error("Gaussian")]
+    Gaussian,
     /// A triangle of [`Casters`](crate::Casters).
     #[error("triangle")]
     Triangle,

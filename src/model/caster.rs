@@ -1,5 +1,5 @@
 //! Casters: materials, particles and triangles.
-use crate::model::Pattern;
+use crate::model::{Gaussian, GaussianOpacity, Pattern};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
@@ -57,6 +57,9 @@ pub enum Shape {
     Quad,
     /// A sphere that absorbs along the chord of the ray.
     Puff,
+    /// An anisotropic [`Gaussian`]: not of particles, which have one radius.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    Gaussian,
 }
 
 /// Falloff of a disc's opacity at distance `q` from its centre, for radius `r`.
@@ -100,6 +103,11 @@ pub struct Material {
     pub shape: Shape,
     /// Profile of its discs.
     pub profile: Profile,
+    /// Meaning of its Gaussians' opacity.
+    pub gaussian: GaussianOpacity,
+    /// Whether particles and Gaussians filter light as if they were black, whatever their own colour: a neutral
+    /// shadow of their opacity.
+    pub neutral: bool,
     /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
     /// Index into [`crate::model::Scene::textures`].
@@ -142,6 +150,8 @@ impl Default for Material {
             transfer: Transfer::Filter,
             shape: Shape::Disc,
             profile: Profile::Soft,
+            gaussian: GaussianOpacity::Splat,
+            neutral: false,
             tint: Vec4::ONE,
             texture: None,
             reflectivity: 0.0,
@@ -288,11 +298,13 @@ pub struct Texture {
 
 /// The casters, in world space. Positions are 32-bit floats with 24 bits of precision: a host with a large
 /// world gives them and the views relative to a point near the camera (10 km away, rounding is 1 mm).
-/// Particles and triangles name their material by its index, and materials their texture.
+/// Particles, Gaussians and triangles name their material by its index, and materials their texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Casters<'a> {
     /// Discs, quads and puffs.
     pub particles: &'a [Particle],
+    /// Anisotropic Gaussians.
+    pub gaussians: &'a [Gaussian],
     /// Triangles of meshes.
     pub triangles: &'a [Triangle],
     /// Materials, at most 512.

@@ -11,6 +11,7 @@ pub mod emission;
 pub mod emitter;
 mod environment;
 pub mod fluid;
+mod gaussian;
 mod hash;
 mod light;
 mod look_up;
@@ -37,6 +38,7 @@ pub use dither::Pattern;
 pub use environment::{
     Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
 };
+pub use gaussian::{GAUSSIAN_REACH, Gaussian, GaussianOpacity};
 pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 pub use look_up::{LookUp, ShadowFilter};

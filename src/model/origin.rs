@@ -31,6 +31,9 @@ impl Scene {
         for particle in &mut self.particles {
             particle.center -= by;
         }
+        for gaussian in &mut self.gaussians {
+            gaussian.center -= by;
+        }
         for corner in self.triangles.iter_mut().flat_map(|triangle| &mut triangle.positions) {
             *corner -= by;
         }
@@ -52,7 +55,9 @@ impl Scene {
             return None;
         }
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        let mut radii: Vec<f32> = self.particles.iter().map(|particle| particle.radius).collect();
+        let radii = self.particles.iter().map(|particle| particle.radius);
+        let deviations = self.gaussians.iter().map(|gaussian| gaussian.sigma.max_element());
+        let mut radii: Vec<f32> = radii.chain(deviations).collect();
         radii.sort_unstable_by(f32::total_cmp);
         // Without particles, the edge of a map's texel is the size.
         let size = radii.get(radii.len() / 2).copied();

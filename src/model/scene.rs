@@ -1,7 +1,8 @@
 //! The scene: everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Environment, IRRADIANCE, Light, MaskSettings,
-    Material, Particle, ShadowSettings, Skipped, Texture, Triangle, emission::Emission,
+    Air, Bounds, Camera, Casters, ClusterSettings, Environment, Gaussian, IRRADIANCE, Light,
+    MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
+    emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -35,6 +36,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Discs, quads and puffs.
     pub particles: Vec<Particle>,
+    /// Anisotropic Gaussians.
+    pub gaussians: Vec<Gaussian>,
     /// Emitters whose particles a device simulates: they are not among [`Self::particles`]. See
     /// [`Self::simulate_on_device`].
     pub emissions: Vec<Emission>,
@@ -131,16 +134,17 @@ impl Scene {
     pub fn bounds(&self) -> Bounds {
         let particles =
             self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
-        let emitted = self.emissions.iter().fold(particles, |b, e| b.with(&e.bounds()));
+        let gaussians = self.gaussians.iter().fold(particles, |b, g| b.with(&g.bounds()));
+        let emitted = self.emissions.iter().fold(gaussians, |b, e| b.with(&e.bounds()));
         self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
     pub fn casters(&self) -> Casters<'_> {
-        let Self { particles, triangles, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, materials, textures, .. } = self;
         // A frame must not depend on how particles were grouped in the one before.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
-        Casters { particles, triangles, materials, textures, in_order }
+        Casters { particles, gaussians, triangles, materials, textures, in_order }
     }
 
     /// Frames per second where frames are numbered.
@@ -210,6 +214,7 @@ impl Default for Scene {
             materials: Vec::new(),
             textures: Vec::new(),
             particles: Vec::new(),
+            gaussians: Vec::new(),
             emissions: Vec::new(),
             triangles: Vec::new(),
             ambient: Vec3::new(0.18, 0.20, 0.24),

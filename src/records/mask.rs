@@ -252,6 +252,8 @@ fn tinting_bounds(scene: &Scene) -> Bounds {
     let is = |material: u32| tints.get(material as usize).copied().unwrap_or(false);
     let particles = scene.particles.iter().filter(|particle| is(particle.material));
     let bounds = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+    let gaussians = scene.gaussians.iter().filter(|gaussian| is(gaussian.material));
+    let bounds = gaussians.fold(bounds, |b, gaussian| b.with(&gaussian.bounds()));
     let emissions = scene.emissions.iter().filter(|emission| is(emission.emitter.material));
     let bounds = emissions.fold(bounds, |b, emission| b.with(&emission.bounds()));
     let corners = scene.triangles.iter().filter(|own| is(own.material)).flat_map(|t| t.positions);

@@ -126,6 +126,8 @@ fn turned(x: Vec3, y: Vec3, sin: f32, cos: f32) -> (Vec3, Vec3) {
 pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
     let inside = match shape {
         Shape::Quad => q.x.abs().max(q.y.abs()) <= 1.0,
+        // A Gaussian has no plane.
+        Shape::Gaussian => false,
         Shape::Disc | Shape::Puff => q.length_squared() <= 1.0,
     };
     match (inside, shape, profile) {

@@ -249,6 +249,9 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         receives: keys.value("receives", usual.receives)?,
         visible: keys.value("visible", usual.visible)?,
         casts: keys.value("casts", usual.casts)?,
+        // Tables of splats say what their opacity means and how they cast.
+        gaussian: usual.gaussian,
+        neutral: usual.neutral,
     };
     Ok(MaterialTable {
         material,

@@ -1,5 +1,5 @@
 //! Extent of a directional view: all casters, and depths that include their receivers.
-use crate::model::{Bounds, ReceiverPoint, Scene, Triangle};
+use crate::model::{Bounds, Gaussian, ReceiverPoint, Scene, Triangle};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Casters and receivers that a directional view covers.
@@ -29,6 +29,8 @@ impl<'a> Cover<'a> {
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| casts(p.material));
         let casters = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+        let gaussians = scene.gaussians.iter().filter(|g| casts(g.material));
+        let casters = gaussians.fold(casters, |b, g| b.with(&g.bounds()));
         let emissions = scene.emissions.iter().filter(|e| casts(e.emitter.material));
         let casters = emissions.fold(casters, |b, e| b.with(&e.bounds()));
         let corners =
@@ -64,15 +66,16 @@ impl<'a> Cover<'a> {
         let triangles = scene.triangles.iter().filter(|t| !casts(t.material));
         let triangles = triangles.map(|t| deepest_within(t, view_from_world, min, max));
         let emissions = scene.emissions.iter().filter(|e| !casts(e.emitter.material));
-        let emissions = emissions.filter(|e| !e.bounds().is_empty());
-        let emissions = emissions.map(|e| {
-            let corners = e.bounds().corners().map(|c| view_from_world.transform_point3(c));
+        let emissions = emissions.map(|e| e.bounds()).filter(|bounds| !bounds.is_empty());
+        let gaussians = scene.gaussians.iter().filter(|g| !casts(g.material)).map(Gaussian::bounds);
+        let boxes = emissions.chain(gaussians).map(|bounds| {
+            let corners = bounds.corners().map(|c| view_from_world.transform_point3(c));
             let bounds = corners.iter().fold(Bounds::EMPTY, |b, &c| b.with_sphere(c, 0.0));
             let is_inside =
                 bounds.max.truncate().cmpge(min).all() && bounds.min.truncate().cmple(max).all();
             if is_inside { bounds.min.z } else { f32::INFINITY }
         });
-        particles.chain(triangles).chain(emissions).fold(points, f32::min)
+        particles.chain(triangles).chain(boxes).fold(points, f32::min)
     }
 }
 

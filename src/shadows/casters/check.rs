@@ -1,14 +1,14 @@
 //! Validation of a host's casters before they are used.
 use crate::{
     error::{Error, Input},
-    model::{Casters, Particle, Triangle},
+    model::{Casters, Particle, Shape, Triangle},
     records::MAX_MATERIALS,
 };
 
 impl Casters<'_> {
     /// Checks that all indices are in range and all positions finite.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { particles, triangles, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, materials, textures, .. } = self;
         if materials.len() > MAX_MATERIALS {
             return Err(Error::Limit {
                 limit: "materials of a scene",
@@ -25,7 +25,19 @@ impl Casters<'_> {
             Particle { radius, .. } if !(*radius > 0.0 && radius.is_finite()) => {
                 Some("its radius must be above 0 and finite")
             }
+            Particle { material, .. } if materials[*material as usize].shape == Shape::Gaussian => {
+                Some("its material's shape is that of Gaussians")
+            }
             _ => None,
+        })?;
+        find(Input::Gaussian, gaussians, |gaussian| {
+            let Some(material) = materials.get(gaussian.material as usize) else {
+                return Some(no_material);
+            };
+            if material.shape != Shape::Gaussian {
+                return Some("its material's shape must be `Gaussian`");
+            }
+            gaussian.problem(material.transfer.max_color(), material.gaussian)
         })?;
         find(Input::Triangle, triangles, |triangle| match triangle {
             Triangle { material, .. } if !known(*material) => Some(no_material),

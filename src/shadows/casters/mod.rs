@@ -142,7 +142,7 @@ impl CasterSet {
         casters: &Casters<'_>,
         inputs: &HostInputs<'_>,
     ) -> Result<Self, Error> {
-        let &Casters { particles, triangles, materials, textures, in_order } = casters;
+        let &Casters { particles, triangles, materials, textures, in_order, .. } = casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let classes: Vec<_> = materials.iter().map(Class::of).collect();

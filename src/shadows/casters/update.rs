@@ -19,7 +19,7 @@ impl CasterSet {
     /// casters, materials or textures, other sizes of textures, casters of another class, or particles that
     /// have drifted so far apart that they need new groups.
     pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
-        let &Casters { particles, triangles, materials, textures, in_order } = casters;
+        let &Casters { particles, triangles, materials, textures, in_order, .. } = casters;
         if self.uploaded.in_order != in_order
             || !self.is_laid_out_as(particles, triangles, materials, textures)
         {

@@ -1,0 +1,111 @@
+//! Anisotropic Gaussians: captured scenes, and dust that is measured instead of drawn.
+use super::{Bounds, scene::FARTHEST};
+use glam::{Mat3, Quat, Vec3};
+
+/// What the opacity of a material's Gaussians means. The two are never converted into each other: with equal
+/// opacity at the centre the shadows' areas differ by a factor of 2.1 at 0.99 (docs/gaussians.md).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum GaussianOpacity {
+    /// `alpha = opacity * exp(-q^2 / 2)` where the ray is closest to the centre in the Gaussian's own space, at
+    /// distance `q` [standard deviations]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
+    #[default]
+    Splat,
+    /// Extinction `density * opacity * exp(-q^2 / 2)` [1/m], whose integral along the ray up to the opaque
+    /// surface is the optical depth.
+    Medium {
+        /// Extinction at the centre per unit of opacity [1/m].
+        density: f32,
+    },
+}
+
+/// Distance from the centre at which a Gaussian ends, if it does not end before: `exp(-q^2 / 2)` is 1/1024 there
+/// [standard deviations].
+pub const GAUSSIAN_REACH: f32 = 3.723_297_4;
+
+/// Most extinction at the centre of a medium times its longest standard deviation: anything thicker is as black.
+const MAX_OPACITY: f32 = 1e6;
+
+/// An anisotropic 3D Gaussian.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gaussian {
+    /// Centre, world space [m].
+    pub center: Vec3,
+    /// Unit rotation of its axes, from its own space to the world.
+    pub rotation: Quat,
+    /// Standard deviations along its axes, above 0 [m].
+    pub sigma: Vec3,
+    /// Linear rgb, 0..=1 (16 with `gain`); multiplies the material's tint.
+    pub color: Vec3,
+    /// Opacity at the centre, 0..=1; of a medium at least 0. Multiplies the alpha of the material's tint.
+    pub opacity: f32,
+    /// Index into [`crate::model::Scene::materials`], of a material whose shape is [`super::Shape::Gaussian`].
+    pub material: u32,
+    /// Seed of dither patterns; unique where the file gives one.
+    pub id: u32,
+}
+
+impl Default for Gaussian {
+    /// A white opaque Gaussian of 0.1 m deviation at the origin.
+    fn default() -> Self {
+        Self {
+            center: Vec3::ZERO,
+            rotation: Quat::IDENTITY,
+            sigma: Vec3::splat(0.1),
+            color: Vec3::ONE,
+            opacity: 1.0,
+            material: 0,
+            id: 0,
+        }
+    }
+}
+
+impl Gaussian {
+    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`] of its
+    /// material, `opacity`: what its opacity means.
+    pub fn problem(&self, max_color: f32, opacity: GaussianOpacity) -> Option<&'static str> {
+        let Self { center, rotation, sigma, color, .. } = *self;
+        let finite = center.is_finite()
+            && rotation.is_finite()
+            && sigma.is_finite()
+            && color.is_finite()
+            && self.opacity.is_finite();
+        let most = match opacity {
+            GaussianOpacity::Splat => 1.0,
+            GaussianOpacity::Medium { .. } => MAX_OPACITY,
+        };
+        let in_range = |v: f32, most: f32| (0.0..=most).contains(&v);
+        if !finite {
+            Some("gaussian not finite")
+        } else if center.abs().max_element() > FARTHEST || sigma.max_element() > FARTHEST {
+            Some("gaussian too far")
+        } else if sigma.min_element() <= 0.0 {
+            Some("gaussian sigma not positive")
+        } else if !rotation.is_normalized() {
+            Some("gaussian rotation not of unit length")
+        } else if !in_range(color.min_element(), max_color) || color.max_element() > max_color {
+            Some("gaussian colour out of range")
+        } else if !in_range(self.opacity, most) {
+            Some("gaussian opacity out of range")
+        } else {
+            None
+        }
+    }
+
+    /// Its standard deviations as vectors, world space [m]: columns.
+    pub fn axes(&self) -> Mat3 {
+        Mat3::from_quat(self.rotation) * Mat3::from_diagonal(self.sigma)
+    }
+
+    /// Radius of the sphere around it [m].
+    pub fn radius(&self) -> f32 {
+        self.sigma.max_element() * GAUSSIAN_REACH
+    }
+
+    /// Box around it, world space [m].
+    pub fn bounds(&self) -> Bounds {
+        let axes = self.axes();
+        let half = Vec3::from_array([0, 1, 2].map(|i| axes.row(i).length())) * GAUSSIAN_REACH;
+        Bounds { min: self.center - half, max: self.center + half }
+    }
+}
