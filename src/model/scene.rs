@@ -98,9 +98,10 @@ pub(crate) const FARTHEST: f32 = 1e7;
 pub(crate) mod moved {
     pub(crate) const PARTICLE: &str = "particle moved too far";
     pub(crate) const TRIANGLE: &str = "triangle moved too far";
+    pub(crate) const GAUSSIAN: &str = "gaussian moved too far";
     /// Of a light or the camera.
     pub(crate) const NODE: &str = "light or camera moved too far";
-    pub(super) const ALL: [&str; 3] = [PARTICLE, TRIANGLE, NODE];
+    pub(super) const ALL: [&str; 4] = [PARTICLE, TRIANGLE, GAUSSIAN, NODE];
 }
 
 impl Scene {

@@ -145,7 +145,9 @@ fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
             "KHR_draco_mesh_compression" => {
                 "export it without Draco (in Blender: Data, Compression off); meshopt is read"
             }
-            _ if name.starts_with("KHR_gaussian_splatting") => "export the splats without compression",
+            _ if name.starts_with("KHR_gaussian_splatting") => {
+                "export the splats without compression"
+            }
             "KHR_texture_basisu" => "export with PNG, JPEG or WebP textures",
             _ => "export without compression or optional extensions",
         };

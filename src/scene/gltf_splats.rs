@@ -6,8 +6,9 @@ use super::{
     gltf_file::File,
     gltf_items::Items,
     limits::Limit,
-    splats::{Cloud, HARMONIC, Splat},
+    splats::{Cloud, HARMONIC},
 };
+use crate::model::Gaussian;
 use ::gltf::accessor::Dimensions;
 use glam::{Mat4, Quat, Vec3};
 use serde_json::Value;
@@ -48,10 +49,14 @@ fn extension(primitive: &Value) -> Option<&Value> {
     primitive.get("extensions")?.get(EXTENSION)
 }
 
-fn splat_primitive(mesh: usize, primitive: &Value) -> Result<SplatPrimitive, (String, &'static str)> {
+fn splat_primitive(
+    mesh: usize,
+    primitive: &Value,
+) -> Result<SplatPrimitive, (String, &'static str)> {
     let compressed = extension(primitive).and_then(|own| own.get("extensions")?.as_object());
     if let Some(name) = compressed.and_then(|extensions| extensions.keys().next()) {
-        let message = format!("mesh {mesh}: its splats need {}, which gobo does not read", quoted(name));
+        let message =
+            format!("mesh {mesh}: its splats need {}, which gobo does not read", quoted(name));
         return Err((message, "export the splats without compression"));
     }
     let attribute = |name: &str| {
@@ -173,15 +178,16 @@ impl<'a> Columns<'a> {
         (0..self.scale.count).any(|i| self.scale.floats::<3>(i).iter().any(|scale| *scale < 0.0))
     }
 
-    fn splat(&self, i: usize, is_logarithm: bool) -> Splat {
+    fn splat(&self, i: usize, is_logarithm: bool) -> Gaussian {
         let scale = Vec3::from_array(self.scale.floats(i));
         let [opacity] = self.opacity.floats(i);
-        Splat {
+        Gaussian {
             center: Vec3::from_array(self.position.floats(i)),
             rotation: Quat::from_array(self.rotation.floats(i)),
             sigma: if is_logarithm { scale.exp() } else { scale },
             opacity,
             color: Vec3::splat(0.5) + HARMONIC * Vec3::from_array(self.color.floats(i)),
+            ..Gaussian::default()
         }
     }
 }

@@ -3,7 +3,9 @@ use super::{
     Scene, SceneError,
     animate::{Placed, animate},
     defaults,
-    document::{CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable},
+    document::{
+        CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable, SplatsTable,
+    },
     emitters, environment,
     keys::Keys,
     light_tables,
@@ -12,7 +14,7 @@ use super::{
     read,
     rig::Placement,
     source::{self, SceneText},
-    tables,
+    splats, tables,
 };
 use crate::model::{Environment, Sky};
 use glam::Vec3;
@@ -45,7 +47,7 @@ impl Default for LoadOptions {
     }
 }
 
-/// Reads a `.toml`, `.glb`, `.gltf`, `.ply` or `.csv` file.
+/// Reads a `.toml`, `.glb`, `.gltf`, `.ply` or `.csv` file, or one of splats, of any name.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions::default())
 }
@@ -64,12 +66,14 @@ pub fn check(path: &Path) -> Result<Scene, SceneError> {
 /// Like [`load`], with options.
 pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let splats = (extension != "toml").then(|| splats::kind_of_file(path)).flatten();
     let file = match extension.as_str() {
+        _ if splats.is_some() => String::new(),
         "toml" => scene_text(path)?,
         "glb" | "gltf" => String::new(),
         "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
         _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply or .csv file";
+            let help = "a scene is a .toml, .glb, .gltf, .ply or .csv file, or one of splats (.ply, .spz, .sog, .splat)";
             let message = format!("no known kind of scene: {extension:?}");
             return Err(SceneError::invalid(path, message, help));
         }
@@ -87,10 +91,14 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
     loader.document(&document)?;
     match extension.as_str() {
+        _ if splats.is_some() => loader.splats_alone(path, splats)?,
         "glb" | "gltf" => {
             let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
             let moving = loader.model(path, still, false)?;
             loader.placed.push(Placed { kind: "mesh", name: None, moving });
+            if loader.leaves_splats {
+                loader.splats_alone(path, None)?;
+            }
         }
         "ply" | "csv" => loader.particle_file(path, 0)?,
         _ => {}
@@ -192,6 +200,7 @@ pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
                 .many("light", |keys| light_tables::light(keys, lights.next().unwrap_or(0)))?,
             material: keys.many("material", tables::material)?,
             particles: keys.many("particles", ParticlesTable::read)?,
+            splats: keys.many("splats", SplatsTable::read)?,
             emitter: keys.many("emitter", emitters::table)?,
             shape: keys.many("shape", ShapeTable::read)?,
             mesh: keys.many("mesh", MeshTable::read)?,

@@ -30,6 +30,7 @@ mod limits;
 mod load;
 mod loader;
 mod loader_files;
+mod loader_splats;
 mod named;
 #[doc(hidden)]
 pub mod noise;

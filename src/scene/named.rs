@@ -64,6 +64,11 @@ fn names(document: &Document) -> Vec<(Range<usize>, &'static str, &Path)> {
             names.push((table.span(), "file", file));
         }
     }
+    for table in &document.splats {
+        if let Some(file) = &table.get_ref().file {
+            names.push((table.span(), "file", file));
+        }
+    }
     names.extend(document.mesh.iter().map(|table| {
         let file: &Path = &table.get_ref().file;
         (table.span(), "file", file)

@@ -8,6 +8,8 @@ use std::fmt;
 pub struct Summary {
     /// Particles without those of emitters.
     pub particles: usize,
+    /// Splats: anisotropic Gaussians.
+    pub splats: usize,
     /// Most particles of emitters at a time.
     pub emitted: u64,
     /// Triangles.
@@ -33,6 +35,7 @@ impl Scene {
         let first_emitted = self.motions.iter().find_map(|motion| motion.first_particle());
         Summary {
             particles: first_emitted.unwrap_or(self.particles.len()),
+            splats: self.gaussians.len(),
             emitted: self.motions.iter().map(|motion| motion.most_particles()).sum(),
             triangles: self.triangles.len(),
             materials: self.materials.len(),
@@ -48,8 +51,13 @@ impl Scene {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { particles, emitted, triangles, materials, textures, lights, views, .. } = self;
+        let Self {
+            particles, splats, emitted, triangles, materials, textures, lights, views, ..
+        } = self;
         writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
+        if *splats > 0 {
+            writeln!(f, "splats     {splats}")?;
+        }
         if *emitted > 0 {
             writeln!(f, "emitters   at most {emitted} particles at a time")?;
         }

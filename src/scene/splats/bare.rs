@@ -1,6 +1,7 @@
 //! `.splat`: records of 32 bytes without a header (antimatter15/splat): three floats each of centre and
 //! deviations, four bytes rgba, four bytes of the rotation w x y z around 128.
-use super::{Cloud, Fault, Splat, word};
+use super::{Cloud, Fault, word};
+use crate::model::Gaussian;
 use glam::{Quat, Vec3};
 
 /// Size of a record [bytes].
@@ -12,7 +13,7 @@ const PROBED: usize = 64;
 /// Whether bytes look like such records: whole ones, whose first have sensible numbers.
 pub(super) fn is_bare(bytes: &[u8]) -> bool {
     let is_sensible = |record: &[u8]| {
-        let Splat { center, sigma, rotation, .. } = splat(record);
+        let Gaussian { center, sigma, rotation, .. } = splat(record);
         center.is_finite()
             && center.abs().max_element() < 1e7
             && sigma.cmpge(Vec3::ZERO).all()
@@ -22,8 +23,13 @@ pub(super) fn is_bare(bytes: &[u8]) -> bool {
     };
     let probed = bytes.as_chunks::<RECORD>().0.iter().take(PROBED);
     !bytes.is_empty()
-        && bytes.len().is_multiple_of(RECORD)
+        && is_whole(bytes.len() as u64)
         && probed.clone().filter(|record| is_sensible(&record[..])).count() * 2 > probed.len()
+}
+
+/// Whether a file of so many bytes has whole records.
+pub(super) fn is_whole(length: u64) -> bool {
+    length.is_multiple_of(RECORD as u64)
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
@@ -39,17 +45,18 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
-fn splat(record: &[u8]) -> Splat {
+fn splat(record: &[u8]) -> Gaussian {
     let vector = |first: usize| {
         Vec3::from_array(std::array::from_fn(|i| f32::from_le_bytes(word(record, first + i))))
     };
     let [r, g, b, a] = word(record, 6).map(|byte| f32::from(byte) / 255.0);
     let [w, x, y, z] = word(record, 7).map(|byte| (f32::from(byte) - 128.0) / 128.0);
-    Splat {
+    Gaussian {
         center: vector(0),
         rotation: Quat::from_xyzw(x, y, z, w),
         sigma: vector(3),
         opacity: a,
         color: Vec3::new(r, g, b),
+        ..Gaussian::default()
     }
 }

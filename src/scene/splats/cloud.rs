@@ -1,31 +1,16 @@
 //! Splats of a file, checked one by one.
 use super::{Fault, placed};
 use crate::{
-    model::{FARTHEST, Skipped},
+    model::{Gaussian, GaussianOpacity, Skipped},
     scene::limits::Limit,
 };
-use glam::{Mat4, Quat, Vec3};
-
-/// An anisotropic Gaussian.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Splat {
-    /// Centre [m].
-    pub center: Vec3,
-    /// Rotation from its own axes, unit.
-    pub rotation: Quat,
-    /// Standard deviations along its own axes [m].
-    pub sigma: Vec3,
-    /// Opacity at its centre, 0..=1; of a medium the share of the cloud's [`Cloud::extinction`].
-    pub opacity: f32,
-    /// Base colour, 0..=1.
-    pub color: Vec3,
-}
+use glam::{Mat4, Vec3};
 
 /// The splats of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Cloud {
-    /// Splats in the order of the file.
-    pub splats: Vec<Splat>,
+    /// Splats in the order of the file, of material 0. Opacities of a medium are shares of the largest.
+    pub splats: Vec<Gaussian>,
     /// Extinction at the centre of a splat of opacity 1 [1/m], if the file holds a medium.
     pub extinction: Option<f32>,
     /// Splats left out, by reason.
@@ -46,7 +31,7 @@ impl Cloud {
     pub(in crate::scene) fn with_room(count: u64) -> Result<Self, Fault> {
         Limit::Splats.grown(0, count)?;
         let mut cloud = Self::default();
-        let bytes = count * size_of::<Splat>() as u64;
+        let bytes = count * size_of::<Gaussian>() as u64;
         let help = "use a smaller file, or a machine with more memory";
         let fault = || (format!("no memory for {count} splats ({} MiB)", bytes >> 20), help);
         cloud.splats.try_reserve_exact(count as usize).map_err(|_| fault())?;
@@ -54,16 +39,16 @@ impl Cloud {
     }
 
     /// Adds the next splat of the file if it is valid; normalises its rotation, clamps its colour.
-    pub(super) fn push(&mut self, splat: Splat) {
+    pub(in crate::scene) fn push(&mut self, splat: Gaussian) {
         self.take(valid(splat), splat.color);
     }
 
     /// Like [`Self::push`], in the space of the file. World space = `world` * the splat's space.
-    pub(in crate::scene) fn push_placed(&mut self, splat: Splat, world: &Mat4) {
+    pub(in crate::scene) fn push_placed(&mut self, splat: Gaussian, world: &Mat4) {
         self.take(valid(splat).and_then(|splat| valid(placed(&splat, world))), splat.color);
     }
 
-    fn take(&mut self, checked: Result<Splat, &'static str>, color: Vec3) {
+    fn take(&mut self, checked: Result<Gaussian, &'static str>, color: Vec3) {
         let row = self.splats.len() as u64 + self.skipped.values().sum::<u64>();
         match checked {
             Ok(valid) => {
@@ -101,35 +86,18 @@ impl Cloud {
     }
 }
 
-fn valid(splat: Splat) -> Result<Splat, &'static str> {
-    let Splat { center, rotation, sigma, opacity, color } = splat;
-    let is_finite = center.is_finite()
-        && rotation.is_finite()
-        && sigma.is_finite()
-        && opacity.is_finite()
-        && color.is_finite();
-    if !is_finite {
-        return Err("splat not finite");
-    }
-    if center.abs().max_element().max(sigma.max_element()) > FARTHEST {
-        return Err("splat too far");
-    }
+/// The splat with its rotation normalised, its colour clamped and without deviations of 0, or why it cannot be
+/// used.
+fn valid(splat: Gaussian) -> Result<Gaussian, &'static str> {
+    let Gaussian { rotation, sigma, color, .. } = splat;
     // Squares of a short quaternion would vanish.
     let longest = rotation.to_array().iter().fold(0.0, |most: f32, part| most.max(part.abs()));
-    if longest == 0.0 {
-        return Err("splat without rotation");
-    }
     let flattest = sigma.max_element() * FLATTEST;
-    if sigma.min_element() < 0.0 || flattest <= 0.0 {
-        return Err("splat without extent");
-    }
-    if !(0.0..=1.0).contains(&opacity) {
-        return Err("opacity out of range");
-    }
-    Ok(Splat {
+    let valid = Gaussian {
         rotation: (rotation / longest).normalize(),
-        sigma: sigma.max(Vec3::splat(flattest)),
+        sigma: sigma.map(|sigma| if sigma == 0.0 { flattest } else { sigma }),
         color: color.clamp(Vec3::ZERO, Vec3::ONE),
         ..splat
-    })
+    };
+    valid.problem(1.0, GaussianOpacity::Splat).map_or(Ok(valid), Err)
 }

@@ -22,7 +22,7 @@ mod write_spz;
 use super::{SceneError, gltf_splats, read};
 use std::path::Path;
 
-pub use cloud::{Cloud, Splat};
+pub use cloud::Cloud;
 pub(super) use place::placed;
 pub use write_ply::to_ply;
 pub use write_spz::to_spz;
@@ -32,6 +32,9 @@ pub type Fault = (String, &'static str);
 
 /// Degree-0 spherical harmonic, `1 / (2 sqrt(pi))`: colour = 0.5 + this * coefficient (Kerbl et al. 2023).
 pub(super) const HARMONIC: f32 = 0.282_094_8;
+
+/// Head by which a kind is recognised: longer than the header of any PLY [bytes].
+const LONGEST_HEAD: u64 = 1 << 16;
 
 /// Kind of a file of splats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +65,14 @@ pub fn kind_of(bytes: &[u8]) -> Option<Kind> {
     bare::is_bare(bytes).then_some(Kind::Bare)
 }
 
+impl Kind {
+    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took over
+    /// the axes of photogrammetry.
+    pub(super) fn points_down(self) -> bool {
+        matches!(self, Self::Ply | Self::Packed | Self::Bare)
+    }
+}
+
 /// Reads a file of any kind. World space = the file's space.
 pub fn load(path: &Path) -> Result<Cloud, SceneError> {
     let bytes = read::bytes(path)?;
@@ -74,6 +85,13 @@ pub fn load(path: &Path) -> Result<Cloud, SceneError> {
         return Err(SceneError::invalid(path, message, help));
     };
     read_kind(kind, &bytes).map_err(|(message, help)| SceneError::invalid(path, message, help))
+}
+
+/// Kind of splats in a file, by its head; `None` if they are none, or glTF, or the file cannot be read.
+pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+    let (head, length) = read::head(path, LONGEST_HEAD).ok()?;
+    // A file without a header is also recognised by its length.
+    kind_of(&head).filter(|&kind| kind != Kind::Bare || bare::is_whole(length))
 }
 
 /// Whether the bytes are those of a glTF file, of any contents.

@@ -1,5 +1,6 @@
 //! Compressed PLY of PlayCanvas: chunks of 256 splats with the bounds of their numbers, four words a splat.
-use super::{Cloud, Fault, Splat, ply::table};
+use super::{Cloud, Fault, ply::table};
+use crate::model::Gaussian;
 use crate::scene::{ply_body::Body, ply_header};
 use glam::{Quat, Vec3};
 
@@ -36,9 +37,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
                 let memory = || (format!("no memory for {} chunks", element.count), help);
                 chunks.try_reserve_exact(element.count).map_err(|_| memory())?;
                 body.rows(element, colors.as_ref().unwrap_or(&plain), |row| {
-                    let vector = |i: usize| Vec3::new(row[i] as f32, row[i + 1] as f32, row[i + 2] as f32);
-                    let color =
-                        if row.len() > 12 { [vector(12), vector(15)] } else { [Vec3::ZERO, Vec3::ONE] };
+                    let vector =
+                        |i: usize| Vec3::new(row[i] as f32, row[i + 1] as f32, row[i + 2] as f32);
+                    let color = if row.len() > 12 {
+                        [vector(12), vector(15)]
+                    } else {
+                        [Vec3::ZERO, Vec3::ONE]
+                    };
                     chunks.push([[vector(0), vector(3)], [vector(6), vector(9)], color]);
                     Ok(())
                 })?;
@@ -57,7 +62,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
                         (message, "write the element `chunk` before `vertex`, whole")
                     })?;
                     index += 1;
-                    splats.push(splat(chunk, [row[0], row[1], row[2], row[3]].map(|word| word as u32)));
+                    splats.push(splat(
+                        chunk,
+                        [row[0], row[1], row[2], row[3]].map(|word| word as u32),
+                    ));
                     Ok(())
                 })?;
                 cloud = Some(splats);
@@ -87,18 +95,20 @@ fn share(word: u32, shift: u32, bits: u32) -> f32 {
 
 /// Words of the centre (11, 10, 11 bits from the top), rotation (index of the largest part of w x y z, and
 /// the others), deviations (as the centre), colour and opacity (8 bits each from the top).
-fn splat(chunk: &Chunk, [position, rotation, scale, color]: [u32; 4]) -> Splat {
+fn splat(chunk: &Chunk, [position, rotation, scale, color]: [u32; 4]) -> Gaussian {
     let vector = |word| Vec3::new(share(word, 21, 11), share(word, 11, 10), share(word, 0, 11));
     let within = |[least, most]: [Vec3; 2], share: Vec3| least + (most - least) * share;
     let [centers, scales, colors] = *chunk;
-    let parts = [20, 10, 0].map(|shift| (share(rotation, shift, 10) - 0.5) * std::f32::consts::SQRT_2);
+    let parts =
+        [20, 10, 0].map(|shift| (share(rotation, shift, 10) - 0.5) * std::f32::consts::SQRT_2);
     let rgb = Vec3::new(share(color, 24, 8), share(color, 16, 8), share(color, 8, 8));
-    Splat {
+    Gaussian {
         center: within(centers, vector(position)),
         rotation: smallest_three(parts, (rotation >> 30) as usize),
         sigma: within(scales, vector(scale)).exp(),
         opacity: share(color, 0, 8),
         color: within(colors, rgb),
+        ..Gaussian::default()
     }
 }
 
@@ -107,8 +117,11 @@ pub(super) fn smallest_three(parts: [f32; 3], largest: usize) -> Quat {
     let sum: f32 = parts.iter().map(|part| part * part).sum();
     let mut rest = parts.into_iter();
     let missing = (1.0 - sum).max(0.0).sqrt();
-    let [w, x, y, z] = std::array::from_fn(|i| {
-        if i == largest { missing } else { rest.next().unwrap_or_default() }
-    });
+    let [w, x, y, z] =
+        std::array::from_fn(
+            |i| {
+                if i == largest { missing } else { rest.next().unwrap_or_default() }
+            },
+        );
     Quat::from_xyzw(x, y, z, w)
 }

@@ -1,5 +1,5 @@
 //! Splats under an affine map.
-use super::Splat;
+use crate::model::Gaussian;
 use glam::{DMat3, DQuat, DVec3, Mat4};
 
 /// Rotations of all three pairs of columns in turn; columns of 3 x 3 matrices are orthogonal to rounding
@@ -7,10 +7,11 @@ use glam::{DMat3, DQuat, DVec3, Mat4};
 const SWEEPS: usize = 8;
 
 /// The splat under `world`, any affine map: a Gaussian remains one.
-pub(in crate::scene) fn placed(splat: &Splat, world: &Mat4) -> Splat {
-    let axes = DMat3::from_quat(splat.rotation.as_dquat()) * DMat3::from_diagonal(splat.sigma.as_dvec3());
+pub(in crate::scene) fn placed(splat: &Gaussian, world: &Mat4) -> Gaussian {
+    let axes =
+        DMat3::from_quat(splat.rotation.as_dquat()) * DMat3::from_diagonal(splat.sigma.as_dvec3());
     let (rotation, sigma) = principal_axes(DMat3::from_mat4(world.as_dmat4()) * axes);
-    Splat {
+    Gaussian {
         center: world.transform_point3(splat.center),
         rotation: rotation.as_quat(),
         sigma: sigma.as_vec3(),
@@ -52,7 +53,7 @@ mod tests {
     use super::*;
     use glam::{Quat, Vec3};
 
-    fn covariance(splat: &Splat) -> DMat3 {
+    fn covariance(splat: &Gaussian) -> DMat3 {
         let axes = DMat3::from_quat(splat.rotation.as_dquat().normalize());
         let sigma = splat.sigma.as_dvec3();
         axes * DMat3::from_diagonal(sigma * sigma) * axes.transpose()
@@ -61,12 +62,11 @@ mod tests {
     /// Covariance = M C M^T, also under shear, mirrors and flat needles.
     #[test]
     fn a_placed_splat_has_the_mapped_covariance() {
-        let splat = Splat {
+        let splat = Gaussian {
             center: Vec3::new(1.0, 2.0, 3.0),
             rotation: Quat::from_xyzw(0.3, -0.2, 0.5, 0.7).normalize(),
             sigma: Vec3::new(1.0, 0.1, 0.01),
-            opacity: 0.5,
-            color: Vec3::ONE,
+            ..Gaussian::default()
         };
         let turn = Quat::from_xyzw(0.1, 0.7, -0.2, 0.4).normalize();
         for scale in [Vec3::ONE, Vec3::new(2.0, 0.5, -3.0), Vec3::new(1.0, 1.0, 1e-3)] {
@@ -77,7 +77,8 @@ mod tests {
             let map = DMat3::from_mat4(world.as_dmat4());
             let wanted = map * covariance(&splat) * map.transpose();
             let far = (covariance(&placed) - wanted).to_cols_array();
-            let size = wanted.to_cols_array().iter().fold(0.0, |most: f64, part| most.max(part.abs()));
+            let size =
+                wanted.to_cols_array().iter().fold(0.0, |most: f64, part| most.max(part.abs()));
             // Rounding of a rotation and deviations in 32 bits.
             assert!(far.iter().all(|part| part.abs() < 1e-6 * size), "{scale}: {far:?} of {size}");
             assert_eq!(placed.center, world.transform_point3(splat.center));

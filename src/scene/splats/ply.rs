@@ -1,6 +1,7 @@
 //! PLY with a row per splat: 3D Gaussian splatting (Kerbl et al. 2023) and volumetric primitives (Condor et
 //! al. 2024).
-use super::{Cloud, Fault, HARMONIC, Kind, Splat};
+use super::{Cloud, Fault, HARMONIC, Kind};
+use crate::model::Gaussian;
 use crate::scene::{
     error::quoted,
     ply_body::{Body, Table},
@@ -57,7 +58,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
         } else {
             body.skip(element)?;
             if element.count > 0 {
-                notes.push(format!("{} rows of {} are not read", element.count, quoted(&element.name)));
+                notes.push(format!(
+                    "{} rows of {} are not read",
+                    element.count,
+                    quoted(&element.name)
+                ));
             }
         }
     }
@@ -90,7 +95,10 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
             (sigmoid(number(10)), Vec3::splat(0.5) + HARMONIC * color)
         };
         let rotation = Quat::from_xyzw(number(7), number(8), number(9), number(6));
-        (Splat { center: vector(0), rotation, sigma, opacity, color }, opacity)
+        (
+            Gaussian { center: vector(0), rotation, sigma, opacity, color, ..Gaussian::default() },
+            opacity,
+        )
     };
     if is_medium {
         // Opacities are shares of the largest extinction, which is known at the end.
@@ -103,7 +111,10 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
             Ok(())
         })?;
         for splat in all {
-            cloud.push(Splat { opacity: splat.opacity / densest.max(f32::MIN_POSITIVE), ..splat });
+            cloud.push(Gaussian {
+                opacity: splat.opacity / densest.max(f32::MIN_POSITIVE),
+                ..splat
+            });
         }
         cloud.extinction = Some(densest);
     } else {

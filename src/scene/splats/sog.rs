@@ -1,6 +1,7 @@
 //! SOG version 2 (PlayCanvas): a zip of lossless images with a texel per splat, and `meta.json`. x is right, y
 //! up, z back.
-use super::{Cloud, Fault, HARMONIC, Splat, packed::smallest_three};
+use super::{Cloud, Fault, HARMONIC, packed::smallest_three};
+use crate::model::Gaussian;
 use crate::scene::{error::quoted, images, limits};
 use glam::Vec3;
 use image::RgbaImage;
@@ -24,7 +25,6 @@ const FIRST_MODE: u8 = 252;
 
 #[derive(Deserialize)]
 struct Meta {
-    version: u64,
     count: u64,
     means: Means,
     scales: Coded,
@@ -70,8 +70,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
         let help = "write version 2, for example by splat-transform";
         return Err(("meta.json: not version 2 of SOG".to_owned(), help));
     }
-    let meta: Meta = serde_json::from_slice(&meta)
-        .map_err(|error| (format!("meta.json: {error}"), DAMAGED))?;
+    let meta: Meta =
+        serde_json::from_slice(&meta).map_err(|error| (format!("meta.json: {error}"), DAMAGED))?;
     let mut cloud = Cloud::with_room(meta.count)?;
     let mut texels = 0;
     let mut image = |name: &str| image(&mut archive, name, meta.count, &mut texels);
@@ -92,20 +92,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     };
     for i in 0..meta.count as usize {
         let (low, high) = (texel(&low, i), texel(&high, i));
-        let share = Vec3::from_array([0, 1, 2].map(|k| f32::from(u16::from_le_bytes([low[k], high[k]]))));
+        let share =
+            Vec3::from_array([0, 1, 2].map(|k| f32::from(u16::from_le_bytes([low[k], high[k]]))));
         let [r, g, b, mode] = texel(&turns, i);
-        let parts = [r, g, b].map(|byte| (f32::from(byte) / 255.0 - 0.5) * std::f32::consts::SQRT_2);
+        let parts =
+            [r, g, b].map(|byte| (f32::from(byte) / 255.0 - 0.5) * std::f32::consts::SQRT_2);
         let Some(largest) = mode.checked_sub(FIRST_MODE) else {
             let message = format!("splat {}: the rotation has mode {mode}, not 252 to 255", i + 1);
             return Err((message, "write quats as a lossless image with alpha"));
         };
         let color = texel(&colors, i);
-        cloud.push(Splat {
+        cloud.push(Gaussian {
             center: expanded(least + (most - least) * share / 65535.0),
             rotation: smallest_three(parts, largest.into()),
             sigma: looked_up(&scale_of, texel(&scales, i)).exp(),
             opacity: f32::from(color[3]) / 255.0,
             color: Vec3::splat(0.5) + HARMONIC * looked_up(&color_of, color),
+            ..Gaussian::default()
         });
     }
     let bands = meta.higher.map_or(0, |higher| higher.bands.min(4));
@@ -150,7 +153,8 @@ fn image(
         return Err((format!("no memory for {}", quoted(name)), "use a smaller file"));
     }
     if bytes.get(12..16) == Some(b"VP8 ") {
-        let message = format!("{} is a lossy image: its numbers are not what was stored", quoted(name));
+        let message =
+            format!("{} is a lossy image: its numbers are not what was stored", quoted(name));
         return Err((message, "write lossless WebP"));
     }
     let image = images::decode(&bytes, MAX_SIDE, texels)

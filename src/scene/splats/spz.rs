@@ -1,6 +1,7 @@
 //! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream for each
 //! attribute. x is right, y up, z back.
-use super::{Cloud, Fault, HARMONIC, Splat, packed::smallest_three, word};
+use super::{Cloud, Fault, HARMONIC, packed::smallest_three, word};
+use crate::model::Gaussian;
 use crate::scene::limits::Limit;
 use flate2::read::MultiGzDecoder;
 use glam::{Quat, Vec3};
@@ -46,8 +47,9 @@ impl Header {
             return Err((format!("is SPZ version {version}"), "gobo reads versions 1 to 4"));
         }
         if degree > 4 || fraction > 24 {
-            let message =
-                format!("spherical harmonics of degree {degree}, coordinates with {fraction} bits of fraction");
+            let message = format!(
+                "spherical harmonics of degree {degree}, coordinates with {fraction} bits of fraction"
+            );
             return Err((message, DAMAGED));
         }
         Limit::Splats.grown(0, count.into())?;
@@ -80,15 +82,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
         if bytes.starts_with(&MAGIC) { streams(bytes)? } else { gzip(bytes)? };
     let [positions, alphas, colors, scales, rotations] = attributes;
     let mut cloud = Cloud::with_room(header.count as u64)?;
-    let three = |bytes: &[u8], i: usize| Vec3::from_array([0, 1, 2].map(|k| bytes[3 * i + k].into()));
+    let three =
+        |bytes: &[u8], i: usize| Vec3::from_array([0, 1, 2].map(|k| bytes[3 * i + k].into()));
     for i in 0..header.count {
         let coefficient = (three(&colors, i) / 255.0 - Vec3::splat(0.5)) / COLOR_SCALE;
-        cloud.push(Splat {
+        cloud.push(Gaussian {
             center: position(header, &positions, i),
             rotation: rotation(header, &rotations, i),
             sigma: (three(&scales, i) / 16.0 - Vec3::splat(10.0)).exp(),
             opacity: f32::from(alphas[i]) / 255.0,
             color: Vec3::splat(0.5) + HARMONIC * coefficient,
+            ..Gaussian::default()
         });
     }
     cloud.leave_out_harmonics(header.harmonics());

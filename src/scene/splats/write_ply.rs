@@ -1,18 +1,20 @@
 //! PLY of 3D Gaussian splatting.
-use super::{HARMONIC, Splat};
+use super::HARMONIC;
+use crate::model::Gaussian;
 use std::fmt::Write as _;
 
 const COLUMNS: [&str; 14] = [
-    "x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0",
-    "rot_1", "rot_2", "rot_3",
+    "x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
+    "rot_0", "rot_1", "rot_2", "rot_3",
 ];
 
 /// Opacities are written within this distance of 0 and 1, whose logits are infinite; sixteen bits resolve it.
 const OPACITY_MARGIN: f32 = 1e-6;
 
 /// The splats as a little-endian PLY. `colors`: of each splat, any size.
-pub fn to_ply(splats: &[Splat], colors: &[glam::Vec3]) -> Vec<u8> {
-    let mut header = format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", splats.len());
+pub fn to_ply(splats: &[Gaussian], colors: &[glam::Vec3]) -> Vec<u8> {
+    let mut header =
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", splats.len());
     for column in COLUMNS {
         let _ = writeln!(header, "property float {column}");
     }

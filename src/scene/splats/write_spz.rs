@@ -1,5 +1,6 @@
 //! SPZ version 3.
-use super::{HARMONIC, Splat, spz::COLOR_SCALE};
+use super::{HARMONIC, spz::COLOR_SCALE};
+use crate::model::Gaussian;
 use flate2::{Compression, write::GzEncoder};
 use glam::Vec3;
 use std::io::{self, Write as _};
@@ -13,7 +14,7 @@ const MAX_FRACTION: u32 = 20;
 const MOST: f32 = 8_388_607.0;
 
 /// The splats as SPZ. `colors`: of each splat; SPZ holds those from -0.44 to 1.44.
-pub fn to_spz(splats: &[Splat], colors: &[Vec3]) -> io::Result<Vec<u8>> {
+pub fn to_spz(splats: &[Gaussian], colors: &[Vec3]) -> io::Result<Vec<u8>> {
     let farthest = splats.iter().fold(0.0, |most: f32, s| most.max(s.center.abs().max_element()));
     // As fine as the farthest centre allows.
     let fraction = (0..=MAX_FRACTION).rev().find(|&bits| farthest * (1 << bits) as f32 <= MOST);
@@ -51,7 +52,7 @@ pub fn to_spz(splats: &[Splat], colors: &[Vec3]) -> io::Result<Vec<u8>> {
 }
 
 /// Index of the largest part of x y z w, then the others, each a sign and nine bits, the last one lowest.
-fn rotation(splat: &Splat) -> u32 {
+fn rotation(splat: &Gaussian) -> u32 {
     let parts = splat.rotation.to_array();
     let larger = |a: usize, b: usize| if parts[b].abs() > parts[a].abs() { b } else { a };
     let largest = (1..4).fold(0, larger);
