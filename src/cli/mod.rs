@@ -19,6 +19,7 @@ mod memory;
 mod npy;
 mod pack;
 mod preview;
+mod relight;
 mod render;
 mod sidecar;
 mod specialise;
@@ -41,6 +42,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Check { scene } => check::run(&scene),
         Command::Pack { scene, out } => pack::run(&scene, &out),
         Command::Light(arguments) => light::run(&arguments),
+        Command::Relight(arguments) => relight::run(&arguments),
         Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),
         Command::Export { target, out, scene, set } => {

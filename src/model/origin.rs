@@ -56,8 +56,8 @@ impl Scene {
         }
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let radii = self.particles.iter().map(|particle| particle.radius);
-        let deviations = self.gaussians.iter().map(|gaussian| gaussian.sigma.max_element());
-        let mut radii: Vec<f32> = radii.chain(deviations).collect();
+        let reaches = self.gaussians.iter().map(|gaussian| gaussian.radius());
+        let mut radii: Vec<f32> = radii.chain(reaches).collect();
         radii.sort_unstable_by(f32::total_cmp);
         // Without particles, the edge of a map's texel is the size.
         let size = radii.get(radii.len() / 2).copied();

@@ -14,11 +14,13 @@ use super::{
     read,
     rig::Placement,
     source::{self, SceneText},
-    splats, tables,
+    splats::{self, Cloud},
+    tables,
 };
-use crate::model::{Environment, Sky};
+use crate::model::{Environment, Gaussian, Sky};
 use glam::Vec3;
 use std::{
+    ops::Range,
     path::Path,
     sync::{Arc, OnceLock},
 };
@@ -65,6 +67,52 @@ pub fn check(path: &Path) -> Result<Scene, SceneError> {
 
 /// Like [`load`], with options.
 pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    load_all(path, options, None).map(|(scene, _)| scene)
+}
+
+/// A scene with the splats of a file among its casters.
+#[derive(Debug)]
+pub struct Relit {
+    /// The scene.
+    pub scene: Scene,
+    /// The file's splats, as the file places them.
+    pub cloud: Cloud,
+    /// Those that the scene holds, in the same order.
+    pub range: Range<usize>,
+    /// Id of the file's first row.
+    first_id: u32,
+}
+
+impl Relit {
+    /// Place in the cloud of one of the scene's splats.
+    pub fn index_of(&self, gaussian: &Gaussian) -> usize {
+        let row = gaussian.id.wrapping_sub(self.first_id);
+        self.cloud.rows.binary_search(&row).unwrap_or(row as usize)
+    }
+}
+
+/// Like [`load_as`], with the splats of a file: placed as the scene places them or, if it does not name the file, as
+/// they are, with a neutral shadow.
+pub fn load_with_splats(
+    path: &Path,
+    options: &LoadOptions,
+    splats: &Path,
+) -> Result<Relit, SceneError> {
+    let cloud = splats::load(splats)?;
+    let (scene, found) = load_all(path, options, Some(splats))?;
+    let (range, first_id) = found.unwrap_or_default();
+    Ok(Relit { scene, cloud, range, first_id })
+}
+
+/// Splats of a file in a scene, and the id of its first row.
+type FoundSplats = (Range<usize>, u32);
+
+/// Loads a scene, with the splats of a file if one is given.
+fn load_all(
+    path: &Path,
+    options: &LoadOptions,
+    with: Option<&Path>,
+) -> Result<(Scene, Option<FoundSplats>), SceneError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let splats = (extension != "toml").then(|| splats::kind_of_file(path)).flatten();
     let file = match extension.as_str() {
@@ -90,6 +138,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let mut loader = Loader::new(&source, path);
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
     loader.document(&document)?;
+    let found = with.map(|with| loader.found_splats(with)).transpose()?;
     match extension.as_str() {
         _ if splats.is_some() => loader.splats_alone(path, splats)?,
         "glb" | "gltf" => {
@@ -142,7 +191,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     animate(&source, &document, placed, &mut scene)?;
     scene.motions.extend(resting);
     scene.recentre();
-    Ok(scene)
+    Ok((scene, found))
 }
 
 /// Whether the file says where the camera is and where it looks.

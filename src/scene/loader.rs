@@ -43,6 +43,8 @@ pub(super) struct Loader<'a> {
     pub(super) placed: Vec<Placed>,
     /// Whether emitters send out their particles.
     pub(super) sends_out: bool,
+    /// Files of splats: their splats in the scene, and the id of the first row.
+    pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
     /// Whether the last model holds splats.
     pub(super) leaves_splats: bool,
     /// Emitters that have not sent out anything but a sample.
@@ -63,6 +65,7 @@ impl<'a> Loader<'a> {
             model_camera: None,
             placed: Vec::new(),
             sends_out: true,
+            splat_files: Vec::new(),
             leaves_splats: false,
             resting: None,
         }

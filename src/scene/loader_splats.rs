@@ -54,7 +54,12 @@ impl Loader<'_> {
         let place = (&span, if given.file.is_some() { "file" } else { "generate" });
         self.check_limit(Limit::Materials, self.scene.materials.len(), 1, place)?;
         self.check_limit(Limit::Splats, self.scene.gaussians.len(), cloud.splats.len(), place)?;
+        let (first, first_id) = (self.scene.gaussians.len(), self.next_id);
         let moving = self.add_splats(cloud, material, &given.placement, is_keyed)?;
+        if let Some(file) = &given.file {
+            let own = first..self.scene.gaussians.len();
+            self.splat_files.push((self.folder.join(file), own, first_id));
+        }
         self.place("splats", &span, given.name.as_ref(), moving)
     }
 
@@ -65,7 +70,6 @@ impl Loader<'_> {
         kind: Option<Kind>,
     ) -> Result<(), SceneError> {
         let cloud = splats::load(path)?;
-        self.note_of_file(path, &cloud);
         let is_turned = kind.is_some_and(|kind| kind.points_down()) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
@@ -74,6 +78,25 @@ impl Loader<'_> {
                         [[splats]] table reads it as it is";
             self.scene.notes.push(format!("{name}: {note}"));
         }
+        self.add_neutral(path, cloud, rotation)
+    }
+
+    /// The splats of a file, which are added as they are if no table names it; and the id of its first row.
+    pub(super) fn found_splats(&mut self, path: &Path) -> Result<(Range<usize>, u32), SceneError> {
+        let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let mut known = self.splat_files.iter();
+        if let Some((_, own, first_id)) = known.find(|known| whole(&known.0) == whole(path)) {
+            return Ok((own.clone(), *first_id));
+        }
+        let (first, first_id) = (self.scene.gaussians.len(), self.next_id);
+        let cloud = splats::load(path)?;
+        self.add_neutral(path, cloud, Vec3::ZERO)?;
+        Ok((first..self.scene.gaussians.len(), first_id))
+    }
+
+    /// Adds splats with a neutral shadow. `rotation`: Euler xyz [degrees].
+    fn add_neutral(&mut self, path: &Path, cloud: Cloud, rotation: Vec3) -> Result<(), SceneError> {
+        self.note_of_file(path, &cloud);
         let material = Material {
             name: "splats".to_owned(),
             shape: Shape::Gaussian,

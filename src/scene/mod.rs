@@ -56,7 +56,7 @@ pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
 pub use limits::Limit;
-pub use load::{LoadOptions, check, load, load_as, load_with};
+pub use load::{LoadOptions, Relit, check, load, load_as, load_with, load_with_splats};
 pub use named::files;
 pub use particles::ParticleFile;
 pub use summary::Summary;
