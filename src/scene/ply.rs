@@ -60,7 +60,7 @@ fn refuse_splats(path: &Path, header: &Header) -> Result<(), SceneError> {
         return Ok(());
     };
     let message = format!("holds anisotropic Gaussians (splats): it has a column `{}`", found.name);
-    let help = "gobo has no such casters: write particles with x, y, z, radius and alpha instead";
+    let help = "name the file in a [[splats]] table";
     Err(SceneError::invalid(path, message, help))
 }
 

@@ -3,6 +3,7 @@ pub(crate) mod brute_force;
 pub(crate) mod compare;
 pub(crate) mod files;
 pub(crate) mod scenes;
+pub(crate) mod splats;
 pub(crate) mod windows;
 
 pub(crate) use gobo::internals::gpu::Tier;

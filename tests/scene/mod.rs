@@ -21,3 +21,5 @@ mod noise;
 mod particles;
 mod ply;
 mod sources;
+mod splat_files;
+mod splats;

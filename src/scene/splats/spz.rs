@@ -21,6 +21,9 @@ const ENTRY: usize = 16;
 /// Range of coefficients: a byte is 0.5 + this * the coefficient.
 pub(super) const COLOR_SCALE: f32 = 0.15;
 
+/// Extensions of a file are shorter than this [bytes].
+const MOST_BEHIND: u64 = 1 << 26;
+
 const DAMAGED: &str = "the file is cut off or damaged: write it again";
 
 /// Names of the attributes in messages, in the order of the file.
@@ -166,6 +169,9 @@ fn gzip(bytes: &[u8]) -> Result<(Header, Attributes), Fault> {
         *attribute = exactly(&mut plain, header.count * header.size(i), NAMES[i])?;
     }
     pass(&mut plain, header.count * header.size(5), NAMES[5])?;
+    // Extensions, and the checksum of all.
+    io::copy(&mut plain.take(MOST_BEHIND), &mut io::sink())
+        .map_err(|error| (format!("the end of the file cannot be read: {error}"), DAMAGED))?;
     Ok((header, attributes))
 }
 
