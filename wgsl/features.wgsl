@@ -5,6 +5,9 @@ override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 override HAS_PUFFS: bool = true;
+override HAS_GAUSSIANS: bool = true;
+// Some Gaussians absorb along the ray, as media.
+override HAS_MEDIA: bool = true;
 // Shapes other than discs and triangles.
 override HAS_QUADS: bool = true;
 // Some caster may amplify light: sums have both signs, and saturation does not end a walk.

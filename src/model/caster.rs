@@ -105,8 +105,8 @@ pub struct Material {
     pub profile: Profile,
     /// Meaning of its Gaussians' opacity.
     pub gaussian: GaussianOpacity,
-    /// Whether particles and Gaussians filter light as if they were black, whatever their own colour: a neutral
-    /// shadow of their opacity.
+    /// Whether its Gaussians filter light as if they were black, whatever their own colour: a neutral shadow
+    /// of their opacity.
     pub neutral: bool,
     /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo.
     pub tint: Vec4,
@@ -184,6 +184,11 @@ impl Material {
             && self.transfer == Transfer::Filter
             && self.reflectivity == 0.0
             && self.texture.is_none()
+    }
+
+    /// Whether its Gaussians absorb along the ray.
+    pub fn is_medium(&self) -> bool {
+        self.shape == Shape::Gaussian && matches!(self.gaussian, GaussianOpacity::Medium { .. })
     }
 
     /// Opacity of a caster of opacity `alpha`, without texture or profile.

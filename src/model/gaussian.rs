@@ -19,12 +19,20 @@ pub enum GaussianOpacity {
     },
 }
 
-/// Distance from the centre at which a Gaussian ends, if it does not end before: `exp(-q^2 / 2)` is 1/1024 there
-/// [standard deviations].
-pub const GAUSSIAN_REACH: f32 = 3.723_297_4;
+/// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow. Fainter ones end at a 256th of
+/// their own opacity, so that many of them lose less than 0.4 % of their shadow.
+const FAINTEST: f32 = 1.0 / 2048.0;
+const LEAST_SHARE: f32 = 1.0 / 256.0;
+/// Where the densest medium ends, squared [standard deviations].
+const MAX_REACH: f32 = 64.0;
+/// Most extinction at a medium's centre [1/m].
+const MAX_EXTINCTION: f32 = 6e4;
 
-/// Most extinction at the centre of a medium times its longest standard deviation: anything thicker is as black.
-const MAX_OPACITY: f32 = 1e6;
+/// Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends
+/// [standard deviations]. WGSL: `reach_squared` in `wgsl/records/gaussian.wgsl`.
+pub fn reach_squared(opacity: f32) -> f32 {
+    (2.0 * (opacity / FAINTEST).max(1.0 / LEAST_SHARE).ln()).min(MAX_REACH)
+}
 
 /// An anisotropic 3D Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,9 +80,9 @@ impl Gaussian {
             && self.opacity.is_finite();
         let most = match opacity {
             GaussianOpacity::Splat => 1.0,
-            GaussianOpacity::Medium { .. } => MAX_OPACITY,
+            GaussianOpacity::Medium { density } => MAX_EXTINCTION / density,
         };
-        let in_range = |v: f32, most: f32| (0.0..=most).contains(&v);
+        let in_range = |v: f32| (0.0..=most).contains(&v);
         if !finite {
             Some("gaussian not finite")
         } else if center.abs().max_element() > FARTHEST || sigma.max_element() > FARTHEST {
@@ -83,9 +91,9 @@ impl Gaussian {
             Some("gaussian sigma not positive")
         } else if !rotation.is_normalized() {
             Some("gaussian rotation not of unit length")
-        } else if !in_range(color.min_element(), max_color) || color.max_element() > max_color {
+        } else if color.min_element() < 0.0 || color.max_element() > max_color {
             Some("gaussian colour out of range")
-        } else if !in_range(self.opacity, most) {
+        } else if !in_range(self.opacity) {
             Some("gaussian opacity out of range")
         } else {
             None
@@ -97,15 +105,31 @@ impl Gaussian {
         Mat3::from_quat(self.rotation) * Mat3::from_diagonal(self.sigma)
     }
 
+    /// Optical depth of the ray along its longest axis, or the splat's opacity.
+    pub(crate) fn most_opacity(&self, opacity: GaussianOpacity) -> f32 {
+        match opacity {
+            GaussianOpacity::Splat => self.opacity,
+            GaussianOpacity::Medium { density } => {
+                density * self.opacity * self.sigma.max_element() * std::f32::consts::TAU.sqrt()
+            }
+        }
+    }
+
+    /// Distance from the centre at which it ends, at most [standard deviations].
+    pub fn reach(&self, opacity: GaussianOpacity) -> f32 {
+        reach_squared(self.most_opacity(opacity)).sqrt()
+    }
+
     /// Radius of the sphere around it [m].
-    pub fn radius(&self) -> f32 {
-        self.sigma.max_element() * GAUSSIAN_REACH
+    pub fn radius(&self, opacity: GaussianOpacity) -> f32 {
+        self.sigma.max_element() * self.reach(opacity)
     }
 
     /// Box around it, world space [m].
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self, opacity: GaussianOpacity) -> Bounds {
         let axes = self.axes();
-        let half = Vec3::from_array([0, 1, 2].map(|i| axes.row(i).length())) * GAUSSIAN_REACH;
+        let half = [0, 1, 2].map(|i| axes.row(i).length() * self.reach(opacity));
+        let half = Vec3::from_array(half);
         Bounds { min: self.center - half, max: self.center + half }
     }
 }

@@ -38,7 +38,7 @@ pub use dither::Pattern;
 pub use environment::{
     Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
 };
-pub use gaussian::{GAUSSIAN_REACH, Gaussian, GaussianOpacity};
+pub use gaussian::{Gaussian, GaussianOpacity, reach_squared};
 pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
 pub use look_up::{LookUp, ShadowFilter};

@@ -135,7 +135,9 @@ impl Scene {
     pub fn bounds(&self) -> Bounds {
         let particles =
             self.particles.iter().fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
-        let gaussians = self.gaussians.iter().fold(particles, |b, g| b.with(&g.bounds()));
+        let gaussians = self.gaussians.iter().fold(particles, |b, g| {
+            b.with(&g.bounds(self.materials[g.material as usize].gaussian))
+        });
         let emitted = self.emissions.iter().fold(gaussians, |b, e| b.with(&e.bounds()));
         self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }

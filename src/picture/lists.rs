@@ -24,6 +24,8 @@ pub(super) struct CameraList {
     pub features: Features,
     /// Footprint of the first triangle.
     pub first_setup: u32,
+    /// Footprint of the setup with number 0, modulo 2^32.
+    pub setup_origin: u32,
     /// The clipping to each part, if the list is binned in parts.
     clips: Vec<Dispatch>,
 }
@@ -79,7 +81,8 @@ impl CameraList {
             }
         }
         let (features, first_setup) = (own.features, own.first_setup);
-        Ok(Self { list, scratch, features, first_setup, clips })
+        let setup_origin = own.setup_origin();
+        Ok(Self { list, scratch, features, first_setup, setup_origin, clips })
     }
 
     /// The footprints, front to back.

@@ -7,6 +7,8 @@ use glam::{Vec2, Vec3};
 pub const FOOTPRINT_TEXELS: u32 = 2;
 /// Bit of [`Footprint::caster`] that marks a triangle.
 pub const TRIANGLE_BIT: u32 = 1 << 31;
+/// [`Footprint::base`] of a Gaussian, which is none of a particle's.
+pub const GAUSSIAN_MARK: u32 = 0xffff;
 /// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel, so that
 /// one texel's centre is always hit [texels].
 pub const MIN_RADIUS: f32 = std::f32::consts::FRAC_1_SQRT_2;
@@ -28,7 +30,8 @@ pub struct Footprint {
     pub center: Vec2,
     /// Orthographic: radius [texels]. Perspective: radius over distance from the light. Triangle: half the
     /// side of the bounding square [texels]. Negative for a particle without a centre in the map
-    /// ([`Self::beside`]): minus its radius [m].
+    /// ([`Self::beside`]): minus its radius [m]. Gaussian: where it ends, in standard deviations; negative if it is
+    /// beside the view.
     pub radius: f32,
     /// Light depth of the centre; for a triangle the smallest; for a particle without a centre in the map
     /// its distance along the axis [m].

@@ -253,7 +253,9 @@ fn tinting_bounds(scene: &Scene) -> Bounds {
     let particles = scene.particles.iter().filter(|particle| is(particle.material));
     let bounds = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
     let gaussians = scene.gaussians.iter().filter(|gaussian| is(gaussian.material));
-    let bounds = gaussians.fold(bounds, |b, gaussian| b.with(&gaussian.bounds()));
+    let bounds = gaussians.fold(bounds, |b, gaussian| {
+        b.with(&gaussian.bounds(scene.materials[gaussian.material as usize].gaussian))
+    });
     let emissions = scene.emissions.iter().filter(|emission| is(emission.emitter.material));
     let bounds = emissions.fold(bounds, |b, emission| b.with(&emission.bounds()));
     let corners = scene.triangles.iter().filter(|own| is(own.material)).flat_map(|t| t.positions);

@@ -11,6 +11,7 @@ mod cluster;
 mod convert;
 mod emitter;
 mod footprint;
+mod gaussian;
 mod host;
 mod import;
 mod layout;
@@ -38,8 +39,11 @@ pub use cluster::{
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
 pub use emitter::{EmissionParams, EmitterParams, GpuEmitted, STEPS_AT_ONCE};
 pub use footprint::{
-    CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
-    TileRect,
+    CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, GAUSSIAN_MARK, INVISIBLE, MIN_RADIUS,
+    TRIANGLE_BIT, TileRect,
+};
+pub use gaussian::{
+    AXES_TEXELS, GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT,
 };
 pub use host::{CullParams, DIAGONAL, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
 pub use import::ImportParams;

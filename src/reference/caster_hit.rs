@@ -1,12 +1,16 @@
 //! CPU reference of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
     accumulate::FIXED_ONE,
+    gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
 };
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
-    records::{BACK_BIT, Caster, Footprint, GpuView, TRIANGLE_BIT, TriangleSetup},
+    records::{
+        BACK_BIT, Caster, Footprint, GaussianAxes, GaussianSetup, GpuView, MEDIUM_BIT,
+        TRIANGLE_BIT, TriangleSetup,
+    },
     reference::{
         dither::{Place, cell, threshold},
         project::SLACK,
@@ -20,6 +24,8 @@ use glam::{IVec3, Vec2, Vec3};
 pub struct Records<'a> {
     pub view: &'a GpuView,
     pub casters: &'a [Caster],
+    pub axes: &'a [GaussianAxes],
+    pub gaussians: &'a [GaussianSetup],
     pub setups: &'a [TriangleSetup],
     pub materials: &'a [Material],
     /// Absorption coefficient of each material [1/m].
@@ -97,6 +103,7 @@ pub struct Target<'a> {
 enum Form<'a> {
     Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
     Puff { facing: Facing, footprint: Footprint, color: Vec3, alpha: f32 },
+    Gaussian { footprint: Footprint, setup: &'a GaussianSetup, is_medium: bool },
     Triangle(&'a TriangleSetup),
 }
 
@@ -111,6 +118,13 @@ impl<'a> Target<'a> {
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
+        if material.shape == Shape::Gaussian {
+            let setup = &records.gaussians[footprint.red_green as usize];
+            let is_medium = caster.material_rotation & MEDIUM_BIT != 0;
+            let form = Form::Gaussian { footprint: *footprint, setup, is_medium };
+            let id = records.axes[caster.id as usize].id;
+            return Self { records, material, id, form, place: (Vec2::ZERO, f32::INFINITY) };
+        }
         let facing = Facing::new(records.view, footprint, caster.rotation());
         let (color, (base, slope)) = (footprint.color(), footprint.opacity());
         let form = if material.shape == Shape::Puff {
@@ -142,6 +156,10 @@ impl<'a> Target<'a> {
             Form::Puff { ref footprint, color, alpha, .. } => {
                 let chord = chord(self.records.view, footprint, texel, opaque_depth);
                 chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
+            }
+            Form::Gaussian { ref footprint, setup, is_medium } => {
+                let (view, transfer) = (self.records.view, self.material.transfer);
+                gaussian_hit(view, footprint, setup, is_medium, transfer, texel, opaque_depth)
             }
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
@@ -181,6 +199,11 @@ impl<'a> Target<'a> {
         let (own, step) = match self.form {
             _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
             Form::Triangle(setup) => setup.own(texel),
+            Form::Gaussian { ref footprint, setup, .. } => {
+                let [a, b, c] = setup.whitening.to_array();
+                let met = approach(self.records.view, footprint, setup, texel);
+                (met.place, Vec2::new(a.abs().max(b.abs()), c.abs()))
+            }
             Form::Facing { facing, .. } | Form::Puff { facing, .. } => {
                 let met = facing.hit(self.records.view, texel);
                 let step = |axis: Vec2| axis.abs().max_element();

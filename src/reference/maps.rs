@@ -9,6 +9,7 @@ use super::{
         soften::soften_curves,
         tile::{CurveModes, CurveTexel, curves},
     },
+    gaussian::project_gaussian,
     occlude::occlude,
     project::{ProjectParams, Projected, project_particle, project_triangle},
     resolve::resolve,
@@ -20,12 +21,13 @@ use super::{
 };
 use crate::{
     model::{
-        Casters, Class, Counters, Material, Receives, Scene, ShadowSettings, Transfer, View,
-        absorptions, dither::window,
+        Casters, Class, Counters, Gaussian, Material, Receives, Scene, ShadowSettings, Shape,
+        Transfer, View, absorptions, dither::window,
     },
     records::{
-        CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint, GpuMaterial, GpuView, INVISIBLE,
-        NO_OWNER, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+        CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint, GaussianAxes, GaussianSetup,
+        GpuMaterial, GpuView, INVISIBLE, NO_OWNER, TileRect, TriangleRecord, TriangleSetup,
+        ViewMaps,
     },
 };
 use glam::{UVec2, Vec3};
@@ -42,7 +44,9 @@ pub(super) struct SceneRecords<'a> {
     /// Absorption coefficient of each material [1/m].
     pub absorptions: Vec<Vec3>,
     pub images: Vec<Image<'a>>,
+    /// Particles, then Gaussians.
     pub casters: Vec<Caster>,
+    pub axes: Vec<GaussianAxes>,
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
     /// Set in curve mode.
@@ -60,6 +64,7 @@ pub(super) struct ViewCasters {
     pub footprints: Vec<Footprint>,
     pub keys: Vec<u32>,
     pub rects: Vec<TileRect>,
+    pub gaussians: Vec<GaussianSetup>,
     pub setups: Vec<TriangleSetup>,
 }
 
@@ -67,7 +72,7 @@ pub(super) struct ViewCasters {
 pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
     let records = SceneRecords::new(scene.casters(), &scene.shadow);
     let mut counters = Counters {
-        casters: (scene.particles.len() + scene.triangles.len()) as u64,
+        casters: (scene.particles.len() + scene.gaussians.len() + scene.triangles.len()) as u64,
         views_rendered: views.len() as u64,
         skipped: scene.skipped.clone(),
         ..Counters::default()
@@ -85,10 +90,14 @@ impl<'a> SceneRecords<'a> {
                 material.transfer == transfer && Class::of(material).casts()
             };
             scene.particles.iter().any(|particle| used(particle.material))
+                || scene.gaussians.iter().any(|gaussian| used(gaussian.material))
                 || scene.triangles.iter().any(|triangle| used(triangle.material))
         };
         let caster = |particle: &crate::model::Particle| {
             Caster::new(particle, &materials[particle.material as usize])
+        };
+        let of_gaussian = |(gaussian, axes): (&Gaussian, u32)| {
+            Caster::of_gaussian(gaussian, &materials[gaussian.material as usize], axes)
         };
         let has_volumes = scene.triangles.iter().any(|triangle| {
             let material = &materials[triangle.material as usize];
@@ -99,7 +108,13 @@ impl<'a> SceneRecords<'a> {
             absorptions: absorptions(materials, scene.triangles),
             gpu_materials: materials.iter().map(|m| GpuMaterial::new(m, scene.textures)).collect(),
             images: scene.textures.iter().map(Image::new).collect(),
-            casters: scene.particles.iter().map(caster).collect(),
+            casters: scene
+                .particles
+                .iter()
+                .map(caster)
+                .chain(scene.gaussians.iter().zip(0..).map(of_gaussian))
+                .collect(),
+            axes: scene.gaussians.iter().map(GaussianAxes::new).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
             modes: Modes {
                 gain: uses(Transfer::Gain),
@@ -113,6 +128,7 @@ impl<'a> SceneRecords<'a> {
                 slabs: only_discs(&scene),
                 over: uses(Transfer::Over),
                 volumes: has_volumes,
+                bodies: has_volumes || any_puff(&scene),
                 faint: any_faint(&scene),
                 softening: shadow.soften,
                 segment: CURVE_SEGMENT as usize,
@@ -139,7 +155,8 @@ impl<'a> SceneRecords<'a> {
             include_non_casters: false,
             by_distance: self.modes.ordered,
         };
-        let ViewCasters { footprints, keys, rects, setups } = self.project(&gpu_view, params);
+        let ViewCasters { footprints, keys, rects, gaussians, setups } =
+            self.project(&gpu_view, params);
         let sorted = depth_order(&keys);
         let within = |budget| bin(&sorted, &rects, &[gpu_view], tile_count as u32, budget);
         // What does not fit is counted; the maps are the same.
@@ -148,6 +165,8 @@ impl<'a> SceneRecords<'a> {
         let records = Records {
             view: &gpu_view,
             casters: &self.casters,
+            axes: &self.axes,
+            gaussians: &gaussians,
             setups: &setups,
             materials: self.materials,
             absorptions: &self.absorptions,
@@ -219,22 +238,31 @@ impl<'a> SceneRecords<'a> {
 
     /// Projects particles first, then triangles.
     pub(super) fn project(&self, view: &GpuView, params: ProjectParams) -> ViewCasters {
+        let first_gaussian = self.casters.len() - self.axes.len();
         let chunks = each(self.casters.len().div_ceil(CHUNK), |chunk| {
             let first = chunk * CHUNK;
             let casters = &self.casters[first..(first + CHUNK).min(self.casters.len())];
             let project = |(i, caster): (usize, &Caster)| {
                 let material = &self.gpu_materials[caster.material() as usize];
-                project_particle(view, 0, caster, (first + i) as u32, material, params)
+                let id = (first + i) as u32;
+                let Some(number) = (first + i).checked_sub(first_gaussian) else {
+                    let of = project_particle(view, 0, caster, id, material, params);
+                    return (of, GaussianSetup::default());
+                };
+                let (axes, number) = (&self.axes[number], number as u32);
+                project_gaussian(view, 0, caster, axes, id, number, material, params)
             };
-            casters.iter().enumerate().map(project).collect::<Vec<Projected>>()
+            casters.iter().enumerate().map(project).collect::<Vec<_>>()
         });
         let count = self.casters.len() + self.triangles.len();
         let mut all = ViewCasters {
             footprints: Vec::with_capacity(count),
             keys: Vec::with_capacity(count),
             rects: Vec::with_capacity(count),
+            gaussians: Vec::with_capacity(self.axes.len()),
             setups: Vec::new(),
         };
+        let mut gaussians = Vec::with_capacity(self.axes.len());
         let mut setups = Vec::with_capacity(self.triangles.len());
         let mut push = |of: Projected, material: u32| {
             let casts = || Class::of(&self.materials[material as usize]).casts();
@@ -245,15 +273,18 @@ impl<'a> SceneRecords<'a> {
             all.keys.push(key);
             all.rects.push(rect);
         };
-        for (caster, of) in self.casters.iter().zip(chunks.into_iter().flatten()) {
-            push(of, caster.material());
+        for (i, (of, setup)) in chunks.into_iter().flatten().enumerate() {
+            push(of, self.casters[i].material());
+            if i >= first_gaussian {
+                gaussians.push(setup);
+            }
         }
         for (i, triangle) in self.triangles.iter().enumerate() {
             let (of, setup) = project_triangle(view, 0, triangle, i as u32, i as u32, params);
             push(of, triangle.material);
             setups.push(setup);
         }
-        ViewCasters { setups, ..all }
+        ViewCasters { gaussians, setups, ..all }
     }
 
     fn store(
@@ -311,8 +342,20 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
 fn only_discs(scene: &Casters<'_>) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
-    !scene.particles.iter().any(|p| filters(p.material) && !material(p.material).is_plain_disc())
+    !scene.gaussians.iter().any(|gaussian| filters(gaussian.material))
+        && !scene
+            .particles
+            .iter()
+            .any(|p| filters(p.material) && !material(p.material).is_plain_disc())
         && !scene.triangles.iter().any(|triangle| filters(triangle.material))
+}
+
+/// Whether some filtering caster is a puff.
+fn any_puff(scene: &Casters<'_>) -> bool {
+    scene.particles.iter().any(|particle| {
+        let material = &scene.materials[particle.material as usize];
+        material.shape == Shape::Puff && Class::FILTERING.contains(&Class::of(material))
+    })
 }
 
 /// Whether some filtering caster is faint.
@@ -322,6 +365,9 @@ fn any_faint(scene: &Casters<'_>) -> bool {
         Class::FILTERING.contains(&Class::of(material)) && material.is_faint(alpha)
     };
     scene.particles.iter().any(|p| is_faint(p.material, p.color.w))
+        || scene.gaussians.iter().any(|g| {
+            is_faint(g.material, g.most_opacity(scene.materials[g.material as usize].gaussian))
+        })
         || scene.triangles.iter().any(|triangle| is_faint(triangle.material, 1.0))
 }
 

@@ -8,6 +8,7 @@ pub mod caster_hit;
 pub mod cluster;
 pub mod curve;
 pub mod dither;
+pub mod gaussian;
 pub mod hit;
 pub mod import;
 mod light_points;

@@ -59,9 +59,9 @@ pub fn scatter_texel(center: Vec2) -> Vec2 {
 
 /// A box in the map, centre to centre inclusive [texels].
 #[derive(Clone, Copy, Debug)]
-struct TexelBox {
-    min: Vec2,
-    max: Vec2,
+pub(super) struct TexelBox {
+    pub(super) min: Vec2,
+    pub(super) max: Vec2,
 }
 
 /// Depth key: quantised monotonically, so that a smaller depth never has a larger key.
@@ -176,7 +176,7 @@ pub fn project_particle(
 
 /// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
 /// inside.
-fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
+pub(super) fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
     const ENDLESS: f32 = 1e6;
     let t2 = x * x + distance * distance - sphere * sphere;
     if t2 <= 0.0 {
@@ -192,7 +192,7 @@ fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
 }
 
 /// Tiles whose texel centres may be in `bounds` and within `circle` [texels] of `center`.
-fn tile_rect(
+pub(super) fn tile_rect(
     view: &GpuView,
     view_index: u32,
     bounds: TexelBox,

@@ -195,7 +195,9 @@ impl Shadows {
             last: Arc::clone(&self.frame),
             recorded: cache.recorded(),
             planned: Counters {
-                casters: (casters.particles.len() + casters.triangles.len()) as u64
+                casters: (casters.particles.len()
+                    + casters.gaussians.len()
+                    + casters.triangles.len()) as u64
                     + set.emitted_count(),
                 views_rendered: rendered as u64,
                 views_kept: (cache.view_count() - rendered) as u64,

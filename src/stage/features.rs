@@ -47,6 +47,10 @@ bitflags::bitflags! {
         const HAS_PANES = 1 << 23;
         /// Some light is an area light.
         const HAS_AREAS = 1 << 24;
+        /// Some casters are Gaussians.
+        const HAS_GAUSSIANS = 1 << 28;
+        /// Some Gaussians are media.
+        const HAS_MEDIA = 1 << 29;
         /// Some map is read with another filter than the spline.
         const HAS_FILTERS = 1 << 25;
         /// Lights of the picture have masks.

@@ -36,6 +36,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &import::DEPTHS,
     &import::MAPS,
     &project::PARTICLES,
+    &project::GAUSSIANS,
     &project::TRIANGLES,
     &sort::SERIAL_COUNT,
     &sort::SERIAL_SCAN,

@@ -1,7 +1,7 @@
 //! project: casters to footprints, depth keys and tile rectangles, per view.
 //!
 //! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and rectangle per
-//! (caster, view), at an index that the CPU knows; for triangles also a setup.
+//! (caster, view), at an index that the CPU knows; for Gaussians and triangles also a setup.
 use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -12,6 +12,15 @@ pub const PARTICLES: KernelDesc = KernelDesc {
     name: "project_particles",
     entry: "project_particles",
     root: "project/project_particles.wgsl",
+    with: &[],
+    constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
+    tiers: &[Tier::Core],
+};
+
+pub const GAUSSIANS: KernelDesc = KernelDesc {
+    name: "project_gaussians",
+    entry: "project_gaussians",
+    root: "project/project_gaussians.wgsl",
     with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     tiers: &[Tier::Core],
@@ -46,7 +55,7 @@ pub struct ProjectParams {
     pub chunk_count: u32,
     /// 1: tiny particles take the scatter path.
     pub scatter: u32,
-    /// Footprint of the first triangle, whose setup is number 0.
+    /// Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
     pub first_setup: u32,
     /// 1: the camera's list includes casters without shadows.
     pub include_non_casters: u32,

@@ -29,8 +29,9 @@ impl<'a> Cover<'a> {
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| casts(p.material));
         let casters = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+        let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
         let gaussians = scene.gaussians.iter().filter(|g| casts(g.material));
-        let casters = gaussians.fold(casters, |b, g| b.with(&g.bounds()));
+        let casters = gaussians.fold(casters, |b, g| b.with(&bounds(g)));
         let emissions = scene.emissions.iter().filter(|e| casts(e.emitter.material));
         let casters = emissions.fold(casters, |b, e| b.with(&e.bounds()));
         let corners =
@@ -67,7 +68,8 @@ impl<'a> Cover<'a> {
         let triangles = triangles.map(|t| deepest_within(t, view_from_world, min, max));
         let emissions = scene.emissions.iter().filter(|e| !casts(e.emitter.material));
         let emissions = emissions.map(|e| e.bounds()).filter(|bounds| !bounds.is_empty());
-        let gaussians = scene.gaussians.iter().filter(|g| !casts(g.material)).map(Gaussian::bounds);
+        let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
+        let gaussians = scene.gaussians.iter().filter(|g| !casts(g.material)).map(bounds);
         let boxes = emissions.chain(gaussians).map(|bounds| {
             let corners = bounds.corners().map(|c| view_from_world.transform_point3(c));
             let bounds = corners.iter().fold(Bounds::EMPTY, |b, &c| b.with_sphere(c, 0.0));

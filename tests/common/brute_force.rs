@@ -1,9 +1,11 @@
 //! A renderer in 64 bits, straight from the formulas: every texel tests every caster. It shares no code
 //! with the crate's, and uses no tricks.
-use super::compare::ExpectedTexel;
+use super::{compare::ExpectedTexel, gaussian_truth};
 use gobo::{
     glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
-    model::{LightKind, Material, Particle, Profile, Shape, Texture, Transfer, Triangle, View},
+    model::{
+        Gaussian, LightKind, Material, Particle, Profile, Shape, Texture, Transfer, Triangle, View,
+    },
     scene::Scene,
 };
 
@@ -47,6 +49,8 @@ struct Hit {
     added: DVec3,
     opacity: f64,
     depth: f64,
+    /// How far from `depth` it may be met: where a medium begins is a matter of its ramp.
+    reach: f64,
 }
 
 enum Met {
@@ -139,6 +143,12 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
                 visit(meet_particle(scene, eye, ray, particle, material, end));
             }
         }
+        for gaussian in &scene.gaussians {
+            let material = material_of(gaussian.material);
+            if material.transfer.is_opaque() == opaque {
+                visit(meet_gaussian(eye, ray, gaussian, material, end));
+            }
+        }
         for triangle in &scene.triangles {
             let material = material_of(triangle.material);
             if material.transfer.is_opaque() == opaque {
@@ -161,7 +171,7 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
                 hits.push(hit);
                 for (nearest, margin) in texel.nearest.iter_mut().zip([-1.0, 1.0]) {
                     if hit.opacity >= 1.0 / 255.0 + margin * OPACITY_MARGIN {
-                        *nearest = nearest.min(hit.depth);
+                        *nearest = nearest.min(hit.depth + margin * hit.reach);
                     }
                 }
             }
@@ -192,7 +202,7 @@ fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
         _ => DVec3::ONE,
     };
     let added = if material.transfer == Transfer::Over { color * a } else { DVec3::ZERO };
-    Hit { light, added, opacity: a, depth }
+    Hit { light, added, opacity: a, depth, reach: 0.0 }
 }
 
 fn meet_particle(
@@ -255,6 +265,28 @@ fn meet_particle(
     Met::Hit(hit)
 }
 
+fn meet_gaussian(
+    eye: &Eye,
+    ray: &Ray,
+    gaussian: &Gaussian,
+    material: &Material,
+    opaque_depth: f64,
+) -> Met {
+    let ends = [eye.ways(0.0), eye.ways(opaque_depth.min(1.0))];
+    let met = gaussian_truth::meet(gaussian, material, ray.start, ray.way, ends);
+    let color = gaussian.color.as_dvec3() * material.tint.truncate().as_dvec3();
+    let color = if material.neutral { DVec3::ZERO } else { color };
+    let mut hit = optics(material, met.alpha, color, eye.depth(met.t));
+    if met.deviation > 0.0 {
+        // It absorbs wherever the ray is; it is met within its extent, in front of the ray's end.
+        hit.reach = 4.0 * met.deviation / (eye.far - eye.near);
+        hit.depth = hit.depth.clamp(0.0, opaque_depth - 2.0 * DEPTH_MARGIN);
+    } else if hit.depth.abs() < DEPTH_MARGIN || (hit.depth - 1.0).abs() < DEPTH_MARGIN {
+        return Met::Edge;
+    }
+    Met::Hit(hit)
+}
+
 fn meet_puff(
     eye: &Eye,
     ray: &Ray,
@@ -288,6 +320,7 @@ fn meet_puff(
         added: DVec3::ZERO,
         opacity: 1.0 - (1.0 - alpha).powf(share),
         depth: eye.depth(enter),
+        reach: 0.0,
     })
 }
 

@@ -2,6 +2,7 @@ pub(crate) mod area_truth;
 pub(crate) mod brute_force;
 pub(crate) mod compare;
 pub(crate) mod files;
+pub(crate) mod gaussian_truth;
 pub(crate) mod scenes;
 pub(crate) mod splats;
 pub(crate) mod windows;

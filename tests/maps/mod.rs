@@ -12,6 +12,7 @@ mod dither_maps;
 mod extremes;
 mod faint;
 mod forms;
+mod gaussians;
 mod hidden;
 mod lights;
 mod order;

@@ -54,7 +54,7 @@ fn one_caster_makes_no_more_pairs_than_its_bound() {
             let particle = particle(&mut chance);
             let around = reach(&particle);
             let mut load = TileLoadBound::new(&view);
-            load.add(&around, 1, (around.max - around.min).max_element() * 0.5);
+            load.add(&around, 1, (around.max - around.min).max_element() * 0.5, 1.0);
             let counted = counted([particle_rect(&view, &particle)]);
             assert_holds(load.bound(), counted, || format!("{particle:?} in {view:?}"));
             tight += usize::from(counted.pairs > 0 && load.bound().pairs <= 4 * counted.pairs);
@@ -76,7 +76,7 @@ fn one_triangle_makes_no_more_pairs_than_its_bound() {
             let [a, b, c] = positions;
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             let mut load = TileLoadBound::new(&view);
-            load.add(&bounds, 1, 0.5 * longest);
+            load.add(&bounds, 1, 0.5 * longest, 1.0);
             let record = TriangleRecord::new(&triangle);
             let (projected, _) = project_triangle(&view, 0, &record, 0, 0, TILES);
             let counted = counted([projected.rect]);
@@ -111,7 +111,7 @@ fn a_list_makes_no_more_pairs_than_its_bound() {
                 most = most.max((around.max - around.min).max_element() * 0.5);
                 rects.push(particle_rect(&view, &one));
             }
-            load.add(&bounds, count, most);
+            load.add(&bounds, count, most, 1.0);
         }
         assert_holds(load.bound(), counted(rects), || format!("{view:?}"));
     }
@@ -124,7 +124,7 @@ fn what_is_no_number_may_touch_all_tiles() {
     let view = views(&mut chance, 1)[0];
     let tiles = (view.size / 16.0).ceil();
     let mut load = TileLoadBound::new(&view);
-    load.add(&Bounds { min: Vec3::NAN, max: Vec3::NAN }, 7, f32::NAN);
+    load.add(&Bounds { min: Vec3::NAN, max: Vec3::NAN }, 7, f32::NAN, 1.0);
     let all = (tiles.x * tiles.y) as u32;
     assert_eq!(load.bound(), PairBound { pairs: 7 * u64::from(all), of_tile: 7, of_caster: all });
 }

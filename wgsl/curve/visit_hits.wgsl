@@ -6,7 +6,7 @@ import package::curve::gather::{
 };
 import package::curve::lights::{Lights, black, plus, scaled, with_light};
 import package::curve::volumes::{change_density, crossed, last_face, surface_light, surface_scale};
-import package::features::{HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
+import package::features::{HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
 import package::hit::caster_hit::{Hit, MISS, caster_hit};
 import package::hit::crossing::{face_crossing, volume_face};
 import package::hit::hit_order::{Hits, WAITING, no_hits, pass_on, with_hit};
@@ -86,7 +86,7 @@ fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool
 // `absorbed` is not read with `over`.
 fn join_hits(hits: Hits, absorbed: Lights) -> RowIs {
     let placed = join(hits.light, absorbed, hits.depth, hits.opacity);
-    if HAS_PUFFS {
+    if HAS_PUFFS || HAS_MEDIA {
         open_end = select(open_end, max(open_end, hits.end), placed);
     }
     if HAS_OVER || HAS_VOLUMES {

@@ -2,14 +2,15 @@
 
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
-import package::features::{HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES};
+import package::features::{HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES};
+import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{Facing, absorption, coverage, facing, facing_hit, transmittance};
 import package::hit::texture::sample_texture;
 import package::records::caster::{caster_look, look_rotation};
 import package::records::footprint::{
     Footprint, caster_of, footprint_color, opacity_base, opacity_slope, setup_of,
 };
-import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_PUFF, TRANSFER_GAIN};
+import package::records::material::{MAX_GAIN, NO_TEXTURE, SHAPE_GAUSSIAN, SHAPE_PUFF, TRANSFER_GAIN};
 import package::records::setup::setup_texel;
 import package::records::view::{GpuView, is_beside};
 import package::sums::faint::{tau_absorbed, whole_tau};
@@ -64,6 +65,12 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let place = footprint.place;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
+    if HAS_GAUSSIANS && material.shape == SHAPE_GAUSSIAN {
+        let hit = gaussian_hit(view, footprint, faced.look, texel, opaque_depth);
+        let light = transmittance(material.transfer, hit.opacity, hit.color);
+        let absorbed = absorption(material.transfer, hit.opacity, hit.color);
+        return Hit(light, hit.color, hit.opacity, hit.start, hit.end, material_id, absorbed);
+    }
     let met = facing_hit(faced.plane, view, texel);
     var color = footprint_color(footprint);
     let base = opacity_base(footprint);

@@ -1,13 +1,18 @@
 // The object that a footprint belongs to, by its id.
 
-import package::features::HAS_TRIANGLES;
+import package::features::{HAS_GAUSSIANS, HAS_TRIANGLES};
 import package::records::caster::particle_object;
 import package::records::footprint::{Footprint, caster_of, setup_of};
+import package::records::gaussian::is_gaussian;
 import package::records::setup::setup_texel;
 
 fn object_of(footprint: Footprint) -> u32 {
     if HAS_TRIANGLES && footprint.is_triangle {
         return setup_texel(setup_of(footprint), 6u).w;
+    }
+    if HAS_GAUSSIANS && is_gaussian(footprint) {
+        // Its axes are a record as large as a particle's, with the id at the same place.
+        return particle_object(particle_object(caster_of(footprint)));
     }
     return particle_object(caster_of(footprint));
 }

@@ -1,7 +1,9 @@
 // Extent of a footprint in the map.
 
-import package::features::{HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
+import package::features::{HAS_GAUSSIANS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
+import package::hit::gaussian::gaussian_touches;
 import package::records::footprint::Footprint;
+import package::records::gaussian::{gaussian_setup, is_gaussian};
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, is_beside};
 
@@ -11,6 +13,9 @@ fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>
     let radius = footprint.place.z;
     if is_beside(footprint.place) {
         return true;
+    }
+    if HAS_GAUSSIANS && is_gaussian(footprint) {
+        return gaussian_touches(view, gaussian_setup(footprint), footprint.place, lo, hi);
     }
     let outside = center - clamp(center, lo, hi);
     if HAS_TRIANGLES && footprint.is_triangle {

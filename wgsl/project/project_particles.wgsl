@@ -5,6 +5,7 @@ import package::bind::read::chunks;
 import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects};
 import package::bind::uniform::{materials, project_params, views};
+import package::project::tangents::tangents;
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
 import package::records::material::{SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE};
@@ -25,23 +26,6 @@ fn put(index: u32, key: u32, rect: vec2<u32>) {
     let texel = record_texel(index);
     textureStore(keys, texel, vec4(key, index, 0u, 0u));
     textureStore(rects, texel, vec4(rect, 0u, 0u));
-}
-
-// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
-// inside.
-fn tangents(x: f32, distance: f32, sphere: f32) -> vec2<f32> {
-    const ENDLESS: f32 = 1e6;
-    let t2 = x * x + distance * distance - sphere * sphere;
-    if t2 <= 0.0 {
-        return vec2(-ENDLESS, ENDLESS);
-    }
-    let t = sqrt(t2);
-    let low = vec2(x * t - distance * sphere, distance * t + x * sphere);
-    let high = vec2(x * t + distance * sphere, distance * t - x * sphere);
-    return vec2(
-        select(-ENDLESS, low.x / low.y, low.y > 0.0),
-        select(ENDLESS, high.x / high.y, high.y > 0.0),
-    );
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)

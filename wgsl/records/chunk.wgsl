@@ -12,7 +12,7 @@ struct ProjectParams {
     chunk_count: u32,
     // 1: tiny particles take the scatter path.
     scatter: u32,
-    // Footprint of the first triangle, whose setup is number 0.
+    // Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
     first_setup: u32,
     // 1: the camera's list includes casters without shadows.
     include_non_casters: u32,

@@ -36,7 +36,7 @@ struct PictureParams {
     ambient: vec3<f32>,
     light_count: u32,
     background: vec3<f32>,
-    first_setup: u32,  // footprint of the first triangle with a setup
+    first_setup: u32,  // footprint of the setup with number 0, modulo 2^32
     exposure: f32,    // factor of the light before the tone curve
     first_area: u32,  // texel of `lights` where areas begin
     near: f32,        // of the camera [m]

@@ -39,6 +39,7 @@ const TRANSFER_DITHER: u32 = 8u;
 const SHAPE_DISC: u32 = 0u;
 const SHAPE_QUAD: u32 = 1u;
 const SHAPE_PUFF: u32 = 2u;
+const SHAPE_GAUSSIAN: u32 = 3u;
 
 const PROFILE_FLAT: u32 = 0u;
 const PROFILE_SOFT: u32 = 1u;

@@ -116,7 +116,7 @@ impl Shadows {
         let records = request.light_records();
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let params = allocator.uniform::<PictureParams>("picture_params");
-        let values = request.params(&records, &clusters.grid, lit_count);
+        let values = request.params(&records, &clusters.grid, lists[1].setup_origin);
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
         let targets = Targets::new(&mut allocator, size, lit_count, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;

@@ -28,7 +28,7 @@ impl PictureRequest<'_> {
         LightRecords::new(lights, prepared.views(), prepared.gpu_views(), &scene.shadow)
     }
 
-    /// `first_setup`: footprint of the first translucent triangle.
+    /// `first_setup`: footprint of the translucent setup with number 0, modulo 2^32.
     pub(super) fn params(
         &self,
         records: &LightRecords,

@@ -55,6 +55,8 @@ pub struct CurveModes {
     pub over: bool,
     /// Closed meshes absorb along the ray.
     pub volumes: bool,
+    /// Some hits are bodies, in which light falls exponentially.
+    pub bodies: bool,
     /// Some filtering caster is faint: hits below [`TRACE`] have a place together.
     pub faint: bool,
     /// Curves are softened: a ramp will be inserted into each.
@@ -188,7 +190,7 @@ pub fn curves(
     for place in 0..TEXELS {
         finish(&mut texels[place], modes);
         // With `over`, light may grow inside a body; ramps of several segments are merged ones.
-        if !modes.over && !modes.slabs && footprints.len() <= modes.segment {
+        if modes.bodies && !modes.over && footprints.len() <= modes.segment {
             texels[place].curve.split_bodies(usize::from(modes.softening));
         }
     }

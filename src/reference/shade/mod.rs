@@ -15,7 +15,7 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::{Casters, Class, Material, Particle, Scene, Triangle, View},
+    model::{Casters, Class, Gaussian, Material, Particle, Scene, Triangle, View},
     records::{
         AirParams, Footprint, FormerSlots, GpuView, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps,
     },
@@ -132,6 +132,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
 /// Casters of some classes, in the order of the classes.
 struct OfClasses {
     particles: Vec<Particle>,
+    gaussians: Vec<Gaussian>,
     triangles: Vec<Triangle>,
 }
 
@@ -143,16 +144,21 @@ impl OfClasses {
         particles.retain(|p| is(p.material));
         particles.shrink_to_fit();
         particles.sort_by_key(|p| class(p.material));
+        let mut gaussians = scene.gaussians.clone();
+        gaussians.retain(|g| is(g.material));
+        gaussians.shrink_to_fit();
+        gaussians.sort_by_key(|g| class(g.material));
         let mut triangles = scene.triangles.clone();
         triangles.retain(|t| is(t.material));
         triangles.shrink_to_fit();
         triangles.sort_by_key(|t| class(t.material));
-        Self { particles, triangles }
+        Self { particles, gaussians, triangles }
     }
 
     fn seen<'a>(&'a self, scene: &'a Scene, view: &GpuView) -> Seen<'a> {
-        let Self { particles, triangles } = self;
-        Seen::new(Casters { particles, triangles, ..scene.casters() }, &scene.shadow, view)
+        let Self { particles, gaussians, triangles } = self;
+        let casters = Casters { particles, gaussians, triangles, ..scene.casters() };
+        Seen::new(casters, &scene.shadow, view)
     }
 }
 

@@ -37,6 +37,8 @@ impl<'a> Seen<'a> {
         Records {
             view: &self.view,
             casters: &self.records.casters,
+            axes: &self.records.axes,
+            gaussians: &self.casters.gaussians,
             setups: &self.casters.setups,
             materials: self.records.materials,
             absorptions: &self.records.absorptions,

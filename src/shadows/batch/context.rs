@@ -78,7 +78,7 @@ impl Context<'_, '_> {
         ProjectParams {
             chunk_count,
             scatter: u32::from(self.scatters(plan)),
-            first_setup: plan.first_setup,
+            first_setup: plan.setup_origin(),
             include_non_casters: u32::from(plan.camera),
             by_distance: u32::from(plan.filters && plan.features.has(Flags::HAS_OVER)),
         }

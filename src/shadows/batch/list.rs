@@ -82,6 +82,7 @@ impl List {
             plan.segment_length(),
         );
         let chunks = [
+            (&project::GAUSSIANS, context.chunk_buffers(plan, &plan.gaussian_chunks)?),
             (&project::PARTICLES, context.chunk_buffers(plan, &plan.particle_chunks)?),
             (&project::TRIANGLES, context.chunk_buffers(plan, &plan.triangle_chunks)?),
         ];

@@ -1,11 +1,11 @@
 //! The casters that a list of a batch projects.
 use crate::shadows::{
-    casters::{CasterSet, host_casters::planes},
+    casters::{CasterSet, groups::Kind, host_casters::planes},
     cull::PairBound,
 };
 use crate::{
     model::{Class, tiles_of},
-    records::{CURVE_SEGMENT, GpuView},
+    records::{CURVE_SEGMENT, GAUSSIAN_TEXELS, GpuView, SETUP_TEXELS},
     stage::{
         bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
         features::Features,
@@ -25,14 +25,18 @@ pub(crate) struct ListPlan {
     /// Whether it is a list of the camera.
     pub camera: bool,
     pub features: Features,
+    pub gaussian_chunks: Vec<Chunk>,
     pub particle_chunks: Vec<Chunk>,
     /// Those of `particle_chunks` that may have particles on the scatter path.
     pub tiny_chunks: Vec<Chunk>,
     pub triangle_chunks: Vec<Chunk>,
     /// Host casters, whose number is known on the device only.
     pub host: Option<HostList>,
-    /// Footprints of particles, then of triangles, then the capacity of the host's casters.
+    /// Footprints of Gaussians, of particles, of triangles, then the capacity of the host's casters.
     pub footprint_count: u32,
+    /// Number of Gaussians' footprints.
+    pub gaussian_count: u32,
+    /// Footprint of the first triangle.
     pub first_setup: u32,
     /// Upper bound of its pairs.
     pub bound: PairBound,
@@ -47,12 +51,12 @@ impl ListPlan {
         visible: &[&[u32]],
     ) -> Self {
         let mut footprint_count = 0;
-        let mut chunks_of = |is_triangles| {
+        let mut chunks_of = |kind| {
             let mut chunks = Vec::new();
             for (view, groups) in (0..).zip(visible) {
                 let groups = groups.iter().map(|&group| &casters.groups()[group as usize]);
                 for group in groups {
-                    if group.is_triangles() == is_triangles && list.contains(&group.class) {
+                    if group.kind() == kind && list.contains(&group.class) {
                         let count = group.casters.len() as u32;
                         let (first_caster, first_footprint) =
                             (group.casters.start, footprint_count);
@@ -63,18 +67,22 @@ impl ListPlan {
             }
             chunks
         };
-        let particle_chunks = chunks_of(false);
-        let triangle_chunks = chunks_of(true);
-        let first_setup = particle_chunks.iter().map(|chunk| chunk.count).sum();
+        let [gaussian_chunks, particle_chunks, triangle_chunks] =
+            [Kind::Gaussians, Kind::Particles, Kind::Triangles].map(&mut chunks_of);
+        let count = |chunks: &[Chunk]| chunks.iter().map(|chunk| chunk.count).sum::<u32>();
+        let gaussian_count = count(&gaussian_chunks);
+        let first_setup = gaussian_count + count(&particle_chunks);
         Self {
             filters: *list == Class::FILTERING,
             camera: false,
             features,
+            gaussian_chunks,
             particle_chunks,
             tiny_chunks: Vec::new(),
             triangle_chunks,
             host: None,
             footprint_count,
+            gaussian_count,
             first_setup,
             bound: PairBound::default(),
         }
@@ -91,7 +99,9 @@ impl ListPlan {
         let extents = visible.iter().flat_map(|visible| {
             let listed = visible.iter().map(|&group| &groups[group as usize]);
             listed
-                .filter(|group| group.class == Class::Translucent && !group.is_triangles())
+                .filter(|group| {
+                    group.class == Class::Translucent && group.kind() == Kind::Particles
+                })
                 .map(|group| &group.extent)
         });
         let chunks = self.particle_chunks.iter().zip(extents);
@@ -167,9 +177,20 @@ impl ListPlan {
         enough.min(u64::from(tile_count) + 1).min(most) as u32
     }
 
+    /// Setups of triangles, and those that Gaussians take the room of.
     pub(crate) fn setup_count(&self) -> u32 {
         let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
-        end - self.first_setup
+        self.gaussian_setups() + end - self.first_setup
+    }
+
+    /// Number of triangles' setups that those of the Gaussians in front of them take the room of.
+    pub(crate) fn gaussian_setups(&self) -> u32 {
+        self.gaussian_count.div_ceil(SETUP_TEXELS / GAUSSIAN_TEXELS)
+    }
+
+    /// Footprint of the setup with number 0, modulo 2^32.
+    pub(crate) fn setup_origin(&self) -> u32 {
+        self.first_setup.wrapping_sub(self.gaussian_setups())
     }
 
     /// Expected number of footprints: a caster of the host is seldom visible in more than two views of a

@@ -1,12 +1,15 @@
 //! Features of the casters of each class, to which kernels are specialised.
 use crate::shadows::host_inputs::HostCasters;
 use crate::{
-    model::{CLASSES, Class, FAINTEST, Material, Particle, Receives, Shape, Transfer, Triangle},
+    model::{
+        CLASSES, Class, FAINTEST, Gaussian, Material, Particle, Receives, Shape, Transfer, Triangle,
+    },
     stage::features::{Features, Flags},
 };
 
 pub(super) fn features_of(
     particles: &[Particle],
+    gaussians: &[Gaussian],
     triangles: &[Triangle],
     materials: &[Material],
 ) -> [Features; CLASSES] {
@@ -15,6 +18,11 @@ pub(super) fn features_of(
         let material = &materials[particle.material as usize];
         add_features(&mut features, material, true);
         add_opacity(&mut features, material, particle.color.w);
+    }
+    for gaussian in gaussians {
+        let material = &materials[gaussian.material as usize];
+        add_features(&mut features, material, true);
+        add_opacity(&mut features, material, gaussian.most_opacity(material.gaussian));
     }
     for triangle in triangles {
         let material = &materials[triangle.material as usize];
@@ -82,6 +90,8 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
             (Flags::HAS_TEXTURES, material.texture.or(material.emissive_texture).is_some()),
             (Flags::HAS_PUFFS, is_particle && shape == Shape::Puff),
             (Flags::HAS_QUADS, is_particle && shape == Shape::Quad),
+            (Flags::HAS_GAUSSIANS, is_particle && shape == Shape::Gaussian),
+            (Flags::HAS_MEDIA, is_particle && material.is_medium()),
             (Flags::HAS_DITHER, transfer == Transfer::Dither),
             (Flags::HAS_GAIN, transfer == Transfer::Gain),
             (Flags::HAS_OVER, transfer == Transfer::Over),

@@ -30,11 +30,25 @@ pub struct Group {
     pub class: Class,
     pub casters: Range<u32>,
     pub extent: Extent,
-    /// Extent of its triangles; `None` for particles.
+    /// Extent of its triangles; `None` for particles and Gaussians.
     pub triangles: Option<TriangleExtent>,
+    /// Whether its casters are Gaussians.
+    pub gaussians: bool,
     /// Generation of its last change.
     pub(in crate::shadows) changed_at: u64,
 }
+
+/// What a group's casters are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::shadows) enum Kind {
+    Gaussians,
+    Particles,
+    Triangles,
+}
+
+/// How far a Gaussian reaches beyond its box, at most: the smallest deviation of `project` times the farthest reach
+/// [texels].
+const GAUSSIAN_ENLARGED: f32 = 6.0;
 
 /// Extent of a group's casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +66,8 @@ impl Group {
     pub(in crate::shadows) fn count_in(&self, load: &mut TileLoadBound) {
         let wherever = Bounds { min: Vec3::NAN, max: Vec3::NAN };
         let around = if self.is_volume() { wherever } else { self.extent.bounds };
-        load.add(&around, self.casters.len() as u32, self.extent.reach);
+        let enlarged = if self.gaussians { GAUSSIAN_ENLARGED } else { 1.0 };
+        load.add(&around, self.casters.len() as u32, self.extent.reach, enlarged);
     }
 
     /// Whether the group has triangles of a volume, which may be listed for any view and tile.
@@ -108,20 +123,27 @@ impl Members<'_> {
 }
 
 impl Group {
-    fn of_particles(class: Class, casters: Range<u32>, members: Members<'_>) -> Self {
-        let (triangles, changed_at) = (None, 0);
-        Self { class, extent: Extent::of([]), casters, triangles, changed_at }.fitted(members)
+    fn of_particles(
+        class: Class,
+        casters: Range<u32>,
+        gaussians: bool,
+        members: Members<'_>,
+    ) -> Self {
+        let (extent, triangles, changed_at) = (Extent::of([]), None, 0);
+        Self { class, extent, casters, triangles, gaussians, changed_at }.fitted(members)
     }
 
     fn of_triangles(class: Class, casters: Range<u32>, members: Members<'_>) -> Self {
         let triangles = Some(TriangleExtent::of(std::iter::empty(), members.materials));
-        Self { class, extent: Extent::of([]), casters, triangles, changed_at: 0 }.fitted(members)
+        let extent = Extent::of([]);
+        Self { class, extent, casters, triangles, gaussians: false, changed_at: 0 }.fitted(members)
     }
 
     /// A group of emitted particles, without any yet.
     fn emitted(class: Class, start: u32) -> Self {
         let extent = Extent::of([]);
-        Self { class, casters: start..start, extent, triangles: None, changed_at: 0 }
+        let casters = start..start;
+        Self { class, casters, extent, triangles: None, gaussians: false, changed_at: 0 }
     }
 
     /// Whether it may have plain opaque triangles that cast shadows.
@@ -131,6 +153,14 @@ impl Group {
 
     pub fn is_triangles(&self) -> bool {
         self.triangles.is_some()
+    }
+
+    pub(in crate::shadows) fn kind(&self) -> Kind {
+        match self {
+            Self { triangles: Some(_), .. } => Kind::Triangles,
+            Self { gaussians: true, .. } => Kind::Gaussians,
+            _ => Kind::Particles,
+        }
     }
 
     /// Refits the group after its casters have changed.
@@ -176,26 +206,29 @@ pub(in crate::shadows) struct Groups {
 }
 
 impl Groups {
-    /// Forms the groups; ranges are those of the classes in the upload. `emitted`: class and records of each
+    /// Forms the groups; ranges are those of the classes in the upload, of particles and then of Gaussians (`true`). `emitted`: class and records of each
     /// emitter, whose groups are empty until [`Self::place_emitted`].
     pub(in crate::shadows) fn new(
         members: Members<'_>,
-        particle_ranges: &[(Class, Range<u32>)],
+        particle_ranges: &[(Class, Range<u32>, bool)],
         triangle_ranges: &[(Class, Range<u32>)],
         emitted: &[(Class, Range<u32>)],
     ) -> Self {
         let shift = |group: Range<u32>, by: u32| group.start + by..group.end + by;
         let mut groups = Vec::new();
         let mut of_emitters = vec![0..0; emitted.len()];
-        for &(class, Range { start, end }) in particle_ranges {
+        for &(class, Range { start, end }, gaussians) in particle_ranges {
             let box_of = |i: u32| {
                 let caster = &members.casters[(start + i) as usize];
                 (Bounds::EMPTY.with_sphere(caster.center, caster.radius), false)
             };
             let cut = order::cut(end - start, box_of, MIN, CHUNK_SIZE);
-            let group = |group| Group::of_particles(class, shift(group, start), members);
+            let group = |group| Group::of_particles(class, shift(group, start), gaussians, members);
             groups.extend(cut.into_iter().map(group));
-            let of_class = emitted.iter().zip(&mut of_emitters).filter(|((of, _), _)| *of == class);
+            let of_class = emitted
+                .iter()
+                .zip(&mut of_emitters)
+                .filter(|((of, _), _)| *of == class && !gaussians);
             for ((_, records), groups_of_emitter) in of_class {
                 let first = groups.len();
                 let starts = records.clone().step_by(CHUNK_SIZE as usize);
@@ -332,7 +365,9 @@ impl Groups {
             |group: &Group| Class::BLOCKING.contains(&group.class) || filters && filtering(group);
         let is_hidden = |group: &Group| {
             let around = &group.extent.bounds;
-            listed(group) && !group.is_volume() && occluders.hide(around, group.is_triangles())
+            // Gaussians reach beyond their boxes where they are enlarged.
+            let is_judged = !group.is_volume() && !group.gaussians;
+            listed(group) && is_judged && occluders.hide(around, group.is_triangles())
         };
         let mut hidden: Vec<u32> =
             visible.iter().copied().filter(|&index| is_hidden(group(index))).collect();
@@ -356,7 +391,9 @@ impl Groups {
     /// Indices of the groups that a view may see, in order.
     pub(in crate::shadows) fn visible(&self, view: &GpuView) -> Vec<u32> {
         let mut visible = Vec::new();
-        self.tree.cull(&Frustum::new(view), &mut visible);
+        let has_gaussians = self.groups.iter().any(|group| group.gaussians);
+        let enlarged = if has_gaussians { GAUSSIAN_ENLARGED } else { 1.0 };
+        self.tree.cull(&Frustum::around(view, enlarged.into()), &mut visible);
         // In upload order, so that equal depths sort the same whatever the tree is.
         let mut seen = vec![0_u64; self.groups.len().div_ceil(64)];
         let volumes = (0..).zip(&self.groups).filter(|(_, group)| group.is_volume());

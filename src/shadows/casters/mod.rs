@@ -25,12 +25,15 @@ use crate::{
     error::Error,
     gpu::{Allocator, Memory, Resources},
     model::{
-        CLASSES, Casters, Class, Material, Pattern, Texture, Transfer, absorptions, by_class,
-        dither::window,
+        CLASSES, Casters, Class, Gaussian, Material, Particle, Pattern, Texture, Transfer,
+        absorptions, by_class, dither::window,
     },
-    records::{CASTER_TEXELS, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks},
+    records::{
+        CASTER_TEXELS, Caster, GaussianAxes, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks,
+    },
     stage::features::{Features, Flags},
 };
+use bytemuck::Zeroable as _;
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
 use std::{
@@ -43,7 +46,7 @@ use upload::{upload, upload_images, upload_materials};
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
 pub struct Span {
-    /// Indices in upload order.
+    /// Indices in upload order, of particles and Gaussians.
     pub particles: Range<u32>,
     pub triangles: Range<u32>,
     pub features: Features,
@@ -90,10 +93,10 @@ pub struct CasterSet {
 /// Copy of the upload, to detect changes.
 #[derive(Debug)]
 struct Uploaded {
-    /// Indices into the scene's particles and triangles, in upload order.
+    /// Indices into the scene's particles followed by its Gaussians, and into its triangles, in upload order.
     particle_order: Vec<u32>,
     triangle_order: Vec<u32>,
-    /// Particles, then the ranks of the blue noise.
+    /// Particles and Gaussians, then the ranks of the blue noise, then the Gaussians' axes.
     casters: Vec<Caster>,
     triangles: Vec<TriangleRecord>,
     materials: Vec<Material>,
@@ -102,6 +105,10 @@ struct Uploaded {
     /// Sizes of the textures [texels].
     texture_sizes: Vec<(u32, u32)>,
     blue_first: u32,
+    /// Record of the first Gaussian's axes, in the scene's order.
+    axes_first: u32,
+    /// Particles of the scene; indices from here on are of Gaussians.
+    particle_count: usize,
     in_order: bool,
 }
 
@@ -109,6 +116,57 @@ struct Uploaded {
 fn layout(material: &Material) -> (Class, bool, bool) {
     let blue = material.transfer == Transfer::Dither && material.pattern == Pattern::Blue;
     (Class::of(material), material.transfer == Transfer::Over, blue)
+}
+
+/// Materials of particles, then of Gaussians.
+fn materials_of<'a>(
+    particles: &'a [Particle],
+    gaussians: &'a [Gaussian],
+) -> impl Iterator<Item = u32> + Clone + 'a {
+    particles.iter().map(|p| p.material).chain(gaussians.iter().map(|g| g.material))
+}
+
+/// Number of particles at the start of one class's indices; Gaussians follow them.
+fn particles_in(order: &[u32], particle_count: usize) -> usize {
+    order.partition_point(|&index| (index as usize) < particle_count)
+}
+
+/// A Gaussian's axes, as long as a particle's record.
+fn axes_record(gaussian: &Gaussian) -> Caster {
+    bytemuck::cast(GaussianAxes::new(gaussian))
+}
+
+/// What records of particles and Gaussians are made from.
+#[derive(Clone, Copy)]
+struct Makers<'a> {
+    particles: &'a [Particle],
+    gaussians: &'a [Gaussian],
+    materials: &'a [Material],
+    axes_first: u32,
+}
+
+impl Makers<'_> {
+    fn gaussian(&self, index: u32) -> Option<u32> {
+        index.checked_sub(self.particles.len() as u32)
+    }
+
+    fn material(&self, index: u32) -> u32 {
+        self.gaussian(index).map_or_else(
+            || self.particles[index as usize].material,
+            |own| self.gaussians[own as usize].material,
+        )
+    }
+
+    fn record(&self, index: u32) -> Caster {
+        let material = &self.materials[self.material(index) as usize];
+        self.gaussian(index).map_or_else(
+            || Caster::new(&self.particles[index as usize], material),
+            |own| {
+                let axes = self.axes_first + own;
+                Caster::of_gaussian(&self.gaussians[own as usize], material, axes)
+            },
+        )
+    }
 }
 
 fn hash(texture: &Texture) -> u64 {
@@ -142,31 +200,29 @@ impl CasterSet {
         casters: &Casters<'_>,
         inputs: &HostInputs<'_>,
     ) -> Result<Self, Error> {
-        let &Casters { particles, triangles, materials, textures, in_order, .. } = casters;
+        let &Casters { particles, gaussians, triangles, materials, textures, in_order } = casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator { device, memory: &mut memory };
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
         let layouts: Vec<_> = materials.iter().map(layout).collect();
         let (mut particle_order, particle_ranges) =
-            by_class(&particles.iter().map(|p| classes[p.material as usize]));
+            by_class(&materials_of(particles, gaussians).map(|m| classes[m as usize]));
         let is_ordered = |class| layouts.iter().any(|&(of, over, _)| of == class && over);
         for (class, range) in Class::ALL.into_iter().zip(&particle_ranges) {
             if !is_ordered(class) && !in_order {
-                let particles_of = &mut particle_order[range.start as usize..range.end as usize];
-                sort_by_place(particles_of, |i| particles[i as usize].center);
+                let members = &mut particle_order[range.start as usize..range.end as usize];
+                let (own, others) = members.split_at_mut(particles_in(members, particles.len()));
+                sort_by_place(own, |i| particles[i as usize].center);
+                sort_by_place(others, |i| gaussians[i as usize - particles.len()].center);
             }
         }
         let (triangle_order, triangle_ranges) =
             by_class(&triangles.iter().map(|t| classes[t.material as usize]));
-        let mut casters: Vec<_> = particle_order
-            .iter()
-            .map(|&i| &particles[i as usize])
-            .map(|p| Caster::new(p, &materials[p.material as usize]))
-            .collect();
+        let mut casters = vec![Caster::zeroed(); particle_order.len()];
         let records: Vec<_> =
             triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
         let owners = asks_for_owners(materials);
-        let features = features_of(particles, triangles, materials);
+        let features = features_of(particles, gaussians, triangles, materials);
         let by = |ranges: &[Range<u32>; CLASSES]| {
             Class::ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
         };
@@ -176,7 +232,13 @@ impl CasterSet {
             // already.
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
+        let axes_first = casters.len() as u32;
+        casters.extend(gaussians.iter().map(axes_record));
         let host_first = casters.len() as u32;
+        let makers = Makers { particles, gaussians, materials, axes_first };
+        for (record, &index) in casters.iter_mut().zip(&particle_order) {
+            *record = makers.record(index);
+        }
         let host_records = host_first..host_first.saturating_add(record_count(inputs.casters));
         let (emitted, end) = emitted::placed(inputs.emitted, host_records.end);
         let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
@@ -184,7 +246,14 @@ impl CasterSet {
             .iter()
             .map(|emitter| (classes[emitter.slots.material as usize], emitter.records()))
             .collect();
-        let groups = Groups::new(members, &by(&particle_ranges), &by(&triangle_ranges), &by_class);
+        let of_kinds =
+            by(&particle_ranges).into_iter().flat_map(|(class, Range { start, end })| {
+                let order = &particle_order[start as usize..end as usize];
+                let middle = start + particles_in(order, particles.len()) as u32;
+                [(class, start..middle, false), (class, middle..end, true)]
+            });
+        let of_kinds: Vec<_> = of_kinds.collect();
+        let groups = Groups::new(members, &of_kinds, &by(&triangle_ranges), &by_class);
         Ok(Self {
             casters: upload(
                 &mut allocator,
@@ -224,6 +293,8 @@ impl CasterSet {
                 textures: textures.iter().map(hash).collect(),
                 texture_sizes: textures.iter().map(|t| (t.width, t.height)).collect(),
                 blue_first,
+                axes_first,
+                particle_count: particles.len(),
                 in_order,
             },
             id: next_generation(),

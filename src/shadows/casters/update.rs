@@ -1,16 +1,14 @@
 //! Updates of the casters on the GPU from a changed scene.
 use super::groups::{Members, next_generation};
 use super::{
-    CasterSet,
+    CasterSet, Makers, axes_record,
     features::{asks_for_owners, features_of},
-    hash, layout,
+    hash, layout, materials_of,
     upload::{material_records, upload_image, upload_parts},
 };
 use crate::{
-    model::{
-        CLASSES, Casters, Class, Material, Particle, Texture, Triangle, absorptions, dither::window,
-    },
-    records::{CASTER_TEXELS, Caster, TRIANGLE_TEXELS, TriangleRecord},
+    model::{CLASSES, Casters, Class, Material, Texture, Triangle, absorptions, dither::window},
+    records::{CASTER_TEXELS, TRIANGLE_TEXELS, TriangleRecord},
 };
 use std::ops::Range;
 
@@ -19,34 +17,32 @@ impl CasterSet {
     /// casters, materials or textures, other sizes of textures, casters of another class, or particles that
     /// have drifted so far apart that they need new groups.
     pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
-        let &Casters { particles, triangles, materials, textures, in_order, .. } = casters;
+        let &Casters { particles, gaussians, triangles, materials, textures, in_order } = casters;
         if self.uploaded.in_order != in_order
-            || !self.is_laid_out_as(particles, triangles, materials, textures)
+            || particles.len() != self.uploaded.particle_count
+            || !self.is_laid_out_as(casters)
         {
             return false;
         }
+        let axes_first = self.uploaded.axes_first;
+        let makers = Makers { particles, gaussians, materials, axes_first };
         let is_new = self.update_materials(queue, triangles, materials, textures);
-        self.features = features_of(particles, triangles, materials);
+        self.features = features_of(particles, gaussians, triangles, materials);
         self.add_emitted_features();
         self.dither_window = window(materials);
         self.owners = asks_for_owners(materials);
-        self.update_casters(queue, particles, triangles, materials, &is_new)
+        self.update_casters(queue, makers, triangles, &is_new)
     }
 
     /// Whether every caster and texture keeps its place in the upload.
-    fn is_laid_out_as(
-        &self,
-        particles: &[Particle],
-        triangles: &[Triangle],
-        materials: &[Material],
-        textures: &[Texture],
-    ) -> bool {
+    fn is_laid_out_as(&self, casters: &Casters<'_>) -> bool {
+        let &Casters { particles, gaussians, triangles, materials, textures, .. } = casters;
         let uploaded = &self.uploaded;
         let same_layouts = materials.len() == uploaded.materials.len()
             && materials.iter().map(layout).eq(uploaded.materials.iter().map(layout));
         let sizes = textures.iter().map(|t| (t.width, t.height));
         if !same_layouts
-            || particles.len() != uploaded.particle_order.len()
+            || particles.len() + gaussians.len() != uploaded.particle_order.len()
             || triangles.len() != uploaded.triangle_order.len()
             || !sizes.eq(uploaded.texture_sizes.iter().copied())
         {
@@ -59,11 +55,11 @@ impl CasterSet {
                 members.iter().all(|&i| classes[of(i) as usize] == class)
             })
         };
-        in_place(&uploaded.particle_order, &self.particle_ranges, &|i| {
-            particles[i as usize].material
-        }) && in_place(&uploaded.triangle_order, &self.triangle_ranges, &|i| {
-            triangles[i as usize].material
-        })
+        let of_particles: Vec<_> = materials_of(particles, gaussians).collect();
+        in_place(&uploaded.particle_order, &self.particle_ranges, &|i| of_particles[i as usize])
+            && in_place(&uploaded.triangle_order, &self.triangle_ranges, &|i| {
+                triangles[i as usize].material
+            })
     }
 
     /// Updates the materials; returns for each whether it or its texture changed.
@@ -99,14 +95,23 @@ impl CasterSet {
     fn update_casters(
         &mut self,
         queue: &wgpu::Queue,
-        particles: &[Particle],
+        makers: Makers<'_>,
         triangles: &[Triangle],
-        materials: &[Material],
         new_material: &[bool],
     ) -> bool {
         let Self { uploaded, groups, .. } = self;
+        let materials = makers.materials;
         let changed_at = next_generation();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
+        let axes = uploaded.casters.split_off(makers.axes_first as usize);
+        uploaded.casters.extend(makers.gaussians.iter().map(axes_record));
+        let has_new_axes = |i: u32| {
+            makers.gaussian(i).is_some_and(|own| {
+                axes[own as usize] != uploaded.casters[(makers.axes_first + own) as usize]
+            })
+        };
+        let new_axes: Vec<_> =
+            uploaded.particle_order.iter().map(|&index| has_new_axes(index)).collect();
         let mut new_occluders = false;
         for index in 0..groups.groups.len() {
             if groups.is_emitted(&groups.groups[index]) {
@@ -122,11 +127,9 @@ impl CasterSet {
                 })
             } else {
                 let records = &mut uploaded.casters[range.clone()];
-                replace(records, &uploaded.particle_order[range], |i| {
-                    let particle = &particles[i as usize];
-                    let material = particle.material as usize;
-                    (Caster::new(particle, &materials[material]), new_material[material])
-                })
+                replace(records, &uploaded.particle_order[range.clone()], |i| {
+                    (makers.record(i), new_material[makers.material(i) as usize])
+                }) | new_axes[range].contains(&true)
             };
             if is_new {
                 let order = &uploaded.triangle_order;
@@ -142,6 +145,9 @@ impl CasterSet {
             let order = &uploaded.triangle_order;
             let members = Members { casters: &uploaded.casters, triangles, order, materials };
             groups.find_occluders(members, changed_at);
+        }
+        if new_axes.contains(&true) {
+            new_particles.push(makers.axes_first..uploaded.casters.len() as u32);
         }
         upload_parts(queue, &self.casters, &uploaded.casters, CASTER_TEXELS, &new_particles);
         upload_parts(queue, &self.triangles, &uploaded.triangles, TRIANGLE_TEXELS, &new_triangles);

@@ -54,7 +54,15 @@ pub struct Frustum {
 }
 
 impl Frustum {
+    /// For casters that reach at most a texel beyond their boxes.
     pub fn new(view: &GpuView) -> Self {
+        // Particles smaller than a texel are enlarged to a radius of 0.7071 texel, and a quad reaches
+        // 1.4143 times as far: one texel in all.
+        Self::around(view, 1.0)
+    }
+
+    /// For casters that reach at most `enlarged` beyond their boxes [texels].
+    pub fn around(view: &GpuView, enlarged: f64) -> Self {
         let (near, far) = (f64::from(view.near), f64::from(view.far));
         let scale = f64::from(view.scale);
         let Some(([right, up, back], shift)) = rigid_axes(view) else { return Self::everything() };
@@ -63,18 +71,16 @@ impl Frustum {
             return Self::everything();
         }
         let half = view.size.as_dvec2() * 0.5;
-        // Particles smaller than a texel are enlarged to a radius of 0.7071 texel, and a quad reaches
-        // 1.4143 times as far: one texel in all. The half texel between the window's border and its
-        // outermost texel centres is left for rounding.
+        // The half texel between the window's border and its outermost texel centres is left for rounding.
         let texel = 1.0 / scale;
         // Rounding of the planes' own coefficients.
         let spare = |norm: f64| f64::from(ROUNDING) * norm * (shift.abs().element_sum() + texel);
         let (sides, first, last);
         if view.perspective > 0.0 {
             let side = |along: DVec3, along_shift: f64, edge: f64| {
-                // An enlarged particle is a sphere of one texel at its distance; where the window
-                // is wide, it covers more than one texel of slope.
-                let edge = edge + texel * (1.0 + edge * edge).sqrt();
+                // What is enlarged is a sphere of so many texels at its distance; where the window
+                // is wide, it covers more of slope.
+                let edge = edge + enlarged * texel * (1.0 + edge * edge).sqrt();
                 let norm = (1.0 + edge * edge).sqrt();
                 let distance = -back * edge;
                 let d = -shift.z * edge + spare(norm);
@@ -83,16 +89,17 @@ impl Frustum {
             let x = side(right, shift.x, half.x * texel);
             let y = side(up, shift.y, half.y * texel);
             sides = [x[0], x[1], y[0], y[1]];
-            first = if near > 0.0 { near / (1.0 + texel) } else { near };
-            last = if texel < 0.5 { far / (1.0 - texel) } else { f64::INFINITY };
+            let wide = enlarged * texel;
+            first = if near > 0.0 { near / (1.0 + wide) } else { near };
+            last = if wide < 0.5 { far / (1.0 - wide) } else { f64::INFINITY };
         } else {
             let side = |along: DVec3, along_shift: f64, half: f64| {
-                let d = (half + 1.0) * texel + spare(1.0) + f64::from(ROUNDING) * half * texel;
+                let d = (half + enlarged) * texel + spare(1.0) + f64::from(ROUNDING) * half * texel;
                 [(-along, d - along_shift), (along, d + along_shift)]
             };
             let (x, y) = (side(right, shift.x, half.x), side(up, shift.y, half.y));
             sides = [x[0], x[1], y[0], y[1]];
-            (first, last) = (near - texel, far + texel);
+            (first, last) = (near - enlarged * texel, far + enlarged * texel);
         }
         let spare = spare(1.0) + f64::from(ROUNDING) * (near.abs() + far.abs());
         let depths = [(-back, -shift.z - first + spare), (back, last + shift.z + spare)];

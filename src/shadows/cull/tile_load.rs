@@ -70,9 +70,10 @@ impl TileLoadBound {
         }
     }
 
-    /// Adds the casters of a box. `reach`: half of the longest side of a box around any one of them [m].
-    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: f32) {
-        let touched = self.touched(bounds);
+    /// Adds the casters of a box. `reach`: half of the longest side of a box around any one of them [m];
+    /// `enlarged`: how far they reach beyond it at most [texels].
+    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: f32, enlarged: f32) {
+        let touched = self.touched(bounds, enlarged.into());
         let [columns, rows] = self.cells(touched.as_ref());
         for row in rows {
             for cell in &mut self.counts[row * CELLS..][columns.clone()] {
@@ -86,7 +87,7 @@ impl TileLoadBound {
 
     /// Most casters added so far that touch one tile together with the box.
     pub fn most(&self, bounds: &Bounds) -> u32 {
-        let [columns, rows] = self.cells(self.touched(bounds).as_ref());
+        let [columns, rows] = self.cells(self.touched(bounds, 1.0).as_ref());
         let counts = rows.flat_map(|row| &self.counts[row * CELLS..][columns.clone()]);
         counts.copied().max().unwrap_or(u32::MAX)
     }
@@ -135,7 +136,7 @@ impl TileLoadBound {
     }
 
     /// Part of the map that the box may touch; `None` if unknown.
-    fn touched(&self, bounds: &Bounds) -> Option<Touched> {
+    fn touched(&self, bounds: &Bounds, enlarged: f64) -> Option<Touched> {
         let (axes, shift) = self.axes?;
         let Bounds { min, max } = widened(bounds)?;
         let (min, max) = (min.as_dvec3(), max.as_dvec3());
@@ -143,8 +144,8 @@ impl TileLoadBound {
         let at = |i: usize| axes[i].dot(center) + shift[i];
         let reach = |i: usize| axes[i].abs().dot(half);
         let (mut nearest, mut farthest) = (-at(2) - reach(2), -at(2) + reach(2));
-        // Particles smaller than a texel are enlarged.
-        let texel = if self.perspective { farthest } else { 1.0 } / self.scale;
+        // What is smaller than a texel is enlarged.
+        let texel = enlarged * if self.perspective { farthest } else { 1.0 } / self.scale;
         (nearest, farthest) =
             if self.perspective { (nearest - texel, farthest + texel) } else { (1.0, 1.0) };
         if nearest.is_nan() || nearest <= 0.0 {
@@ -170,6 +171,6 @@ struct Touched {
     nearest: f64,
     /// Largest distance from the axis, to the right and upwards [m].
     beside: [f64; 2],
-    /// Width of the farthest texel [m].
+    /// Width of what casters are enlarged by, at the farthest [m].
     texel: f64,
 }

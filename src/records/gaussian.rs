@@ -1,0 +1,104 @@
+//! Gaussians as uploaded, and their setups for one view.
+use super::{
+    Caster,
+    pack::{from_opacity, from_unorm, opacity_bits, unorm2},
+};
+use crate::model::{Gaussian, GaussianOpacity, Material};
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat3, Quat, Vec2, Vec3};
+
+/// Texels of [`GaussianAxes`].
+pub const AXES_TEXELS: u32 = 2;
+/// Texels of a [`GaussianSetup`].
+pub const GAUSSIAN_TEXELS: u32 = 2;
+/// Flag of a Gaussian's [`Caster::material_rotation`]: in shadow views its colour is black.
+pub const NEUTRAL_BIT: u32 = 1 << 16;
+/// Flag of a Gaussian's [`Caster::material_rotation`]: a medium, whose alpha is its extinction [1/m / 32768].
+pub const MEDIUM_BIT: u32 = 1 << 17;
+
+/// A Gaussian's axes as kernels read them, besides its [`Caster`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GaussianAxes {
+    /// Unit quaternion x, y, z, w: from its own space to the world.
+    pub rotation: [f32; 4],
+    /// Standard deviations [m].
+    pub sigma: Vec3,
+    /// Seed of dither patterns.
+    pub id: u32,
+}
+
+crate::texel_layout!(GaussianAxes { rotation, sigma, id });
+
+impl GaussianAxes {
+    pub fn new(gaussian: &Gaussian) -> Self {
+        let Gaussian { rotation, sigma, id, .. } = *gaussian;
+        Self { rotation: rotation.normalize().to_array(), sigma, id }
+    }
+
+    /// The standard deviations as vectors, world space [m]: columns.
+    pub fn columns(&self) -> Mat3 {
+        Mat3::from_quat(Quat::from_array(self.rotation)) * Mat3::from_diagonal(self.sigma)
+    }
+}
+
+impl Caster {
+    /// The record of a Gaussian; `axes`: index of its [`GaussianAxes`].
+    pub fn of_gaussian(gaussian: &Gaussian, material: &Material, axes: u32) -> Self {
+        let color = gaussian.color / material.transfer.max_color();
+        let (opacity, medium) = match material.gaussian {
+            GaussianOpacity::Splat => (gaussian.opacity, 0),
+            GaussianOpacity::Medium { density } => {
+                (gaussian.opacity * density / super::OPACITY_SCALE, MEDIUM_BIT)
+            }
+        };
+        let neutral = if material.neutral { NEUTRAL_BIT } else { 0 };
+        Self {
+            center: gaussian.center,
+            radius: gaussian.radius(material.gaussian),
+            red_green: unorm2(color.x, color.y),
+            blue_alpha: unorm2(color.z, 0.0) | opacity_bits(opacity) << 16,
+            material_rotation: (gaussian.material & 0xffff) | neutral | medium,
+            id: axes,
+        }
+    }
+}
+
+/// A Gaussian projected to one view: what its hit test needs.
+///
+/// With `delta` the vector from the reference to the texel's centre [texels] and
+/// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's own space is
+/// `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, and it is met at `e / (e^2 + spread |u|^2)` times the
+/// centre's distance along the axis. Orthographic: `q^2 = |u|^2`, met at the centre's light depth less `tilt . u`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GaussianSetup {
+    /// `a`, `b` and `c` [1/texels].
+    pub whitening: Vec3,
+    /// Squared deviation along the ray through the centre, a share of the distance (orthographic: of the depth range).
+    pub spread: f32,
+    pub tilt: Vec2,
+    /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material.
+    pub red_green: u32,
+    /// Blue, unorm16, and how much thinner it is for being enlarged, f16.
+    pub blue_thin: u32,
+}
+
+crate::texel_layout!(GaussianSetup { whitening, spread, tilt, red_green, blue_thin });
+
+impl GaussianSetup {
+    pub fn set_color(&mut self, color: Vec3, thin: f32) {
+        self.red_green = unorm2(color.x, color.y);
+        self.blue_thin = unorm2(color.z, 0.0) | opacity_bits(thin) << 16;
+    }
+
+    /// Colour `c`, rgb; divided by 16 for a `gain` material.
+    pub fn color(&self) -> Vec3 {
+        let [red, green] = [self.red_green, self.red_green >> 16].map(from_unorm);
+        Vec3::new(red, green, from_unorm(self.blue_thin))
+    }
+
+    pub fn thin(&self) -> f32 {
+        from_opacity(self.blue_thin >> 16)
+    }
+}

@@ -1,0 +1,464 @@
+//! CPU reference of `wgsl/project/project_gaussians.wgsl` and `wgsl/hit/gaussian.wgsl`: Gaussians.
+//!
+//! The plane form of Hahlbohm et al. 2024 (HTGS, section 4), `q^2 = |w2 n1 - w1 n2|^2 / |n1 x n2|^2`, relative to the
+//! centre's place in the map: there the numerator is the quadratic form of the projected covariance, whitened once a
+//! view, and the denominator a square of a linear function and a share of the numerator ([`GaussianSetup`]). No term
+//! of it is a difference of large numbers, and no deviation is divided by.
+use super::{
+    caster_hit::Hit,
+    hit::{absorption, transmittance},
+    project::{
+        MIN_COSINE, ProjectParams, Projected, SLACK, TexelBox, depth_key, tangents, tile_rect,
+    },
+};
+use crate::{
+    model::{TILE_SIZE, Transfer, reach_squared},
+    records::{
+        Caster, Footprint, GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView,
+        MEDIUM_BIT, MIN_RADIUS, NEUTRAL_BIT, OPACITY_SCALE, TileRect,
+    },
+};
+use glam::{Vec2, Vec3};
+
+/// Square of a projected deviation below which the conic is enlarged [texels²].
+const MIN_SQUARE: f32 = MIN_RADIUS * MIN_RADIUS;
+/// Ratio of the squared projected deviations below which the smaller one has no direction in space.
+const FLAT: f32 = 1e-12;
+/// Least deviation of a Gaussian beside the view, a share of its longest.
+const THINNEST: f32 = 1e-5;
+/// How much farther than a texel a tile's test looks, for rounding, a share of the squared reach.
+const WIDER: f32 = 1.001;
+/// Bounds of a Gaussian that reaches the eye's plane [texels].
+const ENDLESS: f32 = 1e6;
+/// Deviations around the closest approach in which a medium absorbs.
+const MEDIUM_REACH: f32 = 4.0;
+const ROOT_TAU: f32 = 2.506_628_3;
+
+/// A Gaussian's place in a view's map, before its opacity.
+struct Placed {
+    /// Footprint's centre, and depth.
+    center: Vec2,
+    depth: f32,
+    is_beside: bool,
+    setup: GaussianSetup,
+    /// Share of the area before it was enlarged.
+    thin: f32,
+    bounds: TexelBox,
+}
+
+/// Components to the right, down and along the axis.
+fn to_map(v: Vec3) -> Vec3 {
+    v * Vec3::new(1.0, -1.0, -1.0)
+}
+
+/// Projects one Gaussian to view number `view_index` of its batch. `number`: where its setup is stored.
+#[allow(clippy::too_many_arguments, reason = "the records of one caster, as the kernel reads them")]
+pub fn project_gaussian(
+    view: &GpuView,
+    view_index: u32,
+    caster: &Caster,
+    axes: &GaussianAxes,
+    caster_id: u32,
+    number: u32,
+    material: &GpuMaterial,
+    params: ProjectParams,
+) -> (Projected, GaussianSetup) {
+    let nothing = (Projected::INVISIBLE, GaussianSetup::default());
+    let center = to_map(view.view_from_world.transform_point3(caster.center));
+    let columns = axes.columns();
+    let axes_in_map = [columns.x_axis, columns.y_axis, columns.z_axis]
+        .map(|axis| to_map(view.view_from_world.transform_vector3(axis)));
+    let color = caster.color() * material.tint;
+    let is_medium = caster.material_rotation & MEDIUM_BIT != 0;
+    let longest = axes.sigma.max_element();
+    let amplitude = color.w * if is_medium { OPACITY_SCALE * ROOT_TAU } else { 1.0 };
+    let opacity = amplitude * if is_medium { longest } else { 1.0 };
+    let squared = reach_squared(opacity);
+    let is_beside = view.perspective > 0.0 && center.z <= MIN_COSINE * center.length();
+    let placed = if is_beside {
+        beside(view, center, axes_in_map, axes.sigma, squared)
+    } else {
+        within(view, center, axes_in_map, squared)
+    };
+    // A medium absorbs in front of its closest approach and behind it.
+    let reach = squared.sqrt() + if is_medium { MEDIUM_REACH } else { 0.0 };
+    let depth_reach = reach * row(axes_in_map, 2).length();
+    let range = view.far - view.near;
+    let nearest = (center.z - depth_reach - view.near) / range;
+    let farthest = (center.z + depth_reach - view.near) / range;
+    let unseen = material.transfer == Transfer::None as u32 && !params.include_non_casters;
+    // Written so that a NaN is invisible.
+    if unseen || !(amplitude > 0.0 && farthest >= 0.0 && nearest <= 1.0) {
+        return nothing;
+    }
+    let front = if params.by_distance && view.perspective > 0.0 {
+        view.distance_key((center.length() - reach * longest).max(0.0))
+    } else {
+        nearest
+    };
+    let Placed { center: at, depth, is_beside, mut setup, thin, bounds } = placed;
+    let radius = squared.sqrt() * if is_beside { -1.0 } else { 1.0 };
+    let Some(rect) = tile_rect(view, view_index, bounds, at, f32::INFINITY, false) else {
+        return nothing;
+    };
+    let touches = |lo: Vec2, hi: Vec2| touches_box(view, &setup, at, radius, lo, hi);
+    let rect = touched_tiles(rect, touches);
+    if rect == TileRect::EMPTY {
+        return nothing;
+    }
+    let is_black = caster.material_rotation & NEUTRAL_BIT != 0 && !params.include_non_casters;
+    let rgb = if is_black { Vec3::ZERO } else { color.truncate().min(Vec3::ONE) };
+    setup.set_color(rgb, thin);
+    let amplitude = amplitude * if is_medium { 1.0 } else { thin };
+    let footprint = Footprint {
+        center: at,
+        radius,
+        depth,
+        red_green: number,
+        blue_slope: amplitude.to_bits(),
+        base: GAUSSIAN_MARK,
+        caster: caster_id,
+    };
+    (Projected { footprint, key: depth_key(front), rect }, setup)
+}
+
+/// One component of three vectors.
+fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
+    Vec3::from_array(vectors.map(|vector| vector[component]))
+}
+
+/// The tiles of a small rectangle that are touched.
+fn touched_tiles(rect: TileRect, touches: impl Fn(Vec2, Vec2) -> bool) -> TileRect {
+    let (xs, ys) = (rect.x(), rect.y());
+    let (x0, y0) = (*xs.start(), *ys.start());
+    if xs.end() - x0 >= 4 || ys.end() - y0 >= 4 {
+        return rect;
+    }
+    let mut mask = 0;
+    for (x, y) in rect.tiles() {
+        let lo = Vec2::new(x as f32, y as f32) * TILE_SIZE as f32 + 0.5;
+        if touches(lo, lo + (TILE_SIZE - 1) as f32) {
+            mask |= 1 << ((y - y0) * 4 + x - x0);
+        }
+    }
+    if mask == 0 {
+        return TileRect::EMPTY;
+    }
+    TileRect { mask_view: rect.mask_view & 0xffff_0000 | mask, ..rect }
+}
+
+/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis [m];
+/// `squared`: where it ends.
+fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed {
+    let half = view.size * 0.5;
+    let range = view.far - view.near;
+    let [x, y, z] = [0, 1, 2].map(|i| row(axes, i));
+    let is_perspective = view.perspective > 0.0;
+    let (at, p, q, along);
+    if is_perspective {
+        let slope = center.truncate() / center.z;
+        let per_metre = view.scale / center.z;
+        at = slope * view.scale + half;
+        (p, q) = ((x - z * slope.x) * per_metre, (y - z * slope.y) * per_metre);
+        along = z / center.z;
+    } else {
+        at = center.truncate() * view.scale + half;
+        (p, q) = (x * view.scale, y * view.scale);
+        along = z / range;
+    }
+    let conic = Conic::new(p, q, along);
+    let bounds = conic.bounds(at, squared, is_perspective);
+    Placed {
+        center: at,
+        depth: (center.z - view.near) / range,
+        is_beside: false,
+        setup: conic.setup(),
+        thin: conic.thin,
+        bounds,
+    }
+}
+
+/// A Gaussian's projected covariance in its principal axes.
+struct Conic {
+    /// Principal axis of the larger deviation, unit; the other is to its left.
+    major: Vec2,
+    /// Enlarged squared deviations [texels²].
+    squares: Vec2,
+    /// Change of the distance along the axis over each deviation.
+    tilt: Vec2,
+    spread: f32,
+    thin: f32,
+}
+
+impl Conic {
+    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space [texels]; `along`: along the axis, a
+    /// share of the distance.
+    fn new(p: Vec3, q: Vec3, along: Vec3) -> Self {
+        let (xx, xy, yy) = (p.dot(p), p.dot(q), q.dot(q));
+        let apart = 0.5 * (xx - yy);
+        let radius = (apart * apart + xy * xy).sqrt();
+        let large = (0.5 * (xx + yy) + radius).max(f32::MIN_POSITIVE);
+        let small = p.cross(q).length_squared() / large;
+        let axis = if apart >= 0.0 {
+            Vec2::new(apart + radius, xy)
+        } else {
+            Vec2::new(xy, radius - apart)
+        };
+        let length = axis.length();
+        let major = if length > 0.0 { axis / length } else { Vec2::X };
+        let w1 = (p * major.x + q * major.y) / large.sqrt();
+        let across = q * major.x - p * major.y;
+        let across = across - w1 * w1.dot(across);
+        let tilt1 = -along.dot(w1);
+        let (tilt2, spread) = if small > FLAT * large {
+            let w2 = across / across.length();
+            let ray = along.dot(w1.cross(w2));
+            (-along.dot(w2), ray * ray)
+        } else {
+            (0.0, (along.dot(along) - tilt1 * tilt1).max(0.0))
+        };
+        let squares = Vec2::new(large.max(MIN_SQUARE), small.max(MIN_SQUARE));
+        let thin = (large / squares.x * (small / squares.y)).sqrt();
+        Self { major, squares, tilt: Vec2::new(tilt1, tilt2), spread, thin }
+    }
+
+    /// With the whitening in triangular form.
+    fn setup(&self) -> GaussianSetup {
+        let Self { major, squares, tilt, spread, .. } = *self;
+        let row1 = major / squares.x.sqrt();
+        let row2 = Vec2::new(-major.y, major.x) / squares.y.sqrt();
+        let a = Vec2::new(row1.x, row2.x).length();
+        let turn = Vec2::new(row1.x, row2.x) / a;
+        GaussianSetup {
+            whitening: Vec3::new(
+                a,
+                turn.x * row1.y + turn.y * row2.y,
+                turn.x * row2.y - turn.y * row1.y,
+            ),
+            spread,
+            tilt: Vec2::new(turn.x * tilt.x + turn.y * tilt.y, turn.x * tilt.y - turn.y * tilt.x),
+            ..GaussianSetup::default()
+        }
+    }
+
+    /// Exact box of the texels with `q^2 <= squared`, by the dual conic.
+    fn bounds(&self, center: Vec2, squared: f32, is_perspective: bool) -> TexelBox {
+        let Self { major, squares, tilt, spread, .. } = *self;
+        let minor = Vec2::new(-major.y, major.x);
+        let square = major * major * squares.x + minor * minor * squares.y;
+        if !is_perspective {
+            let reach = (square * squared).map(f32::sqrt);
+            return TexelBox { min: center - reach, max: center + reach };
+        }
+        let open = 1.0 - squared * spread - squared * tilt.length_squared();
+        // Written so that a NaN is endless.
+        if !(open > 0.0) {
+            return TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
+        }
+        let across = tilt * squares.map(f32::sqrt);
+        let lean = (major * across.x + minor * across.y) * squared;
+        let reach = (lean * lean + square * (squared * open)).map(f32::sqrt);
+        TexelBox { min: center + (lean - reach) / open, max: center + (lean + reach) / open }
+    }
+}
+
+/// A Gaussian without a place in the map: relative to the map's centre, `u` has an offset, the footprint's centre, and
+/// `e = depth + tilt . delta` [1/m].
+fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f32) -> Placed {
+    let half = view.size * 0.5;
+    let sphere = sigma.max_element() * squared.sqrt();
+    let x = tangents(center.x, center.z, sphere);
+    let y = tangents(center.y, center.z, sphere);
+    let sigma = sigma.max(Vec3::splat(sigma.max_element() * THINNEST));
+    let axes = axes.map(Vec3::normalize_or_zero);
+    let own = |v: Vec3| Vec3::from_array(axes.map(|axis| axis.dot(v))) / sigma;
+    let eye = own(center);
+    let away = eye.length_squared().max(f32::MIN_POSITIVE);
+    let toward = eye.normalize_or(Vec3::X);
+    let (right, down, along) = (own(Vec3::X) / view.scale, own(Vec3::Y) / view.scale, own(Vec3::Z));
+    // Two directions across the one from the eye to the centre, the second across a step to the right, too.
+    let step = right - toward * toward.dot(right);
+    let first = step.normalize_or(toward.any_orthonormal_vector());
+    let second = toward.cross(first);
+    let ahead = toward / away.sqrt();
+    let setup = GaussianSetup {
+        whitening: Vec3::new(first.dot(right), first.dot(down), second.dot(down)),
+        spread: 1.0 / away,
+        tilt: Vec2::new(ahead.dot(right), ahead.dot(down)),
+        ..GaussianSetup::default()
+    };
+    Placed {
+        center: Vec2::new(first.dot(along), second.dot(along)),
+        depth: ahead.dot(along),
+        is_beside: true,
+        setup,
+        thin: 1.0,
+        bounds: TexelBox {
+            min: Vec2::new(x.x, y.x) * view.scale + half,
+            max: Vec2::new(x.y, y.y) * view.scale + half,
+        },
+    }
+}
+
+/// A ray's closest approach to a Gaussian, in the Gaussian's own space.
+#[derive(Clone, Copy, Debug)]
+pub struct Approach {
+    /// Squared distance [standard deviations].
+    pub squared: f32,
+    /// Light depth there.
+    pub depth: f32,
+    /// Standard deviation along the ray [light depth].
+    pub deviation: f32,
+    /// The whitened place.
+    pub place: Vec2,
+}
+
+/// The closest approach of the ray through `texel` (view's map).
+pub fn approach(
+    view: &GpuView,
+    footprint: &Footprint,
+    setup: &GaussianSetup,
+    texel: Vec2,
+) -> Approach {
+    let is_beside = footprint.radius < 0.0;
+    let [a, b, c] = setup.whitening.to_array();
+    let range = view.far - view.near;
+    let reference = if is_beside { view.size * 0.5 } else { footprint.center };
+    let delta = texel - reference;
+    let mut u = Vec2::new(a * delta.x + b * delta.y, c * delta.y);
+    if view.perspective == 0.0 {
+        let depth = footprint.depth - setup.tilt.dot(u);
+        let deviation = setup.spread.sqrt();
+        return Approach { squared: u.length_squared(), depth, deviation, place: u };
+    }
+    let (ahead, unit) = if is_beside {
+        u += footprint.center;
+        (footprint.depth + setup.tilt.dot(delta), 1.0)
+    } else {
+        (1.0 + setup.tilt.dot(u), view.near + footprint.depth * range)
+    };
+    let across = u.length_squared();
+    let all = ahead * ahead + setup.spread * across;
+    Approach {
+        squared: across / all,
+        depth: (unit * ahead / all - view.near) / range,
+        deviation: unit * (setup.spread / all).sqrt() / range,
+        place: u,
+    }
+}
+
+/// Whether some texel centre in the box `lo..hi` may be within the footprint's end: its conic is convex and contains
+/// the centre, so one that touches the box touches an edge that faces the centre.
+fn touches_box(
+    view: &GpuView,
+    setup: &GaussianSetup,
+    center: Vec2,
+    radius: f32,
+    lo: Vec2,
+    hi: Vec2,
+) -> bool {
+    if radius < 0.0 {
+        return true;
+    }
+    let squared = radius * radius * WIDER;
+    let (lo, hi) = (lo - SLACK - center, hi + SLACK - center);
+    let [a, b, c] = setup.whitening.to_array();
+    let (tilt, spread) = if view.perspective > 0.0 {
+        (Vec2::new(setup.tilt.x * a, setup.tilt.x * b + setup.tilt.y * c), setup.spread)
+    } else {
+        (Vec2::ZERO, 0.0)
+    };
+    let open = 1.0 - squared * spread;
+    let (xx, xy, yy) = (
+        open * a * a - squared * tilt.x * tilt.x,
+        open * a * b - squared * tilt.x * tilt.y,
+        open * (b * b + c * c) - squared * tilt.y * tilt.y,
+    );
+    // Written so that a NaN touches.
+    if !(open > 0.0 && xx > 0.0 && yy > 0.0) {
+        return true;
+    }
+    let near = Vec2::ZERO.clamp(lo, hi);
+    let inside = |at: Vec2| {
+        let u = Vec2::new(a * at.x + b * at.y, c * at.y);
+        let ahead = 1.0 + tilt.dot(at);
+        open * u.length_squared() <= squared * ahead * ahead
+    };
+    let along_x = ((squared * tilt.x - xy * near.y) / xx).clamp(lo.x, hi.x);
+    let along_y = ((squared * tilt.y - xy * near.x) / yy).clamp(lo.y, hi.y);
+    inside(Vec2::new(along_x, near.y)) || inside(Vec2::new(near.x, along_y))
+}
+
+/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`.
+pub fn gaussian_hit(
+    view: &GpuView,
+    footprint: &Footprint,
+    setup: &GaussianSetup,
+    is_medium: bool,
+    transfer: Transfer,
+    texel: Vec2,
+    opaque_depth: f32,
+) -> Option<Hit> {
+    let met = approach(view, footprint, setup, texel);
+    // Written so that a NaN is a miss.
+    if !(met.squared <= footprint.radius * footprint.radius) {
+        return None;
+    }
+    let amplitude = f32::from_bits(footprint.blue_slope);
+    let share = (-0.5 * met.squared).exp();
+    let color = setup.color();
+    let (opacity, start, end);
+    if is_medium {
+        let slope = (texel - view.size * 0.5) / view.scale * view.perspective;
+        let metres = (view.far - view.near) * (1.0 + slope.length_squared()).sqrt();
+        let whole = amplitude * met.deviation * metres * share;
+        let (from, to) = (-met.depth / met.deviation, (opaque_depth - met.depth) / met.deviation);
+        let part = normal_share(from, to);
+        opacity = setup.thin() * -(-whole * part).exp_m1();
+        // The ray may end in front of where most is absorbed.
+        let [first, last] = ramp(whole);
+        let before = first.min(to - AT_THE_END);
+        start = (met.depth + before.max(from) * met.deviation).max(0.0);
+        end = (met.depth + last.min(to) * met.deviation).max(start);
+        if to < -FARTHEST_TAIL || from > FARTHEST_TAIL {
+            return None;
+        }
+    } else {
+        opacity = amplitude * share;
+        (start, end) = (met.depth, met.depth);
+    }
+    let opacity = opacity.min(1.0);
+    let light = transmittance(transfer, opacity, color);
+    let absorbed = absorption(transfer, opacity, color);
+    let added = if transfer == Transfer::Over { color * opacity } else { Vec3::ZERO };
+    Some(Hit { light, absorbed, added, color, opacity, depth: start, end })
+}
+
+/// How far in front of a ray's end a medium's ramp begins at the latest [standard deviations].
+const AT_THE_END: f32 = 0.25;
+/// Distance at which nothing of a medium is left [standard deviations].
+const FARTHEST_TAIL: f32 = 8.0;
+
+/// Start and end of the linear ramp that is nearest to the transmittance in a medium of a whole optical depth
+/// [standard deviations from the closest approach]: fitted, at most 0.09 off, 0.03 for less than 0.7.
+fn ramp(tau: f32) -> [f32; 2] {
+    let x = tau.ln_1p().min(9.2);
+    let middle = (((-0.001_06 * x + 0.016_563) * x - 0.038_212) * x - 0.665_623) * x + 0.190_149;
+    let half = (((-0.000_867_6 * x + 0.013_129) * x - 0.028_957) * x - 0.313_05) * x + 1.747_3;
+    [middle - half, middle + half]
+}
+
+/// Share of a normal distribution between two places [standard deviations].
+fn normal_share(from: f32, to: f32) -> f32 {
+    (0.5 * (error_function(to) - error_function(from))).max(0.0)
+}
+
+/// `erf(x / sqrt(2))` within 2e-7 (Abramowitz and Stegun 1964, 7.1.26).
+fn error_function(x: f32) -> f32 {
+    let z = x.abs() * std::f32::consts::FRAC_1_SQRT_2;
+    let t = 1.0 / (1.0 + 0.327_591_1 * z);
+    let series = ((((1.061_405_4 * t - 1.453_152) * t + 1.421_413_8) * t - 0.284_496_74) * t
+        + 0.254_829_6)
+        * t;
+    (1.0 - series * (-z * z).exp()).copysign(x)
+}

@@ -1,0 +1,170 @@
+// A Gaussian's projected covariance: its whitening, exact box and tiles. CPU reference: src/reference/gaussian.rs.
+
+import package::hit::gaussian::gaussian_touches;
+import package::project::tangents::tangents;
+import package::records::gaussian::GaussianSetup;
+import package::records::view::{GpuView, TILE_SIZE};
+
+const MIN_SQUARE: f32 = 0.5;  // squared deviation below which the conic is enlarged [texels^2]
+const FLAT: f32 = 1e-12;      // ratio of squared deviations below which the smaller has no direction in space
+const THINNEST: f32 = 1e-5;   // least deviation of a Gaussian beside the view, a share of its longest
+const ENDLESS: f32 = 1e6;     // bounds of one that reaches the eye's plane [texels]
+const TINY: f32 = 1.17549435e-38;
+
+// A Gaussian's place in a view's map.
+struct Placed {
+    center: vec2<f32>, // of its footprint, and depth
+    depth: f32,
+    setup: GaussianSetup,
+    thin: f32, // share of the area before it was enlarged
+    lo: vec2<f32>,
+    hi: vec2<f32>,
+}
+
+// Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends.
+// Rust: src/model/gaussian.rs.
+fn reach_squared(opacity: f32) -> f32 {
+    return min(2.0 * log(max(opacity * 2048.0, 256.0)), 64.0);
+}
+
+// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis
+// [m]; `squared`: where it ends.
+fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared: f32) -> Placed {
+    let rows = transpose(axes);
+    let range = view.far - view.near;
+    var slope = center.xy;
+    var p = rows[0] * view.scale;
+    var q = rows[1] * view.scale;
+    var along = rows[2] / range;
+    if view.perspective > 0.0 {
+        slope = center.xy / center.z;
+        let per_metre = view.scale / center.z;
+        p = (rows[0] - rows[2] * slope.x) * per_metre;
+        q = (rows[1] - rows[2] * slope.y) * per_metre;
+        along = rows[2] / center.z;
+    }
+    var placed: Placed;
+    placed.center = slope * view.scale + view.size * 0.5;
+    placed.depth = (center.z - view.near) / range;
+
+    let xx = dot(p, p);
+    let xy = dot(p, q);
+    let yy = dot(q, q);
+    let apart = 0.5 * (xx - yy);
+    let radius = sqrt(apart * apart + xy * xy);
+    let large = max(0.5 * (xx + yy) + radius, TINY);
+    let area = cross(p, q);
+    let small = dot(area, area) / large;
+    let axis = select(vec2(xy, radius - apart), vec2(apart + radius, xy), apart >= 0.0);
+    let length_of_axis = length(axis);
+    var major = vec2(1.0, 0.0); // unit, of the larger deviation
+    if length_of_axis > 0.0 {
+        major = axis / length_of_axis;
+    }
+    let minor = vec2(-major.y, major.x);
+    let w1 = (p * major.x + q * major.y) / sqrt(large);
+    var across = q * major.x - p * major.y;
+    across -= w1 * dot(w1, across);
+    var tilt = vec2(-dot(along, w1), 0.0); // change of the distance along the axis over each deviation
+    var spread = max(dot(along, along) - tilt.x * tilt.x, 0.0);
+    if small > FLAT * large {
+        let w2 = across / length(across);
+        let ray = dot(along, cross(w1, w2));
+        tilt.y = -dot(along, w2);
+        spread = ray * ray;
+    }
+    let squares = max(vec2(large, small), vec2(MIN_SQUARE));
+    placed.thin = sqrt(large / squares.x * (small / squares.y));
+
+    // The whitening in triangular form.
+    let row1 = major / sqrt(squares.x);
+    let row2 = minor / sqrt(squares.y);
+    let a = length(vec2(row1.x, row2.x));
+    let turn = vec2(row1.x, row2.x) / a;
+    placed.setup.whitening =
+        vec3(a, turn.x * row1.y + turn.y * row2.y, turn.x * row2.y - turn.y * row1.y);
+    placed.setup.spread = spread;
+    placed.setup.tilt = vec2(turn.x * tilt.x + turn.y * tilt.y, turn.x * tilt.y - turn.y * tilt.x);
+
+    // The exact box of the texels with q^2 <= squared, by the dual conic.
+    let square = major * major * squares.x + minor * minor * squares.y;
+    var open = 1.0;
+    var lean = vec2(0.0);
+    if view.perspective > 0.0 {
+        open = 1.0 - squared * spread - squared * dot(tilt, tilt);
+        let over = tilt * sqrt(squares);
+        lean = (major * over.x + minor * over.y) * squared;
+    }
+    let reach = sqrt(lean * lean + square * (squared * open));
+    placed.lo = placed.center + (lean - reach) / open;
+    placed.hi = placed.center + (lean + reach) / open;
+    // Written so that a NaN is endless.
+    if !(open > 0.0) {
+        placed.lo = vec2(-ENDLESS);
+        placed.hi = vec2(ENDLESS);
+    }
+    return placed;
+}
+
+fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
+    let size = length(v);
+    return select(other, v / size, size > 0.0);
+}
+
+// A Gaussian without a place in the map: relative to the map's centre, u has an offset, the footprint's centre, and
+// e = depth + tilt . delta [1/m].
+fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: vec3<f32>, squared: f32) -> Placed {
+    let longest = max(max(sigma.x, sigma.y), sigma.z);
+    let thick = max(sigma, vec3(longest * THINNEST));
+    let units = mat3x3(
+        normalize_or(axes[0], vec3(0.0)),
+        normalize_or(axes[1], vec3(0.0)),
+        normalize_or(axes[2], vec3(0.0)),
+    );
+    // Rays in the Gaussian's own space, for a step along the axis and for a texel to the right and down.
+    let rows = transpose(units);
+    let eye = (center * units) / thick;
+    let right = rows[0] / thick / view.scale;
+    let down = rows[1] / thick / view.scale;
+    let along = rows[2] / thick;
+    let away = max(dot(eye, eye), TINY);
+    let toward = normalize_or(eye, vec3(1.0, 0.0, 0.0));
+    // Two directions across the one from the eye to the centre, the second across a step to the right, too.
+    let step = right - toward * dot(toward, right);
+    let aside = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(toward.x) > 0.5);
+    let first = normalize_or(step, normalize(cross(toward, aside)));
+    let second = cross(toward, first);
+    let ahead = toward / sqrt(away);
+    var placed: Placed;
+    placed.center = vec2(dot(first, along), dot(second, along));
+    placed.depth = dot(ahead, along);
+    placed.setup.whitening = vec3(dot(first, right), dot(first, down), dot(second, down));
+    placed.setup.spread = 1.0 / away;
+    placed.setup.tilt = vec2(dot(ahead, right), dot(ahead, down));
+    placed.thin = 1.0;
+    let sphere = longest * sqrt(squared);
+    let x = tangents(center.x, center.z, sphere);
+    let y = tangents(center.y, center.z, sphere);
+    placed.lo = vec2(x.x, y.x) * view.scale + view.size * 0.5;
+    placed.hi = vec2(x.y, y.y) * view.scale + view.size * 0.5;
+    return placed;
+}
+
+// The tiles of a small rectangle that are touched; (0, 0) for none.
+fn touched_tiles(view: GpuView, setup: GaussianSetup, place: vec4<f32>, rect: vec2<u32>) -> vec2<u32> {
+    let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    if (rect.y & 0xffffu) == 0u || any(last - first >= vec2(4u)) {
+        return rect;
+    }
+    var mask = 0u;
+    for (var y = first.y; y <= last.y; y += 1u) {
+        for (var x = first.x; x <= last.x; x += 1u) {
+            let lo = vec2<f32>(vec2(x, y) * TILE_SIZE) + 0.5;
+            if gaussian_touches(view, setup, place, lo, lo + f32(TILE_SIZE - 1u)) {
+                mask |= 1u << ((y - first.y) * 4u + x - first.x);
+            }
+        }
+    }
+    return select(vec2(rect.x, (rect.y & 0xffff0000u) | mask), vec2(0u), mask == 0u);
+}

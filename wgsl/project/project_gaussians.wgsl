@@ -1,0 +1,122 @@
+// project: Gaussians -> footprints, depth keys, tile rectangles and setups. One invocation per Gaussian and view;
+// a workgroup takes a chunk. CPU reference: src/reference/gaussian.rs. Rust: src/stage/project.rs.
+
+import package::bind::read::chunks;
+import package::bind::sampled::casters;
+import package::bind::stored::{footprints, keys, rects, setups};
+import package::bind::uniform::{materials, project_params, views};
+import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach_squared, touched_tiles};
+import package::records::caster::look_material;
+import package::records::dispatch::workgroup_number;
+import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT};
+import package::records::material::TRANSFER_NONE;
+import package::records::record::{OPACITY_SCALE, record_texel};
+import package::records::tile_rect::{INVISIBLE, depth_key, distance_key, tile_rect};
+
+override WORKGROUP_SIZE: u32;
+
+// A Gaussian is beside the view if its depth along the axis is below this share of its distance from the light.
+const MIN_COSINE: f32 = 0.05;
+const MEDIUM_REACH: f32 = 4.0; // around the closest approach, where a medium absorbs [standard deviations]
+const ROOT_TAU: f32 = 2.5066283;
+
+fn put(index: u32, key: u32, rect: vec2<u32>) {
+    let texel = record_texel(index);
+    textureStore(keys, texel, vec4(key, index, 0u, 0u));
+    textureStore(rects, texel, vec4(rect, 0u, 0u));
+}
+
+// Columns are the axes of a unit quaternion.
+fn axes_of(q: vec4<f32>) -> mat3x3<f32> {
+    let d = q + q;
+    let x = q.x * d;
+    let y = q.y * d;
+    let z = q.z * d;
+    let w = q.w * d;
+    return mat3x3(
+        vec3(1.0 - y.y - z.z, x.y + w.z, x.z - w.y),
+        vec3(x.y - w.z, 1.0 - x.x - z.z, y.z + w.x),
+        vec3(x.z + w.y, y.z - w.x, 1.0 - x.x - y.y),
+    );
+}
+
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn project_gaussians(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let chunk_index = workgroup_number(workgroup, workgroups);
+    if chunk_index >= project_params.chunk_count {
+        return;
+    }
+    let chunk = chunks[chunk_index];
+    if lane >= chunk.count {
+        return;
+    }
+    let caster_id = chunk.first_caster + lane;
+    let index = chunk.first_footprint + lane; // and the number of its setup: Gaussians come first
+    let view = views[chunk.view];
+    let position = textureLoad(casters, record_texel(2u * caster_id), 0);
+    let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
+    let rotation = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * look.w), 0));
+    let sigma = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * look.w + 1u), 0)).xyz;
+    let material = materials[look_material(look)];
+
+    let to_map = vec3(1.0, -1.0, -1.0);
+    let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(position.xyz), 1.0)).xyz * to_map;
+    let own = axes_of(rotation);
+    var axes: mat3x3<f32>; // its deviations to the right, down and along the axis [m]
+    for (var i = 0; i < 3; i += 1) {
+        axes[i] = (view.view_from_world * vec4(own[i] * sigma[i], 0.0)).xyz * to_map;
+    }
+    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
+    let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;
+    let is_medium = (look.z & MEDIUM_BIT) != 0u;
+    let longest = max(max(sigma.x, sigma.y), sigma.z);
+    var amplitude = color.a * select(1.0, OPACITY_SCALE * ROOT_TAU, is_medium);
+    let squared = reach_squared(amplitude * select(1.0, longest, is_medium));
+    let is_beside = view.perspective > 0.0 && center.z <= MIN_COSINE * length(center);
+    var placed: Placed;
+    if is_beside {
+        placed = gaussian_beside(view, center, axes, sigma, squared);
+    } else {
+        placed = gaussian_within(view, center, axes, squared);
+    }
+    // A medium absorbs in front of its closest approach and behind it.
+    let reach = sqrt(squared) + select(0.0, MEDIUM_REACH, is_medium);
+    let depth_reach = reach * length(vec3(axes[0].z, axes[1].z, axes[2].z));
+    let range = view.far - view.near;
+    let nearest = (center.z - depth_reach - view.near) / range;
+    let farthest = (center.z + depth_reach - view.near) / range;
+    let in_shadows = project_params.include_non_casters == 0u;
+    let unseen = material.transfer == TRANSFER_NONE && in_shadows;
+    // Written so that a NaN is invisible.
+    if unseen || !(amplitude > 0.0 && farthest >= 0.0 && nearest <= 1.0) {
+        put(index, INVISIBLE, vec2(0u));
+        return;
+    }
+    let place = vec4(placed.center, select(1.0, -1.0, is_beside) * sqrt(squared), placed.depth);
+    let around = tile_rect(view.size, chunk.view, placed.lo, placed.hi, placed.center, 1e30, false);
+    let rect = touched_tiles(view, placed.setup, place, around);
+    let least = distance_key(view, max(length(center) - reach * longest, 0.0));
+    let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
+    let front = depth_key(select(nearest, least, by_distance));
+    put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
+
+    let rgb = select(color.rgb, vec3(0.0), in_shadows && (look.z & NEUTRAL_BIT) != 0u);
+    amplitude *= select(placed.thin, 1.0, is_medium);
+    let blue_thin = (pack2x16unorm(vec2(rgb.b, 0.0)) & 0xffffu)
+        | (pack2x16float(vec2(0.0, placed.thin * OPACITY_SCALE)) & 0xffff0000u);
+    let setup = placed.setup;
+    let at = index * GAUSSIAN_TEXELS;
+    textureStore(setups, record_texel(at), bitcast<vec4<u32>>(vec4(setup.whitening, setup.spread)));
+    let tilt = bitcast<vec2<u32>>(setup.tilt);
+    textureStore(setups, record_texel(at + 1u), vec4(tilt, pack2x16unorm(rgb.rg), blue_thin));
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(place));
+    textureStore(
+        footprints,
+        record_texel(2u * index + 1u),
+        vec4(index, bitcast<u32>(amplitude), GAUSSIAN_MARK | (front << 16u), caster_id),
+    );
+}
