@@ -7,8 +7,8 @@ use gobo::{
         view::shadow_views,
     },
     model::{
-        GAUSSIAN_REACH, Gaussian, GaussianOpacity, Light, LightKind, Projection, Receiver,
-        ReceiverPoint, ShadowFilter, View,
+        Gaussian, GaussianOpacity, Light, LightKind, Projection, Receiver, ReceiverPoint,
+        ShadowFilter, View,
     },
     render::Renderer,
     scene::{self, Scene, splats},
@@ -179,13 +179,18 @@ fn own_reach(gaussian: &Gaussian, opacity: GaussianOpacity, ray: Vec3, texel: f6
     let slope = across.inverse() * DVec2::new(x.dot(along), y.dot(along));
     let of_slope = slope.dot(DVec2::new(x.dot(along), y.dot(along))).clamp(0.0, along.dot(along));
     let rest = along.dot(along) - of_slope;
-    let tilted = (f64::from(GAUSSIAN_REACH) * of_slope.sqrt()).min(slope.length() * TAPS * texel);
+    let tilted =
+        (f64::from(gaussian.reach(opacity)) * of_slope.sqrt()).min(slope.length() * TAPS * texel);
     let ramp = match opacity {
         GaussianOpacity::Medium { .. } => RAMP * rest.max(0.0).sqrt(),
         _ => 0.0,
     };
     // A slope that is not finite is that of a needle along the ray.
-    if tilted.is_finite() { tilted + ramp } else { f64::from(GAUSSIAN_REACH) * along.length() }
+    if tilted.is_finite() {
+        tilted + ramp
+    } else {
+        f64::from(gaussian.reach(opacity)) * along.length()
+    }
 }
 
 #[cfg(test)]
@@ -213,6 +218,9 @@ mod tests {
         let reach = |texel| own_reach(&turned, GaussianOpacity::Splat, Vec3::NEG_Y, texel);
         assert!((reach(0.01) - TAPS * 0.01).abs() < 1e-5, "{}", reach(0.01));
         // No farther than the splat itself, whose depth deviates by 1/sqrt(2) [m].
-        assert!((reach(10.0) - f64::from(GAUSSIAN_REACH) * 0.5f64.sqrt()).abs() < 1e-3);
+        assert!(
+            (reach(10.0) - f64::from(turned.reach(GaussianOpacity::Splat)) * 0.5f64.sqrt()).abs()
+                < 1e-3
+        );
     }
 }

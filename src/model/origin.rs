@@ -1,5 +1,5 @@
 //! Re-centring of scenes far from the origin, so that positions keep their precision.
-use super::{Bounds, LightKind, Scene};
+use super::{Bounds, GaussianOpacity, LightKind, Scene};
 use glam::Vec3;
 
 /// Largest unnoticed error of a shadow, as a share of a particle's radius or of the scene's: 1/256 of the
@@ -56,7 +56,7 @@ impl Scene {
         }
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let radii = self.particles.iter().map(|particle| particle.radius);
-        let reaches = self.gaussians.iter().map(|gaussian| gaussian.radius());
+        let reaches = self.gaussians.iter().map(|gaussian| gaussian.radius(GaussianOpacity::Splat));
         let mut radii: Vec<f32> = radii.chain(reaches).collect();
         radii.sort_unstable_by(f32::total_cmp);
         // Without particles, the edge of a map's texel is the size.

@@ -165,7 +165,7 @@ fn load_all(
         scene.environment = Some(usual_sky());
     }
     // Before the ground is added: the camera looks at the contents of the file.
-    let bounds = scene.bounds();
+    let bounds = defaults::contents(&scene);
     let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
     scene.camera = match &document.camera {
         Some(table) => {
