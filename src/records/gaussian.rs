@@ -7,8 +7,6 @@ use crate::model::{Gaussian, GaussianOpacity, Material};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Quat, Vec2, Vec3};
 
-/// Texels of [`GaussianAxes`].
-pub const AXES_TEXELS: u32 = 2;
 /// Texels of a [`GaussianSetup`].
 pub const GAUSSIAN_TEXELS: u32 = 2;
 /// Flag of a Gaussian's [`Caster::material_rotation`]: in shadow views its colour is black.
@@ -16,7 +14,7 @@ pub const NEUTRAL_BIT: u32 = 1 << 16;
 /// Flag of a Gaussian's [`Caster::material_rotation`]: a medium, whose alpha is its extinction [1/m / 32768].
 pub const MEDIUM_BIT: u32 = 1 << 17;
 
-/// A Gaussian's axes as kernels read them, besides its [`Caster`].
+/// A Gaussian's axes as kernels read them, besides its [`Caster`] and as long.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GaussianAxes {

@@ -15,24 +15,24 @@ use crate::{
     model::{TILE_SIZE, Transfer, reach_squared},
     records::{
         Caster, Footprint, GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView,
-        MEDIUM_BIT, MIN_RADIUS, NEUTRAL_BIT, OPACITY_SCALE, TileRect,
+        MEDIUM_BIT, NEUTRAL_BIT, OPACITY_SCALE, TileRect,
     },
 };
 use glam::{Vec2, Vec3};
 
 /// Square of a projected deviation below which the conic is enlarged [texels²].
-const MIN_SQUARE: f32 = MIN_RADIUS * MIN_RADIUS;
+pub const MIN_SQUARE: f32 = 0.5;
 /// Ratio of the squared projected deviations below which the smaller one has no direction in space.
-const FLAT: f32 = 1e-12;
+pub const FLAT: f32 = 1e-12;
 /// Least deviation of a Gaussian beside the view, a share of its longest.
-const THINNEST: f32 = 1e-5;
+pub const THINNEST: f32 = 1e-5;
 /// How much farther than a texel a tile's test looks, for rounding, a share of the squared reach.
-const WIDER: f32 = 1.001;
+pub const WIDER: f32 = 1.001;
 /// Bounds of a Gaussian that reaches the eye's plane [texels].
-const ENDLESS: f32 = 1e6;
+pub const ENDLESS: f32 = 1e6;
 /// Deviations around the closest approach in which a medium absorbs.
-const MEDIUM_REACH: f32 = 4.0;
-const ROOT_TAU: f32 = 2.506_628_3;
+pub const MEDIUM_REACH: f32 = 4.0;
+pub const ROOT_TAU: f32 = 2.506_628_3;
 
 /// A Gaussian's place in a view's map, before its opacity.
 struct Placed {
@@ -435,9 +435,9 @@ pub fn gaussian_hit(
 }
 
 /// How far in front of a ray's end a medium's ramp begins at the latest [standard deviations].
-const AT_THE_END: f32 = 0.25;
+pub const AT_THE_END: f32 = 0.25;
 /// Distance at which nothing of a medium is left [standard deviations].
-const FARTHEST_TAIL: f32 = 8.0;
+pub const FARTHEST_TAIL: f32 = 8.0;
 
 /// Start and end of the linear ramp that is nearest to the transmittance in a medium of a whole optical depth
 /// [standard deviations from the closest approach]: fitted, at most 0.09 off, 0.03 for less than 0.7.

@@ -19,7 +19,7 @@ fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     (frame.maps, frame.counters.disordered)
 }
 
-fn assert_forms_agree(name: &str, scene: &Scene) {
+pub(super) fn assert_forms_agree(name: &str, scene: &Scene) {
     for tier in tiers(Tier::Native) {
         let [one, columns] = [false, true].map(|columns| maps(tier, scene, columns));
         parts::assert_same(&one.0, &columns.0, &format!("{name}, {tier:?}"));

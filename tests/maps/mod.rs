@@ -12,6 +12,8 @@ mod dither_maps;
 mod extremes;
 mod faint;
 mod forms;
+mod gaussian_curves;
+mod gaussian_modes;
 mod gaussians;
 mod hidden;
 mod lights;

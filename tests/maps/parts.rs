@@ -85,7 +85,7 @@ pub(super) fn assert_same(found: &[ViewMaps], expected: &[ViewMaps], what: &str)
 }
 
 /// Same maps with room for all pairs, for a tenth of them, and for almost none.
-fn assert_budget_does_not_matter(name: &str, scene: &Scene) {
+pub(super) fn assert_budget_does_not_matter(name: &str, scene: &Scene) {
     for tier in tiers(Tier::Native) {
         let whole = map_frame(tier, scene);
         let (pairs, disordered) = (whole.counters.pairs, whole.counters.disordered);

@@ -9,7 +9,7 @@ const MIN_SQUARE: f32 = 0.5;  // squared deviation below which the conic is enla
 const FLAT: f32 = 1e-12;      // ratio of squared deviations below which the smaller has no direction in space
 const THINNEST: f32 = 1e-5;   // least deviation of a Gaussian beside the view, a share of its longest
 const ENDLESS: f32 = 1e6;     // bounds of one that reaches the eye's plane [texels]
-const TINY: f32 = 1.17549435e-38;
+const MIN_NORMAL: f32 = 1.17549435e-38;
 
 // A Gaussian's place in a view's map.
 struct Placed {
@@ -52,7 +52,7 @@ fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared:
     let yy = dot(q, q);
     let apart = 0.5 * (xx - yy);
     let radius = sqrt(apart * apart + xy * xy);
-    let large = max(0.5 * (xx + yy) + radius, TINY);
+    let large = max(0.5 * (xx + yy) + radius, MIN_NORMAL);
     let area = cross(p, q);
     let small = dot(area, area) / large;
     let axis = select(vec2(xy, radius - apart), vec2(apart + radius, xy), apart >= 0.0);
@@ -127,7 +127,7 @@ fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: v
     let right = rows[0] / thick / view.scale;
     let down = rows[1] / thick / view.scale;
     let along = rows[2] / thick;
-    let away = max(dot(eye, eye), TINY);
+    let away = max(dot(eye, eye), MIN_NORMAL);
     let toward = normalize_or(eye, vec3(1.0, 0.0, 0.0));
     // Two directions across the one from the eye to the centre, the second across a step to the right, too.
     let step = right - toward * dot(toward, right);

@@ -5,7 +5,6 @@ import package::bind::sampled::setups;
 import package::records::footprint::Footprint;
 import package::records::record::record_texel;
 
-const AXES_TEXELS: u32 = 2u;
 const GAUSSIAN_TEXELS: u32 = 2u;
 const NEUTRAL_BIT: u32 = 0x10000u; // of its look: black in shadow views
 const MEDIUM_BIT: u32 = 0x20000u;  // of its look: its alpha is an extinction
