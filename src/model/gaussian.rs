@@ -1,5 +1,5 @@
 //! Anisotropic Gaussians: captured scenes, and dust that is measured instead of drawn.
-use super::{Bounds, scene::FARTHEST};
+use super::bounds::{Bounds, FARTHEST};
 use glam::{Mat3, Quat, Vec3};
 
 /// What the opacity of a material's Gaussians means. The two are never converted into each other: with equal

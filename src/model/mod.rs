@@ -25,6 +25,7 @@ pub mod volume;
 
 pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Source};
 pub use bounds::Bounds;
+pub(crate) use bounds::FARTHEST;
 pub use camera::{Camera, InvalidCamera};
 pub(crate) use caster::FAINTEST;
 pub use caster::{
@@ -45,7 +46,7 @@ pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
 #[cfg(feature = "scene")]
-pub(crate) use scene::{FARTHEST, moved};
+pub(crate) use scene::moved;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
     Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,

@@ -1,7 +1,7 @@
 //! The scene: everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Environment, Gaussian, IRRADIANCE, Light,
-    MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
+    Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, IRRADIANCE,
+    Light, MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture, Triangle,
     emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
@@ -90,9 +90,6 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         None
     }
 }
-
-/// Farthest coordinate of a scene [m]: past it neighbouring `f32` are a metre apart.
-pub(crate) const FARTHEST: f32 = 1e7;
 
 /// Reasons in [`Scene::skipped`] of what motions leave out at the present time.
 pub(crate) mod moved {

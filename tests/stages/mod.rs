@@ -9,6 +9,7 @@ mod cluster;
 mod cull;
 mod cull_bound;
 mod dither;
+mod gaussian_tiles;
 mod host_shader;
 mod levels_alone;
 mod light_points;

@@ -104,7 +104,7 @@ fn project_gaussians(
     let front = depth_key(select(nearest, least, by_distance));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
-    let rgb = select(color.rgb, vec3(0.0), in_shadows && (look.z & NEUTRAL_BIT) != 0u);
+    let rgb = select(color.rgb, vec3(0.0), in_shadows & ((look.z & NEUTRAL_BIT) != 0u));
     amplitude *= select(placed.thin, 1.0, is_medium);
     let blue_thin = (pack2x16unorm(vec2(rgb.b, 0.0)) & 0xffffu)
         | (pack2x16float(vec2(0.0, placed.thin * OPACITY_SCALE)) & 0xffff0000u);
