@@ -21,9 +21,6 @@ const NODES: u32 = 16;
 /// Texels around a point of the spline filter, whose splats are looked up [texels].
 const TAPS: f64 = 2.2;
 
-/// Start of a medium's ramp before its centre, at most [deviations along the ray].
-const RAMP: f64 = 2.45;
-
 /// Points that are looked up at a time.
 const MOST_POINTS: usize = 1 << 22;
 
@@ -182,7 +179,8 @@ fn own_reach(gaussian: &Gaussian, opacity: GaussianOpacity, ray: Vec3, texel: f6
     let tilted =
         (f64::from(gaussian.reach(opacity)) * of_slope.sqrt()).min(slope.length() * TAPS * texel);
     let ramp = match opacity {
-        GaussianOpacity::Medium { .. } => RAMP * rest.max(0.0).sqrt(),
+        // The whole medium: its ramp begins in it.
+        GaussianOpacity::Medium { .. } => f64::from(gaussian.reach(opacity)) * rest.max(0.0).sqrt(),
         _ => 0.0,
     };
     // A slope that is not finite is that of a needle along the ray.
@@ -204,7 +202,8 @@ mod tests {
         let reach = |ray| own_reach(&flat, GaussianOpacity::Splat, ray, 0.1);
         assert!(reach(Vec3::NEG_Y).abs() < 1e-6);
         let medium = GaussianOpacity::Medium { density: 1.0 };
-        assert!((own_reach(&flat, medium, Vec3::NEG_Y, 0.1) - RAMP * 0.01).abs() < 1e-6);
+        let whole = 0.01 * f64::from(flat.reach(medium));
+        assert!((own_reach(&flat, medium, Vec3::NEG_Y, 0.1) - whole).abs() < 1e-6);
     }
 
     /// Hits of a pancake of slope 1 are as deep as they are aside.
