@@ -14,7 +14,8 @@ use super::{
     read,
     rig::Placement,
     source::{self, SceneText},
-    splats::{self, Cloud},
+    splat_file::{kind_of_file, load_splats},
+    splats::Cloud,
     tables,
 };
 use crate::model::{Environment, Gaussian, Sky};
@@ -98,7 +99,7 @@ pub fn load_with_splats(
     options: &LoadOptions,
     splats: &Path,
 ) -> Result<Relit, SceneError> {
-    let cloud = splats::load(splats)?;
+    let cloud = load_splats(splats)?;
     let (scene, found) = load_all(path, options, Some(splats))?;
     let (range, first_id) = found.unwrap_or_default();
     Ok(Relit { scene, cloud, range, first_id })
@@ -114,7 +115,7 @@ fn load_all(
     with: Option<&Path>,
 ) -> Result<(Scene, Option<FoundSplats>), SceneError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let splats = (extension != "toml").then(|| splats::kind_of_file(path)).flatten();
+    let splats = (extension != "toml").then(|| kind_of_file(path)).flatten();
     let file = match extension.as_str() {
         _ if splats.is_some() => String::new(),
         "toml" => scene_text(path)?,

@@ -7,7 +7,8 @@ use super::{
     loader::Loader,
     loader_files::add_skipped,
     rig::{Moving, Placement, Rig},
-    splats::{self, Cloud, Kind, placed},
+    splat_file::load_splats,
+    splats::{Cloud, Kind, placed},
 };
 use crate::model::{Gaussian, GaussianOpacity, Material, Shape};
 use glam::{Quat, Vec3};
@@ -40,7 +41,7 @@ impl Loader<'_> {
         let cloud = match (&given.file, &given.generate) {
             (Some(file), None) => {
                 let path = self.folder.join(file);
-                let cloud = splats::load(&path).map_err(|e| self.named_by(&span, "file", e))?;
+                let cloud = load_splats(&path).map_err(|e| self.named_by(&span, "file", e))?;
                 self.note_of_file(&path, &cloud);
                 cloud
             }
@@ -69,7 +70,7 @@ impl Loader<'_> {
         path: &Path,
         kind: Option<Kind>,
     ) -> Result<(), SceneError> {
-        let cloud = splats::load(path)?;
+        let cloud = load_splats(path)?;
         let is_turned = kind.is_some_and(|kind| kind.points_down()) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
@@ -89,7 +90,7 @@ impl Loader<'_> {
             return Ok((own.clone(), *first_id));
         }
         let (first, first_id) = (self.scene.gaussians.len(), self.next_id);
-        let cloud = splats::load(path)?;
+        let cloud = load_splats(path)?;
         self.add_neutral(path, cloud, Vec3::ZERO)?;
         Ok((first..self.scene.gaussians.len(), first_id))
     }

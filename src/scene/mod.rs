@@ -45,6 +45,7 @@ mod read;
 mod rig;
 mod shapes;
 mod source;
+mod splat_file;
 #[doc(hidden)]
 pub mod splats;
 mod summary;
@@ -59,6 +60,7 @@ pub use limits::Limit;
 pub use load::{LoadOptions, Relit, check, load, load_as, load_with, load_with_splats};
 pub use named::files;
 pub use particles::ParticleFile;
+pub use splat_file::load_splats;
 pub use summary::Summary;
 
 use crate::model::{Bounds, Camera, Material};

@@ -3,7 +3,7 @@ use super::commands::Folder;
 use crate::common::splats::{SPLATS, Stored, bare, ply};
 use gobo::{
     glam::Vec3,
-    scene::splats::{self, Cloud},
+    scene::{load_splats, splats::Cloud},
 };
 use std::fs;
 
@@ -33,13 +33,13 @@ fn relit(folder: &Folder, scene: &str, out: &str, more: &[&str]) -> Cloud {
     fs::write(folder.0.join("lit.toml"), scene).unwrap();
     let arguments = ["relight", "in.ply", "--scene", "lit.toml", "-o", out, "--backend", "cpu"];
     assert_eq!(folder.run(&[&arguments, more].concat()), format!("{out}\n"));
-    splats::load(&folder.0.join(out)).unwrap()
+    load_splats(&folder.0.join(out)).unwrap()
 }
 
 fn put(folder: &Folder, stored: &[Stored]) -> Cloud {
     let path = folder.0.join("in.ply");
     fs::write(&path, ply("binary_little_endian", stored, 0)).unwrap();
-    splats::load(&path).unwrap()
+    load_splats(&path).unwrap()
 }
 
 /// A colour and its coefficient are a few roundings apart.

@@ -8,7 +8,7 @@ use gobo::{
     glam::{DMat3, DQuat, DVec3},
     model::Gaussian,
     scene::{
-        SceneError,
+        SceneError, load_splats,
         splats::{self, Cloud},
     },
 };
@@ -17,7 +17,7 @@ use std::io::Write as _;
 fn load(bytes: impl AsRef<[u8]>) -> Result<Cloud, SceneError> {
     // The name says nothing.
     let folder = Folder::new();
-    splats::load(&folder.write("some.file", bytes))
+    load_splats(&folder.write("some.file", bytes))
 }
 
 fn refusal(bytes: impl AsRef<[u8]>) -> String {

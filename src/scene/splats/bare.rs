@@ -1,6 +1,6 @@
 //! `.splat`: records of 32 bytes without a header (antimatter15/splat): three floats each of centre and
 //! deviations, four bytes rgba, four bytes of the rotation w x y z around 128.
-use super::{Cloud, Fault, word};
+use super::cloud::{Cloud, Fault, word};
 use crate::model::Gaussian;
 use glam::{Quat, Vec3};
 
@@ -28,7 +28,7 @@ pub(super) fn is_bare(bytes: &[u8]) -> bool {
 }
 
 /// Whether a file of so many bytes has whole records.
-pub(super) fn is_whole(length: u64) -> bool {
+pub(in crate::scene) fn is_whole(length: u64) -> bool {
     length.is_multiple_of(RECORD as u64)
 }
 

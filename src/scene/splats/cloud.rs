@@ -1,10 +1,21 @@
 //! Splats of a file, checked one by one.
-use super::{Fault, placed};
+use super::place::placed;
 use crate::{
     model::{Gaussian, GaussianOpacity, Skipped},
     scene::limits::Limit,
 };
 use glam::{Mat4, Vec3};
+
+/// The problem and the remedy.
+pub type Fault = (String, &'static str);
+
+/// Degree-0 spherical harmonic, `1 / (2 sqrt(pi))`: colour = 0.5 + this * coefficient (Kerbl et al. 2023).
+pub(in crate::scene) const HARMONIC: f32 = 0.282_094_8;
+
+/// Word `i` of bytes; the caller checked the length.
+pub(super) fn word(bytes: &[u8], i: usize) -> [u8; 4] {
+    std::array::from_fn(|byte| bytes[4 * i + byte])
+}
 
 /// The splats of a file.
 #[derive(Clone, Debug, Default)]

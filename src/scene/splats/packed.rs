@@ -1,5 +1,8 @@
 //! Compressed PLY of PlayCanvas: chunks of 256 splats with the bounds of their numbers, four words a splat.
-use super::{Cloud, Fault, ply::table};
+use super::{
+    cloud::{Cloud, Fault},
+    ply::table,
+};
 use crate::model::Gaussian;
 use crate::scene::{ply_body::Body, ply_header};
 use glam::{Quat, Vec3};

@@ -1,6 +1,9 @@
 //! PLY with a row per splat: 3D Gaussian splatting (Kerbl et al. 2023) and volumetric primitives (Condor et
 //! al. 2024).
-use super::{Cloud, Fault, HARMONIC, Kind};
+use super::{
+    cloud::{Cloud, Fault, HARMONIC},
+    kind::Kind,
+};
 use crate::model::Gaussian;
 use crate::scene::{
     error::quoted,

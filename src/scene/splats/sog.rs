@@ -1,6 +1,9 @@
 //! SOG version 2 (PlayCanvas): a zip of lossless images with a texel per splat, and `meta.json`. x is right, y
 //! up, z back.
-use super::{Cloud, Fault, HARMONIC, packed::smallest_three};
+use super::{
+    cloud::{Cloud, Fault, HARMONIC},
+    packed::smallest_three,
+};
 use crate::model::Gaussian;
 use crate::scene::{error::quoted, images, limits};
 use glam::Vec3;

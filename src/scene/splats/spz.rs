@@ -1,6 +1,9 @@
 //! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream for each
 //! attribute. x is right, y up, z back.
-use super::{Cloud, Fault, HARMONIC, packed::smallest_three, word};
+use super::{
+    cloud::{Cloud, Fault, HARMONIC, word},
+    packed::smallest_three,
+};
 use crate::model::Gaussian;
 use crate::scene::limits::Limit;
 use flate2::read::MultiGzDecoder;

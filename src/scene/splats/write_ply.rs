@@ -1,5 +1,5 @@
 //! PLY of 3D Gaussian splatting.
-use super::HARMONIC;
+use super::cloud::HARMONIC;
 use crate::model::Gaussian;
 use std::fmt::Write as _;
 

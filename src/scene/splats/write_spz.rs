@@ -1,5 +1,5 @@
 //! SPZ version 3.
-use super::{HARMONIC, spz::COLOR_SCALE};
+use super::{cloud::HARMONIC, spz::COLOR_SCALE};
 use crate::model::Gaussian;
 use flate2::{Compression, write::GzEncoder};
 use glam::Vec3;
