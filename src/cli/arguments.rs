@@ -48,6 +48,8 @@ pub(crate) enum Command {
         #[arg(short, default_value = "out", value_name = "DIR")]
         out: PathBuf,
     },
+    /// Multiply the colours of splats by the light that reaches them in a scene
+    Relight(RelightArguments),
     /// Tell which frames of a folder are missing or damaged, by what --skip-existing wrote
     Verify {
         /// The folder that frames were rendered to
@@ -198,6 +200,39 @@ pub(crate) struct MapsArguments {
 }
 
 impl MapsArguments {
+    pub(crate) fn backend(&self) -> Backend {
+        self.backend.into()
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RelightArguments {
+    /// A file of splats; if the scene names it, placed and casting as there, otherwise as it is
+    pub(crate) splats: PathBuf,
+    /// A .toml file with lights and casters
+    #[arg(long)]
+    pub(crate) scene: PathBuf,
+    /// The file of splats to write, .ply or .spz
+    #[arg(short, value_name = "OUT")]
+    pub(crate) out: PathBuf,
+    /// The time, as that of a frame
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) frame: u32,
+    /// Frames of a second: frame N is N/F s from the start
+    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
+    pub(crate) fps: f64,
+    /// The interface to the hardware
+    #[arg(long, default_value = "auto")]
+    backend: BackendName,
+    /// Part of the adapter's name, as `gobo info` prints it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Replace a value of the scene file: shadow.size=512
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+}
+
+impl RelightArguments {
     pub(crate) fn backend(&self) -> Backend {
         self.backend.into()
     }

@@ -21,6 +21,7 @@ mod npy;
 mod pack;
 mod part;
 mod preview;
+mod relight;
 mod render;
 mod sidecar;
 mod specialise;
@@ -45,6 +46,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Light(arguments) => light::run(&arguments),
         Command::Maps(arguments) => part::run(&arguments),
         Command::Merge { parts, out } => merge::run(&parts, &out),
+        Command::Relight(arguments) => relight::run(&arguments),
         Command::Verify { dir } => verify::run(&dir),
         Command::Info { json } => info::run(json),
         Command::Export { target, out, scene, set } => {

@@ -1,5 +1,5 @@
 //! Re-centring of scenes far from the origin, so that positions keep their precision.
-use super::{Bounds, LightKind, Scene};
+use super::{Bounds, GaussianOpacity, LightKind, Scene};
 use glam::Vec3;
 
 /// Largest unnoticed error of a shadow, as a share of a particle's radius or of the scene's: 1/256 of the
@@ -62,8 +62,8 @@ impl Scene {
         }
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let radii = self.particles.iter().map(|particle| particle.radius);
-        let deviations = self.gaussians.iter().map(|gaussian| gaussian.sigma.max_element());
-        let mut radii: Vec<f32> = radii.chain(deviations).collect();
+        let reaches = self.gaussians.iter().map(|gaussian| gaussian.radius(GaussianOpacity::Splat));
+        let mut radii: Vec<f32> = radii.chain(reaches).collect();
         radii.sort_unstable_by(f32::total_cmp);
         // Without particles, the edge of a map's texel is the size.
         // Nor where shares of them must have the same origin.

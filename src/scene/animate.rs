@@ -14,9 +14,9 @@ use glam::{Vec3, Vec4};
 use std::{collections::HashMap, ops::RangeInclusive, sync::Arc};
 use toml::Spanned;
 
-/// A shape or mesh of the scene file that keys may name.
+/// A shape, a mesh or splats of the scene file that keys may name.
 pub(super) struct Placed {
-    /// `"shape"` or `"mesh"`.
+    /// `"shape"`, `"mesh"` or `"splats"`.
     pub kind: &'static str,
     pub name: Option<String>,
     /// Its movable part; `None` for a displaced sphere, which cannot be moved.
@@ -180,7 +180,7 @@ pub(super) fn animate(
         }
         let parts: Vec<&str> = target.split('.').collect();
         match parts[..] {
-            [kind @ ("shape" | "mesh"), name, field] => {
+            [kind @ ("shape" | "mesh" | "splats"), name, field] => {
                 place(&check, kind, name, field, &mut placed)?;
             }
             _ => {
@@ -297,7 +297,7 @@ fn find(check: &Check<'_>, parts: &[&str], scene: &Scene) -> Result<Target, Scen
         _ => {
             let message = format!("{} is nothing that keys can move", quoted(&parts.join(".")));
             let help = "write camera.eye, light.NAME.direction, shape.NAME.translation, \
-                        mesh.NAME.rotation, material.NAME.tint or air.scattering";
+                        mesh.NAME.rotation, splats.NAME.rotation, material.NAME.tint or air.scattering";
             Err(check.fault("target", message, help))
         }
     }

@@ -39,6 +39,15 @@ impl Loader<'_> {
     pub(super) fn check_announced(&self, document: &Document) -> Result<(), SceneError> {
         self.check_sum(Limit::Particles, &self.particles_announced(document))?;
         self.check_sum(Limit::Bricks, &self.bricks_announced(document))?;
+        let generated: Vec<Part> = document
+            .splats
+            .iter()
+            .filter_map(|table| {
+                let count = table.get_ref().generate?.count();
+                Some(Part::new(table.span(), "generate", count.into()))
+            })
+            .collect();
+        self.check_sum(Limit::Splats, &generated)?;
         let mut triangles: Vec<Part> = document
             .shape
             .iter()

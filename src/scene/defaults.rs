@@ -46,6 +46,33 @@ pub(super) fn sun() -> Light {
     }
 }
 
+/// Box around what is to be seen: of a scene of splats alone that of all centres but each thousandth at the sides,
+/// as captures have large and faint splats around them.
+pub(super) fn contents(scene: &Scene) -> Bounds {
+    let Scene { gaussians, particles, triangles, emissions, .. } = scene;
+    if gaussians.is_empty()
+        || !(particles.is_empty() && triangles.is_empty() && emissions.is_empty())
+    {
+        return scene.bounds();
+    }
+    let mut bounds = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
+    let left_out = gaussians.len() / 1000;
+    let mut along: Vec<f32> = Vec::with_capacity(gaussians.len());
+    for axis in 0..3 {
+        along.clear();
+        along.extend(gaussians.iter().map(|gaussian| gaussian.center[axis]));
+        along.sort_unstable_by(f32::total_cmp);
+        bounds.min[axis] = along[left_out];
+        bounds.max[axis] = along[along.len() - 1 - left_out];
+    }
+    // Of a few splats, or of a flat cloud, the splats themselves.
+    if (bounds.max - bounds.min).min_element() > 0.0 && left_out > 0 {
+        bounds
+    } else {
+        scene.bounds()
+    }
+}
+
 /// A three-quarter view from slightly above that contains the whole box.
 pub(super) fn camera(bounds: &Bounds) -> Camera {
     let mut camera = Camera {
@@ -78,7 +105,7 @@ const GROUND: f32 = 100.0;
 /// would hide the model from its own camera, or the model has a floor. It casts no shadow, so that shadow
 /// maps fit the model.
 pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
-    let bounds = scene.bounds();
+    let bounds = contents(scene);
     if bounds.is_empty() || has_floor(scene, &bounds) {
         return;
     }

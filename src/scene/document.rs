@@ -4,7 +4,7 @@ use super::{
     clouds::Cloud,
     displace::Displace,
     generate::Generate,
-    keys::Keys,
+    keys::{ABOVE_ZERO, Keys},
     noise::Noise,
     numbers::exactly,
     particles::FARTHEST,
@@ -37,6 +37,7 @@ pub(super) struct Document {
     pub light: Vec<Spanned<Light>>,
     pub material: Vec<Spanned<MaterialTable>>,
     pub particles: Vec<Spanned<ParticlesTable>>,
+    pub splats: Vec<Spanned<SplatsTable>>,
     pub emitter: Vec<Spanned<EmitterTable>>,
     pub shape: Vec<Spanned<ShapeTable>>,
     pub mesh: Vec<Spanned<MeshTable>>,
@@ -95,6 +96,61 @@ impl ParticlesTable {
             generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
             material: keys.required("material")?,
         })
+    }
+}
+
+/// Shadow of splats.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Cast {
+    /// Of their opacity, as if they were black.
+    #[default]
+    Neutral,
+    /// Of their own colours.
+    Own,
+    None,
+}
+
+/// Meaning of the opacity of splats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Opacity {
+    Splat,
+    Medium,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct SplatsTable {
+    /// Name for keys.
+    pub name: Option<String>,
+    pub file: Option<PathBuf>,
+    pub generate: Option<Generate>,
+    pub material: Option<String>,
+    pub opacity: Option<Opacity>,
+    /// Extinction of a medium per unit of opacity [1/m].
+    pub density: Option<f32>,
+    pub cast: Cast,
+    pub placement: Placement,
+}
+
+impl SplatsTable {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        let words = "a number above 0, up to 1e6";
+        let table = Self {
+            name: keys.given("name")?,
+            file: keys.given("file")?,
+            generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
+            material: keys.given("material")?,
+            opacity: keys.given("opacity")?,
+            density: keys.number("density", ABOVE_ZERO..=1e6, words)?,
+            cast: keys.value("cast", Cast::default())?,
+            placement: placement(keys)?,
+        };
+        if table.opacity == Some(Opacity::Splat) && table.density.is_some() {
+            let help = "remove it, or set opacity = \"medium\"";
+            return Err(keys.fault("density", "splats of opacity \"splat\" have no density", help));
+        }
+        Ok(table)
     }
 }
 

@@ -127,6 +127,13 @@ impl Generate {
         }
     }
 
+    /// Seed of its numbers.
+    pub(super) fn seed(&self) -> u64 {
+        match *self {
+            Self::Smoke { seed, .. } | Self::Dust { seed, .. } | Self::Cloud { seed, .. } => seed,
+        }
+    }
+
     /// Parameters that must be finite, with names, and whether each must be above 0 as well.
     pub(super) fn numbers(&self) -> Vec<(&'static str, f32, bool)> {
         let all = |name, values: [f32; 3]| values.map(|value| (name, value, false)).to_vec();
@@ -191,11 +198,7 @@ impl Generate {
         first_id: u32,
     ) -> impl Iterator<Item = Particle> + use<> {
         let generate = *self;
-        let mut chance = match *self {
-            Self::Smoke { seed, .. } | Self::Dust { seed, .. } | Self::Cloud { seed, .. } => {
-                Chance::new(seed)
-            }
-        };
+        let mut chance = Chance::new(self.seed());
         chance.skip(numbers.start * self.draws());
         numbers.map(move |number| {
             let (center, radius, alpha) = generate.one(&mut chance);

@@ -39,6 +39,8 @@ pub struct Model {
     pub skipped: Skipped,
     /// Features of the file that are ignored, a sentence each.
     pub notes: Vec<String>,
+    /// Whether the file holds splats too.
+    pub(super) has_splats: bool,
     /// Rig that moves the triangles, which are then in the spaces of their draws.
     pub(super) rig: Option<Rig>,
 }
@@ -168,7 +170,7 @@ pub(super) fn load(
     for (reason, count) in meshes.skipped.into_iter().chain(ignored) {
         *skipped.entry(reason).or_default() += count;
     }
-    let notes = file.notes;
+    let (notes, has_splats) = (file.notes, !file.splats.is_empty());
     Ok(Model {
         materials,
         textures,
@@ -177,6 +179,7 @@ pub(super) fn load(
         camera,
         skipped,
         notes,
+        has_splats,
         rig,
     })
 }

@@ -5,7 +5,9 @@ use super::{
     error::quoted,
     gltf_film::{self, Film},
     gltf_json::{self, Instancing},
-    gltf_meshopt, limits, read,
+    gltf_meshopt,
+    gltf_splats::{self, SplatPrimitive},
+    limits, read,
 };
 use ::gltf::{
     Document,
@@ -32,6 +34,8 @@ pub(super) struct File {
     unpacked: HashMap<usize, Vec<u8>>,
     instancing: Vec<Option<Instancing>>,
     films: Vec<Option<Film>>,
+    /// Primitives of splats, which the document has no more.
+    pub(super) splats: Vec<SplatPrimitive>,
     /// Features of the file that are ignored, a sentence each.
     pub(super) notes: Vec<String>,
 }
@@ -50,7 +54,8 @@ impl File {
             |(message, help): (String, &'static str)| SceneError::invalid(path, message, help);
         let bytes = read::bytes(path)?;
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
-        let (value, ignored) = gltf_json::parse(text).map_err(invalid)?;
+        let (mut value, ignored) = gltf_json::parse(text).map_err(invalid)?;
+        let splats = gltf_splats::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
         let packed = gltf_meshopt::packed(&value).map_err(invalid)?;
         let fallbacks = gltf_meshopt::fallbacks(&value);
@@ -81,6 +86,7 @@ impl File {
             unpacked: HashMap::new(),
             instancing,
             films,
+            splats,
             notes,
         };
         let mut buffers = Vec::new();

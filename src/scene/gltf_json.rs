@@ -5,10 +5,11 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 13] = [
+pub(super) const EXTENSIONS: [&str; 14] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_gaussian_splatting",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -134,20 +135,18 @@ fn check_version(root: &Value) -> Result<(), Fault> {
 
 fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
     let is_read = |name: &str| EXTENSIONS.contains(&name);
-    let is_splat = |name: &&String| name.starts_with("KHR_gaussian_splatting");
     let names = |root: &Value, key: &str| -> Vec<String> {
         let words = root.get(key).and_then(Value::as_array).into_iter().flatten();
         words.filter_map(Value::as_str).map(str::to_owned).collect()
     };
-    if let Some(name) = names(root, "extensionsUsed").iter().find(is_splat) {
-        let message = format!("holds anisotropic Gaussians (splats): it uses {}", quoted(name));
-        return Err((message, "gobo has no such casters: export meshes"));
-    }
     if let Some(name) = names(root, "extensionsRequired").iter().find(|name| !is_read(name)) {
         let message = format!("requires {}, which gobo does not read", quoted(name));
         let help = match name.as_str() {
             "KHR_draco_mesh_compression" => {
                 "export it without Draco (in Blender: Data, Compression off); meshopt is read"
+            }
+            _ if name.starts_with("KHR_gaussian_splatting") => {
+                "export the splats without compression"
             }
             "KHR_texture_basisu" => "export with PNG, JPEG or WebP textures",
             _ => "export without compression or optional extensions",

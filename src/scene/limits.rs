@@ -19,6 +19,8 @@ pub enum Limit {
     Texels,
     /// Particles, read or generated.
     Particles,
+    /// Gaussians, read or generated.
+    Splats,
     /// Triangles of shapes and meshes, including degenerate ones.
     Triangles,
     /// Bricks of 8^3 voxels of all volumes: 0.7 GiB.
@@ -36,13 +38,14 @@ pub enum Limit {
 
 impl Limit {
     /// All limits.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Lights,
         Self::Sources,
         Self::Materials,
         Self::Textures,
         Self::Texels,
         Self::Particles,
+        Self::Splats,
         Self::Triangles,
         Self::Bricks,
         Self::Nodes,
@@ -59,7 +62,7 @@ impl Limit {
             Self::Materials => crate::records::MAX_MATERIALS as u64,
             Self::Textures => 256,
             Self::Texels => 1 << 28,
-            Self::Particles => 16_000_000,
+            Self::Particles | Self::Splats => 16_000_000,
             Self::Triangles => 8_000_000,
             Self::Bricks => super::vdb::MOST_NODES as u64,
             Self::Nodes => 1_000_000,
@@ -78,6 +81,7 @@ impl Limit {
             Self::Textures => "textures",
             Self::Texels => "texels of textures",
             Self::Particles => "particles",
+            Self::Splats => "splats",
             Self::Triangles => "triangles",
             Self::Bricks => "bricks of volumes",
             Self::Nodes => "nodes of a glTF file",
@@ -97,6 +101,7 @@ impl Limit {
             Self::Textures => "share textures, or paint several into one",
             Self::Texels => "make the textures smaller",
             Self::Particles => "use fewer and larger particles",
+            Self::Splats => "use fewer and larger splats",
             Self::Triangles => {
                 "simplify the meshes, use them less often, or lower a sphere's level"
             }

@@ -4,7 +4,8 @@ use super::{
     animate::{Placed, animate},
     defaults,
     document::{
-        CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable, VolumeTable,
+        CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable,
+        SplatsTable, VolumeTable,
     },
     emitters, environment,
     keys::Keys,
@@ -15,11 +16,14 @@ use super::{
     rig::Placement,
     share::Share,
     source::{self, SceneText},
+    splat_file::{kind_of_file, load_splats},
+    splats::Cloud,
     tables,
 };
-use crate::model::{Environment, Sky};
+use crate::model::{Environment, Gaussian, Sky};
 use glam::Vec3;
 use std::{
+    ops::Range,
     path::Path,
     sync::{Arc, OnceLock},
 };
@@ -51,7 +55,7 @@ impl Default for LoadOptions {
     }
 }
 
-/// Reads a `.toml`, `.glb`, `.gltf`, `.ply`, `.csv` or `.vdb` file.
+/// Reads a `.toml`, `.glb`, `.gltf`, `.ply`, `.csv` or `.vdb` file, or one of splats, of any name.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions::default())
 }
@@ -69,14 +73,62 @@ pub fn check(path: &Path) -> Result<Scene, SceneError> {
 
 /// Like [`load`], with options.
 pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    load_all(path, options, None).map(|(scene, _)| scene)
+}
+
+/// A scene with the splats of a file among its casters.
+#[derive(Debug)]
+pub struct Relit {
+    /// The scene.
+    pub scene: Scene,
+    /// The file's splats, as the file places them.
+    pub cloud: Cloud,
+    /// Those that the scene holds, in the same order.
+    pub range: Range<usize>,
+    /// Id of the file's first row.
+    first_id: u32,
+}
+
+impl Relit {
+    /// Place in the cloud of one of the scene's splats.
+    pub fn index_of(&self, gaussian: &Gaussian) -> usize {
+        let row = gaussian.id.wrapping_sub(self.first_id);
+        self.cloud.rows.binary_search(&row).unwrap_or(row as usize)
+    }
+}
+
+/// Like [`load_as`], with the splats of a file: placed as the scene places them or, if it does not name the file, as
+/// they are, with a neutral shadow.
+pub fn load_with_splats(
+    path: &Path,
+    options: &LoadOptions,
+    splats: &Path,
+) -> Result<Relit, SceneError> {
+    let cloud = load_splats(splats)?;
+    let (scene, found) = load_all(path, options, Some(splats))?;
+    let (range, first_id) = found.unwrap_or_default();
+    Ok(Relit { scene, cloud, range, first_id })
+}
+
+/// Splats of a file in a scene, and the id of its first row.
+type FoundSplats = (Range<usize>, u32);
+
+/// Loads a scene, with the splats of a file if one is given.
+fn load_all(
+    path: &Path,
+    options: &LoadOptions,
+    with: Option<&Path>,
+) -> Result<(Scene, Option<FoundSplats>), SceneError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let splats = (extension != "toml").then(|| kind_of_file(path)).flatten();
     let file = match extension.as_str() {
+        _ if splats.is_some() => String::new(),
         "toml" => scene_text(path)?,
         "glb" | "gltf" => String::new(),
         "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
         "vdb" => defaults::VOLUME.to_owned(),
         _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file";
+            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats (.ply, .spz, .sog, .splat)";
             let message = format!("no known kind of scene: {extension:?}");
             return Err(SceneError::invalid(path, message, help));
         }
@@ -97,11 +149,16 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     loader.share = options.share;
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
     loader.document(&document)?;
+    let found = with.map(|with| loader.found_splats(with)).transpose()?;
     match extension.as_str() {
+        _ if splats.is_some() => loader.splats_alone(path, splats)?,
         "glb" | "gltf" => {
             let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
             let moving = loader.model(path, still, false)?;
             loader.placed.push(Placed { kind: "mesh", name: None, moving });
+            if loader.leaves_splats {
+                loader.splats_alone(path, None)?;
+            }
         }
         "ply" | "csv" => loader.particle_file(path, 0)?,
         _ => {}
@@ -119,7 +176,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         scene.environment = Some(usual_sky());
     }
     // Before the ground is added: the camera looks at the contents of the file.
-    let bounds = scene.bounds();
+    let bounds = defaults::contents(&scene);
     let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
     scene.camera = match &document.camera {
         Some(table) => {
@@ -145,7 +202,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     animate(&source, &document, placed, &mut scene)?;
     scene.motions.extend(resting);
     scene.recentre();
-    Ok(scene)
+    Ok((scene, found))
 }
 
 /// Whether the file says where the camera is and where it looks.
@@ -203,6 +260,7 @@ pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
                 .many("light", |keys| light_tables::light(keys, lights.next().unwrap_or(0)))?,
             material: keys.many("material", tables::material)?,
             particles: keys.many("particles", ParticlesTable::read)?,
+            splats: keys.many("splats", SplatsTable::read)?,
             emitter: keys.many("emitter", emitters::table)?,
             shape: keys.many("shape", ShapeTable::read)?,
             mesh: keys.many("mesh", MeshTable::read)?,

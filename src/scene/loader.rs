@@ -46,6 +46,10 @@ pub(super) struct Loader<'a> {
     pub(super) sends_out: bool,
     /// The share of the filtering particles to load.
     pub(super) share: Option<Share>,
+    /// Files of splats: their splats in the scene, and the id of the first row.
+    pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
+    /// Whether the last model holds splats.
+    pub(super) leaves_splats: bool,
     /// Emitters that have not sent out anything but a sample.
     pub(super) resting: Option<Arc<dyn Motion>>,
 }
@@ -65,6 +69,8 @@ impl<'a> Loader<'a> {
             placed: Vec::new(),
             sends_out: true,
             share: None,
+            splat_files: Vec::new(),
+            leaves_splats: false,
             resting: None,
         }
     }
@@ -116,6 +122,10 @@ impl<'a> Loader<'a> {
         for table in &document.particles {
             self.particles(table)?;
         }
+        let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("splats."));
+        for table in &document.splats {
+            self.splats(table, is_keyed)?;
+        }
         self.emitters(&document.emitter)?;
         for table in &document.shape {
             self.shape(table)?;
@@ -130,6 +140,10 @@ impl<'a> Loader<'a> {
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
             for material in &mut self.scene.materials[first_material..] {
                 material.casts &= casts;
+            }
+            if self.leaves_splats {
+                let name = path.display();
+                self.scene.notes.push(format!("{name}: its splats are read by a [[splats]] table"));
             }
             self.place("mesh", &table.span(), name.as_ref(), moving)?;
         }
@@ -197,7 +211,7 @@ impl<'a> Loader<'a> {
     }
 
     /// Adds a shape or mesh to the parts that keys may move.
-    fn place(
+    pub(super) fn place(
         &mut self,
         kind: &'static str,
         table: &Range<usize>,
@@ -253,6 +267,8 @@ impl<'a> Loader<'a> {
             placement: placement.clone(),
             local: Arc::new(local),
             first_triangle: self.scene.triangles.len(),
+            gaussians: Arc::default(),
+            first_gaussian: 0,
             lights: Vec::new(),
             camera: None,
             origin: Vec3::ZERO,

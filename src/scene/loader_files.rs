@@ -41,11 +41,11 @@ impl Loader<'_> {
         }
     }
 
-    fn generated(
-        &mut self,
+    /// Checks the parameters of what a table generates.
+    pub(super) fn check_generate(
+        &self,
         table: &Range<usize>,
         generate: &Generate,
-        material: u32,
     ) -> Result<(), SceneError> {
         let wrong = |&(_, value, positive): &(&str, f32, bool)| {
             !value.is_finite() || value.abs() > FARTHEST || (positive && value <= 0.0)
@@ -63,6 +63,16 @@ impl Loader<'_> {
                 "1 or more, or remove the table",
             ));
         }
+        Ok(())
+    }
+
+    fn generated(
+        &mut self,
+        table: &Range<usize>,
+        generate: &Generate,
+        material: u32,
+    ) -> Result<(), SceneError> {
+        self.check_generate(table, generate)?;
         let share = self.share_of(material);
         let (have, count) = (self.scene.particles.len(), generate.count_of(share) as usize);
         self.check_limit(Limit::Particles, have, count, (table, "generate"))?;
@@ -145,6 +155,7 @@ impl Loader<'_> {
             lights: self.scene.lights.len(),
         };
         let model = gltf::load(path, transform, &earlier, is_keyed)?;
+        self.leaves_splats = model.has_splats;
         let texels = |t: &Texture| u64::from(t.width) * u64::from(t.height);
         self.texels += model.textures.iter().map(texels).sum::<u64>();
         let first_material = self.scene.materials.len() as u32;
@@ -178,6 +189,8 @@ impl Loader<'_> {
             placement,
             local: Arc::new(self.scene.triangles[first_triangle..].to_vec()),
             first_triangle,
+            gaussians: Arc::default(),
+            first_gaussian: 0,
             origin: Vec3::ZERO,
             far: 0,
         });

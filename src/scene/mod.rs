@@ -23,6 +23,7 @@ mod gltf_json;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_meshopt;
+mod gltf_splats;
 mod gltf_texture;
 mod images;
 mod keys;
@@ -31,6 +32,7 @@ mod limits;
 mod load;
 mod loader;
 mod loader_files;
+mod loader_splats;
 mod named;
 #[doc(hidden)]
 pub mod noise;
@@ -39,12 +41,16 @@ mod painted;
 mod particles;
 mod plain;
 mod ply;
+mod ply_body;
 mod ply_header;
 mod read;
 mod rig;
 mod shapes;
 mod share;
 mod source;
+mod splat_file;
+#[doc(hidden)]
+pub mod splats;
 mod summary;
 mod tables;
 #[doc(hidden)]
@@ -57,10 +63,11 @@ pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
 pub use limits::Limit;
-pub use load::{LoadOptions, check, load, load_as, load_with};
+pub use load::{LoadOptions, Relit, check, load, load_as, load_with, load_with_splats};
 pub use named::files;
 pub use particles::ParticleFile;
 pub use share::Share;
+pub use splat_file::load_splats;
 pub use summary::Summary;
 
 use crate::model::{Bounds, Camera, Material};

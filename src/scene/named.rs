@@ -65,6 +65,11 @@ fn names(document: &Document) -> Vec<(Range<usize>, &'static str, PathBuf)> {
             names.push((table.span(), "file", file.clone()));
         }
     }
+    for table in &document.splats {
+        if let Some(file) = &table.get_ref().file {
+            names.push((table.span(), "file", file.clone()));
+        }
+    }
     names.extend(
         document.mesh.iter().map(|table| (table.span(), "file", table.get_ref().file.clone())),
     );

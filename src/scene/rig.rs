@@ -1,7 +1,9 @@
 //! Moving shapes and meshes: as a whole by keys of the scene file, their nodes by the model's own
 //! animation.
-use super::{Scene, deform::Deform, track::Channel, track::Track};
-use crate::model::{FARTHEST, LightKind, Motion, Triangle, moved, volume};
+use super::{Scene, deform::Deform, splats::placed, track::Channel, track::Track};
+use crate::model::{
+    FARTHEST, Gaussian, GaussianOpacity, LightKind, MAX_GAIN, Motion, Triangle, moved, volume,
+};
 use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
 use std::{ops::Range, sync::Arc};
 
@@ -148,6 +150,10 @@ pub(super) struct Moving {
     pub(super) local: Arc<Vec<Triangle>>,
     /// First of its triangles in the scene.
     pub(super) first_triangle: usize,
+    /// Splats in the space of the placement; empty if they do not move.
+    pub(super) gaussians: Arc<Vec<Gaussian>>,
+    /// First of its splats in the scene.
+    pub(super) first_gaussian: usize,
     /// Lights on nodes: index in the scene, index of the node.
     pub(super) lights: Vec<(usize, usize)>,
     /// Node that the scene's camera follows, if it is the model's.
@@ -161,10 +167,12 @@ pub(super) struct Moving {
 impl Motion for Moving {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         let whole = Mat4::from_translation(-self.origin) * self.placement.at(seconds);
-        let Scene { triangles, materials, lights, .. } = scene;
+        let Scene { triangles, materials, .. } = scene;
         let own = &mut triangles[self.first_triangle..][..self.local.len()];
         let is_volume = |material: u32| materials[material as usize].is_volume();
         let worlds = self.rig.pose(&self.local, own, whole, seconds, is_volume);
+        self.place_gaussians(scene, &whole);
+        let lights = &mut scene.lights;
         let mut left_out = 0;
         let mut place = |node: usize| {
             let at = worlds[node].w_axis.truncate();
@@ -197,8 +205,32 @@ impl Motion for Moving {
         }
     }
 
+    fn moves_particles(&self) -> bool {
+        !self.gaussians.is_empty()
+    }
+
     fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
         Some(Arc::new(Self { origin: self.origin - by, ..self.clone() }))
+    }
+}
+
+impl Moving {
+    /// Places its splats. One that cannot be placed stays where it was, without opacity.
+    fn place_gaussians(&self, scene: &mut Scene, whole: &Mat4) {
+        let own = &mut scene.gaussians[self.first_gaussian..][..self.gaussians.len()];
+        let mut left_out = 0;
+        for (own, local) in own.iter_mut().zip(self.gaussians.iter()) {
+            let placed = placed(local, whole);
+            if placed.problem(MAX_GAIN, GaussianOpacity::Splat).is_none() {
+                *own = placed;
+            } else {
+                own.opacity = 0.0;
+                left_out += 1;
+            }
+        }
+        if left_out > 0 {
+            *scene.skipped.entry(moved::GAUSSIAN).or_default() += left_out;
+        }
     }
 }
 

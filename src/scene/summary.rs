@@ -8,6 +8,8 @@ use std::fmt;
 pub struct Summary {
     /// Particles without those of emitters.
     pub particles: usize,
+    /// Splats: anisotropic Gaussians.
+    pub splats: usize,
     /// Most particles of emitters at a time.
     pub emitted: u64,
     /// Triangles.
@@ -37,6 +39,7 @@ impl Scene {
         let first_emitted = self.motions.iter().find_map(|motion| motion.first_particle());
         Summary {
             particles: first_emitted.unwrap_or(self.particles.len()),
+            splats: self.gaussians.len(),
             emitted: self.motions.iter().map(|motion| motion.most_particles()).sum(),
             triangles: self.triangles.len(),
             grids: self.grids.len(),
@@ -54,9 +57,12 @@ impl Scene {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { particles, emitted, triangles, grids, bricks, materials, .. } = self;
+        let Self { particles, splats, emitted, triangles, grids, bricks, materials, .. } = self;
         let Self { textures, lights, views, .. } = self;
         writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
+        if *splats > 0 {
+            writeln!(f, "splats     {splats}")?;
+        }
         if *grids > 0 {
             writeln!(f, "volumes    {grids}, of {bricks} bricks")?;
         }

@@ -49,6 +49,8 @@ bitflags::bitflags! {
         const HAS_AREAS = 1 << 24;
         /// Some casters are Gaussians.
         const HAS_GAUSSIANS = 1 << 28;
+        /// Some particles are discs, quads or puffs.
+        const HAS_FACING = 1 << 30;
         /// Some Gaussians are media.
         const HAS_MEDIA = 1 << 29;
         /// Some map is read with another filter than the spline.

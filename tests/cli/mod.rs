@@ -8,6 +8,7 @@ mod manual;
 mod moving;
 mod pack;
 mod preview;
+mod relight;
 mod results;
 mod sequence;
 mod shared;

@@ -149,7 +149,7 @@ fn values_that_would_break_numbers_are_refused() {
 }
 
 /// Each key that names a file, in a scene that names `FILE` there.
-const NAMING: [(&str, &str, &str); 5] = [
+const NAMING: [(&str, &str, &str); 6] = [
     ("environment", "file", "[environment]\nfile = \"FILE.hdr\"\n"),
     ("material", "texture", "[[material]]\nname = \"m\"\ntexture = \"FILE.png\"\n"),
     (
@@ -162,6 +162,7 @@ const NAMING: [(&str, &str, &str); 5] = [
         "file",
         "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\nfile = \"FILE.csv\"\n",
     ),
+    ("splats", "file", "[[splats]]\nfile = \"FILE.spz\"\n"),
     ("mesh", "file", "[[mesh]]\nfile = \"FILE.glb\"\n"),
 ];
 

@@ -21,5 +21,7 @@ mod noise;
 mod particles;
 mod ply;
 mod sources;
+mod splat_files;
+mod splats;
 mod vdb;
 mod volumes;

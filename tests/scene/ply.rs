@@ -61,7 +61,7 @@ fn splats_are_refused_with_the_reason() {
     let gaussian = "property float scale_0\nproperty float scale_1\nproperty float scale_2\n\
                     property float rot_0\nproperty float rot_1\nproperty float rot_2\nproperty float rot_3\n";
     let text = refusal(with(gaussian, "1 2 3 1 1 1 0 0 0 1\n"));
-    assert!(text.contains("Gaussian") && text.contains("radius"), "{text}");
+    assert!(text.contains("Gaussian") && text.contains("[[splats]]"), "{text}");
     let text = refusal(with("property float f_dc_0\n", "1 2 3 1\n"));
     assert!(text.contains("Gaussian"), "{text}");
     let packed = "ply\nformat binary_little_endian 1.0\nelement chunk 0\nproperty float min_x\n\

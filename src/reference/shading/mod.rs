@@ -263,7 +263,7 @@ impl<'a> Lighting<'a> {
 }
 
 /// Direction to the light, and irradiance at normal incidence, before shadows.
-fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
+pub fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     if light.kind == LIGHT_DIRECTIONAL {
         return (-light.direction, light.color);
     }

@@ -1,0 +1,193 @@
+//! Splats in glTF: `KHR_gaussian_splatting`.
+use super::{
+    SceneError,
+    error::quoted,
+    gltf,
+    gltf_file::File,
+    gltf_items::Items,
+    limits::Limit,
+    splats::{Cloud, HARMONIC},
+};
+use crate::model::Gaussian;
+use ::gltf::accessor::Dimensions;
+use glam::{Mat4, Quat, Vec3};
+use serde_json::Value;
+use std::path::Path;
+
+const EXTENSION: &str = "KHR_gaussian_splatting";
+
+/// A primitive of splats: its accessors.
+#[derive(Clone, Debug)]
+pub(super) struct SplatPrimitive {
+    /// Index of the mesh.
+    mesh: usize,
+    position: usize,
+    rotation: usize,
+    scale: usize,
+    opacity: usize,
+    color: usize,
+    /// Coefficients of higher spherical harmonics.
+    harmonics: usize,
+}
+
+/// Takes the primitives of splats out of the document: the `gltf` crate refuses the names of their attributes.
+pub(super) fn take(root: &mut Value) -> Result<Vec<SplatPrimitive>, (String, &'static str)> {
+    let mut taken = Vec::new();
+    let meshes = root.get_mut("meshes").and_then(Value::as_array_mut);
+    for (mesh, value) in meshes.into_iter().flatten().enumerate() {
+        let Some(primitives) = value.get_mut("primitives").and_then(Value::as_array_mut) else {
+            continue;
+        };
+        for primitive in primitives.extract_if(.., |primitive| extension(primitive).is_some()) {
+            taken.push(splat_primitive(mesh, &primitive)?);
+        }
+    }
+    Ok(taken)
+}
+
+fn extension(primitive: &Value) -> Option<&Value> {
+    primitive.get("extensions")?.get(EXTENSION)
+}
+
+fn splat_primitive(
+    mesh: usize,
+    primitive: &Value,
+) -> Result<SplatPrimitive, (String, &'static str)> {
+    let compressed = extension(primitive).and_then(|own| own.get("extensions")?.as_object());
+    if let Some(name) = compressed.and_then(|extensions| extensions.keys().next()) {
+        let message =
+            format!("mesh {mesh}: its splats need {}, which gobo does not read", quoted(name));
+        return Err((message, "export the splats without compression"));
+    }
+    let attribute = |name: &str| {
+        let index = primitive.get("attributes").and_then(|all| all.get(name)?.as_u64());
+        let missing = || {
+            let message = format!("mesh {mesh}: its splats have no attribute {}", quoted(name));
+            (message, "export the file again")
+        };
+        index.map(|index| index as usize).ok_or_else(missing)
+    };
+    let own = |name: &str| attribute(&format!("{EXTENSION}:{name}"));
+    let attributes = primitive.get("attributes").and_then(Value::as_object);
+    let names = attributes.into_iter().flat_map(serde_json::Map::keys);
+    Ok(SplatPrimitive {
+        mesh,
+        position: attribute("POSITION")?,
+        rotation: own("ROTATION")?,
+        scale: own("SCALE")?,
+        opacity: own("OPACITY")?,
+        color: own("SH_DEGREE_0_COEF_0")?,
+        harmonics: names.filter(|name| name.contains(":SH_DEGREE_")).count().saturating_sub(1),
+    })
+}
+
+/// Reads the splats of a file, placed by its nodes as they rest.
+pub(super) fn read(path: &Path) -> Result<Cloud, SceneError> {
+    let file = File::open(path)?;
+    let fault = |(message, help): (String, &'static str)| file.invalid(message, help);
+    if file.splats.is_empty() {
+        return Err(file.invalid("holds no splats", "name it in a [[mesh]], or export splats"));
+    }
+    let mut places = Vec::new();
+    let mut uses = 0;
+    for (mesh, world) in meshes(&file)? {
+        for primitive in file.splats.iter().filter(|primitive| primitive.mesh == mesh) {
+            let columns = Columns::new(&file, primitive)?;
+            uses = Limit::Splats.grown(uses, columns.position.count as u64).map_err(fault)?;
+            places.push((columns, primitive.harmonics, world));
+        }
+    }
+    let mut cloud = Cloud::with_room(uses).map_err(fault)?;
+    for (columns, _, world) in &places {
+        let is_logarithm = columns.has_logarithms();
+        for i in 0..columns.position.count {
+            cloud.push_placed(columns.splat(i, is_logarithm), world);
+        }
+    }
+    if file.document.animations().len() > 0 {
+        cloud.notes.push("animations do not move the splats of a glTF file".to_owned());
+    }
+    cloud.leave_out_harmonics(places.iter().map(|place| place.1).max().unwrap_or(0));
+    Ok(cloud.finish())
+}
+
+/// Meshes of all nodes, with their transforms. World space = transform * the mesh's space.
+fn meshes(file: &File) -> Result<Vec<(usize, Mat4)>, SceneError> {
+    let mut found = Vec::new();
+    let mut seen = vec![false; file.document.nodes().len()];
+    let roots = gltf::roots(&file.document).into_iter();
+    let mut waiting: Vec<_> = roots.rev().map(|node| (node, Mat4::IDENTITY)).collect();
+    while let Some((node, parent)) = waiting.pop() {
+        if std::mem::replace(&mut seen[node.index()], true) {
+            let message = format!("node {} has two parents, or is its own ancestor", node.index());
+            return Err(file.invalid(message, "export the file again"));
+        }
+        let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+        if let Some(mesh) = node.mesh() {
+            for place in gltf::instances(file, &node)? {
+                found.push((mesh.index(), world * place));
+            }
+        }
+        let children: Vec<_> = node.children().map(|child| (child, world)).collect();
+        waiting.extend(children.into_iter().rev());
+    }
+    Ok(found)
+}
+
+/// Attributes of a primitive.
+struct Columns<'a> {
+    position: Items<'a>,
+    rotation: Items<'a>,
+    scale: Items<'a>,
+    opacity: Items<'a>,
+    color: Items<'a>,
+}
+
+impl<'a> Columns<'a> {
+    fn new(file: &'a File, primitive: &SplatPrimitive) -> Result<Self, SceneError> {
+        let help = "export the file again";
+        let items = |index: usize, dimensions: Dimensions| {
+            let none = || file.invalid(format!("there is no accessor {index}"), help);
+            let accessor = file.document.accessors().nth(index).ok_or_else(none)?;
+            if accessor.dimensions() != dimensions {
+                let message = format!("accessor {index} has the wrong type for splats");
+                return Err(file.invalid(message, help));
+            }
+            file.check(&accessor, accessor.size())?;
+            file.items(&accessor)
+        };
+        let columns = Self {
+            position: items(primitive.position, Dimensions::Vec3)?,
+            rotation: items(primitive.rotation, Dimensions::Vec4)?,
+            scale: items(primitive.scale, Dimensions::Vec3)?,
+            opacity: items(primitive.opacity, Dimensions::Scalar)?,
+            color: items(primitive.color, Dimensions::Vec3)?,
+        };
+        let count = columns.position.count;
+        let others = [&columns.rotation, &columns.scale, &columns.opacity, &columns.color];
+        if others.iter().any(|other| other.count != count) {
+            let message = format!("mesh {}: attributes of splats differ in count", primitive.mesh);
+            return Err(file.invalid(message, help));
+        }
+        Ok(columns)
+    }
+
+    /// Whether scales are logarithms, as drafts of the extension had them until 2025: plain ones are never
+    /// negative.
+    fn has_logarithms(&self) -> bool {
+        (0..self.scale.count).any(|i| self.scale.floats::<3>(i).iter().any(|scale| *scale < 0.0))
+    }
+
+    fn splat(&self, i: usize, is_logarithm: bool) -> Gaussian {
+        let scale = Vec3::from_array(self.scale.floats(i));
+        let [opacity] = self.opacity.floats(i);
+        Gaussian {
+            center: Vec3::from_array(self.position.floats(i)),
+            rotation: Quat::from_array(self.rotation.floats(i)),
+            sigma: if is_logarithm { scale.exp() } else { scale },
+            opacity,
+            color: Vec3::splat(0.5) + HARMONIC * Vec3::from_array(self.color.floats(i)),
+            ..Gaussian::default()
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! The rows of a PLY file, behind its header.
+use super::{
+    error::quoted,
+    ply_header::{Element, Encoding, Fault, Header, Kind, Scalar},
+};
+
+const DAMAGED: &str = "the file is damaged or its header is wrong: write it again";
+
+/// Places of an element's properties in the rows that are taken from it.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    /// Place in a row of each property; `None` for one that is not read.
+    pub(super) places: Vec<Option<usize>>,
+    /// Numbers of a row.
+    pub(super) width: usize,
+}
+
+/// Most rows of an element in so many bytes.
+pub(super) fn most_rows(element: &Element, encoding: Encoding, bytes: u64) -> u64 {
+    // The last line of an ascii file may lack its line end.
+    (bytes + 1) / least_size(element, encoding).max(1)
+}
+
+/// Least size of a row [bytes].
+fn least_size(element: &Element, encoding: Encoding) -> u64 {
+    let least = match encoding {
+        Encoding::Ascii => element.properties.len(),
+        _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
+    };
+    least as u64
+}
+
+/// The part of the file after the header.
+#[derive(Debug)]
+pub(super) struct Body<'a> {
+    encoding: Encoding,
+    rest: &'a [u8],
+    /// Number of the last line read, ascii only.
+    line: usize,
+}
+
+/// Reason why a value cannot be read.
+enum Problem {
+    Ends,
+    Wrong(String),
+}
+
+impl<'a> Body<'a> {
+    /// What is behind the header of `bytes`.
+    pub(super) fn new(header: &Header, bytes: &'a [u8]) -> Self {
+        let (encoding, line) = (header.encoding, header.lines);
+        Self { encoding, rest: &bytes[header.length..], line }
+    }
+
+    /// Checks that a header promises no more than the file can hold.
+    pub(super) fn check_count(&self, element: &Element) -> Result<(), Fault> {
+        let most = most_rows(element, self.encoding, self.rest.len() as u64);
+        let is_empty = least_size(element, self.encoding) == 0;
+        if element.count as u64 <= most || is_empty && self.encoding != Encoding::Ascii {
+            return Ok(());
+        }
+        let message = format!(
+            "the header promises {} rows of {}, but the file is long enough for {most} at most",
+            element.count,
+            quoted(&element.name)
+        );
+        Err((message, DAMAGED))
+    }
+
+    fn fault(&self, problem: Problem, element: &Element, row: usize) -> Fault {
+        let (name, count) = (quoted(&element.name), element.count);
+        let message = match problem {
+            Problem::Ends => format!("the file ends in row {} of {count} of {name}", row + 1),
+            Problem::Wrong(what) if self.encoding == Encoding::Ascii => {
+                format!("line {}: {what}", self.line)
+            }
+            Problem::Wrong(what) => format!("row {} of {name}: {what}", row + 1),
+        };
+        (message, DAMAGED)
+    }
+
+    /// Reads a row of an element, value by value: `put` gets the property's index and its value, 0 for a
+    /// list.
+    fn row(&mut self, element: &Element, mut put: impl FnMut(usize, f64)) -> Result<(), Problem> {
+        if self.encoding != Encoding::Ascii {
+            for (i, property) in element.properties.iter().enumerate() {
+                put(i, self.binary_value(property.kind)?);
+            }
+            return Ok(());
+        }
+        let line = self.next_line().ok_or(Problem::Ends)?;
+        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        for (i, property) in element.properties.iter().enumerate() {
+            put(i, ascii_value(&mut words, property.kind).map_err(Problem::Wrong)?);
+        }
+        match words.count() {
+            0 => Ok(()),
+            more => Err(Problem::Wrong(format!("the row has {more} numbers too many"))),
+        }
+    }
+
+    pub(super) fn skip(&mut self, element: &Element) -> Result<(), Fault> {
+        if element.properties.is_empty() {
+            return Ok(());
+        }
+        for row in 0..element.count {
+            self.row(element, |_, _| {}).map_err(|problem| self.fault(problem, element, row))?;
+        }
+        Ok(())
+    }
+
+    /// Gives each row of an element to `take`, as the numbers at `table`'s columns.
+    pub(super) fn rows(
+        &mut self,
+        element: &Element,
+        table: &Table,
+        mut take: impl FnMut(&[f64]) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let mut row = vec![0.0; table.width];
+        for i in 0..element.count {
+            let put = |column: usize, value| {
+                if let Some(place) = table.places[column] {
+                    row[place] = value;
+                }
+            };
+            self.row(element, put).map_err(|problem| self.fault(problem, element, i))?;
+            take(&row)?;
+        }
+        Ok(())
+    }
+
+    /// A note about bytes behind the last row.
+    pub(super) fn left_over(&self) -> Option<String> {
+        let left = self.rest.trim_ascii().len();
+        let bytes = if left == 1 { "1 byte" } else { &format!("{left} bytes") };
+        (left > 0).then(|| format!("{bytes} after the last row are not read"))
+    }
+
+    /// The next line that is not blank.
+    fn next_line(&mut self) -> Option<&'a [u8]> {
+        while !self.rest.is_empty() {
+            let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+            let end = self.rest.iter().position(is_end).unwrap_or(self.rest.len());
+            let (line, rest) = self.rest.split_at(end);
+            let is_pair = rest.starts_with(b"\r\n");
+            self.rest = rest.get(if is_pair { 2 } else { 1 }..).unwrap_or_default();
+            self.line += 1;
+            if !line.trim_ascii().is_empty() {
+                return Some(line);
+            }
+        }
+        None
+    }
+
+    /// The next binary value; 0 for a list, which is skipped.
+    fn binary_value(&mut self, kind: Kind) -> Result<f64, Problem> {
+        match kind {
+            Kind::One(scalar) => self.binary_scalar(scalar).ok_or(Problem::Ends),
+            Kind::List { length, item } => {
+                let length = self.binary_scalar(length).ok_or(Problem::Ends)?;
+                if length < 0.0 {
+                    return Err(Problem::Wrong(format!("a list of {length} items")));
+                }
+                let size = (length as usize).checked_mul(item.size()).ok_or(Problem::Ends)?;
+                self.rest = self.rest.get(size..).ok_or(Problem::Ends)?;
+                Ok(0.0)
+            }
+        }
+    }
+
+    fn binary_scalar(&mut self, scalar: Scalar) -> Option<f64> {
+        macro_rules! number {
+            ($kind:ty) => {{
+                let (head, rest) = self.rest.split_first_chunk()?;
+                self.rest = rest;
+                Some(if self.encoding == Encoding::LittleEndian {
+                    <$kind>::from_le_bytes(*head).into()
+                } else {
+                    <$kind>::from_be_bytes(*head).into()
+                })
+            }};
+        }
+        match scalar {
+            Scalar::I8 => number!(i8),
+            Scalar::U8 => number!(u8),
+            Scalar::I16 => number!(i16),
+            Scalar::U16 => number!(u16),
+            Scalar::I32 => number!(i32),
+            Scalar::U32 => number!(u32),
+            Scalar::F32 => number!(f32),
+            Scalar::F64 => number!(f64),
+        }
+    }
+}
+
+/// The next ascii value; 0 for a list, which is skipped.
+fn ascii_value<'w>(words: &mut impl Iterator<Item = &'w [u8]>, kind: Kind) -> Result<f64, String> {
+    let word = words.next().ok_or("the row has too few numbers")?;
+    let text = String::from_utf8_lossy(word);
+    if matches!(kind, Kind::One(_)) {
+        return text.parse().map_err(|_| format!("{} is not a number", quoted(&text)));
+    }
+    let length: usize =
+        text.parse().map_err(|_| format!("{} is no length of a list", quoted(&text)))?;
+    for _ in 0..length {
+        words.next().ok_or("a list has fewer items than it promises")?;
+    }
+    Ok(0.0)
+}

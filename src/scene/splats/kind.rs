@@ -1,0 +1,23 @@
+//! Kinds of files of splats.
+/// Kind of a file of splats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// PLY with a row per splat.
+    Ply,
+    /// PLY of PlayCanvas, in chunks of 256 splats.
+    Packed,
+    /// Records of 32 bytes without a header.
+    Bare,
+    /// SPZ.
+    Spz,
+    /// SOG.
+    Sog,
+}
+
+impl Kind {
+    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took over
+    /// the axes of photogrammetry.
+    pub(in crate::scene) fn points_down(self) -> bool {
+        matches!(self, Self::Ply | Self::Packed | Self::Bare)
+    }
+}
