@@ -162,13 +162,13 @@ impl Check<'_> {
 }
 
 /// Motions of the scene from the keys of a scene file's tables; those of one shape or mesh become one
-/// motion.
+/// motion. Returns the parts that do not move.
 pub(super) fn animate(
     source: &SceneText<'_>,
     document: &Document,
     placed: Vec<Placed>,
     scene: &mut Scene,
-) -> Result<(), SceneError> {
+) -> Result<Vec<Moving>, SceneError> {
     let mut placed = placed;
     let mut seen = HashMap::new();
     for table in &document.animate {
@@ -191,15 +191,18 @@ pub(super) fn animate(
             }
         }
     }
+    let mut still = Vec::new();
     for moving in placed.into_iter().filter_map(|placed| placed.moving) {
         if moving.placement.moves() || moving.rig.moves() {
             scene.motions.push(Arc::new(moving));
         } else if moving.far > 0 {
             *scene.skipped.entry("triangle not finite").or_default() += moving.far;
+        } else {
+            still.push(moving);
         }
     }
     scene.set_time(0.0);
-    Ok(())
+    Ok(still)
 }
 
 /// Adds the keys of a shape or mesh.

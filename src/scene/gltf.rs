@@ -63,6 +63,10 @@ const EFFICACY: f32 = 683.0;
 /// worthless.
 const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 
+/// Distance from the origin along an axis past which corners are kept in their own space, to be made again where the scene
+/// is re-centred [m]: past it neighbouring `f32` are 15 um apart, a hundredth of a texel for a metre in a large map.
+const FAR: f32 = 128.0;
+
 /// Rows of a picture if the camera gives only its aspect [pixels].
 const PICTURE_HEIGHT: f32 = 540.0;
 
@@ -147,6 +151,8 @@ pub(super) fn load(
         let children: Vec<_> = node.children().map(|child| (child, world, Some(number))).collect();
         waiting.extend(children.into_iter().rev());
     }
+    let is_far = |world: &Mat4| world.w_axis.truncate().abs().max_element() > FAR;
+    let moves = moves || draws.iter().any(|(_, world, ..)| is_far(world));
     let (textures, texels) =
         gltf_announced::images(&file, draws.iter().map(|(primitive, ..)| primitive.material()));
     Limit::Textures.grown(earlier.textures as u64, textures).map_err(too_many)?;

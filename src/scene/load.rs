@@ -14,7 +14,7 @@ use super::{
     source::{self, SceneText},
     tables,
 };
-use crate::model::{Environment, Sky};
+use crate::model::{Environment, Motion, Sky};
 use glam::Vec3;
 use std::{
     path::Path,
@@ -95,7 +95,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
         "ply" | "csv" => loader.particle_file(path, 0)?,
         _ => {}
     }
-    let Loader { mut scene, model_camera, mut placed, resting, .. } = loader;
+    let Loader { mut scene, model_camera, mut placed, mut still, resting, .. } = loader;
     if has_own_camera(&document) {
         for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
             moving.camera = None;
@@ -131,10 +131,27 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     {
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
-    animate(&source, &document, placed, &mut scene)?;
-    scene.motions.extend(resting);
+    for moving in animate(&source, &document, placed, &mut scene)? {
+        still.push(Arc::new(moving));
+    }
     scene.recentre();
+    place_again(&mut scene, still);
+    scene.motions.extend(resting.map(|resting| resting.moved(-scene.origin).unwrap_or(resting)));
     Ok(scene)
+}
+
+/// Makes the corners of a re-centred scene anew: those that were made far away are rounded. `still`: parts that do not
+/// move, as they were before.
+fn place_again(scene: &mut Scene, still: Vec<Arc<dyn Motion>>) {
+    if scene.origin == Vec3::ZERO {
+        return;
+    }
+    let still = still.into_iter().filter_map(|part| part.moved(-scene.origin));
+    let moving = scene.motions.iter().filter(|motion| !motion.moves_particles()).cloned();
+    for part in still.chain(moving).collect::<Vec<_>>() {
+        part.apply(scene, 0.0);
+    }
+    scene.leave_out_far_triangles();
 }
 
 /// Whether the file says where the camera is and where it looks.

@@ -41,6 +41,8 @@ pub(super) struct Loader<'a> {
     pub(super) model_camera: Option<super::Camera>,
     /// Shapes, then meshes, that keys may move.
     pub(super) placed: Vec<Placed>,
+    /// Displaced spheres that do not move.
+    pub(super) still: Vec<Arc<dyn Motion>>,
     /// Whether emitters send out their particles.
     pub(super) sends_out: bool,
     /// Emitters that have not sent out anything but a sample.
@@ -60,6 +62,7 @@ impl<'a> Loader<'a> {
             next_id: 0,
             model_camera: None,
             placed: Vec::new(),
+            still: Vec::new(),
             sends_out: true,
             resting: None,
         }
@@ -221,9 +224,8 @@ impl<'a> Loader<'a> {
             let displaced =
                 Displaced { first_triangle: have, displace, level, world_from_sphere: transform };
             displaced.set_time(&mut triangles, 0.0);
-            if displace.moves() {
-                self.scene.motions.push(Arc::new(displaced));
-            }
+            let parts = if displace.moves() { &mut self.scene.motions } else { &mut self.still };
+            parts.push(Arc::new(displaced));
         }
         if self.scene.materials[material as usize].is_volume() {
             if !volume::is_closed(&triangles) {
