@@ -3,7 +3,7 @@ use super::{Frame, RenderOptions, emitters::DeviceEmitters, read_maps::read_maps
 use crate::{
     error::Error,
     gpu::{Gpu, KernelJob, Memory, Timeline, while_made},
-    model::{Counters, Scene, View},
+    model::{Counters, Scene, View, moved},
     picture::{
         Kept, PictureCapacity, PictureRequest, PreparedPicture,
         debug::{self, DebugMode},
@@ -97,11 +97,15 @@ impl GpuEngine {
         } else {
             Vec::new()
         };
+        let mut skipped = scene.skipped.clone();
+        if self.emitters.left_out > 0 {
+            *skipped.entry(moved::PARTICLE).or_default() += self.emitters.left_out;
+        }
         let mut frame = Frame {
             picture: Picture::default(),
             debug: Vec::new(),
             maps,
-            counters: Counters { shrunk: shrunk as u64, skipped: scene.skipped.clone(), ..counted },
+            counters: Counters { shrunk: shrunk as u64, skipped, ..counted },
             stages,
             memory: Vec::new(),
         };
