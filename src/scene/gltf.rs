@@ -116,8 +116,10 @@ pub(super) fn load(
         if let Some(mesh) = node.mesh() {
             let weights = Arc::new(weights);
             let joints = node.skin().map_or(0, |skin| skin.joints().count());
+            // An instance of nothing takes a step as well.
+            let least = if mesh.primitives().len() == 0 { 1 } else { 0 };
             for place in instances(&file, &node)? {
-                uses = Limit::Nodes.grown(uses, joints as u64).map_err(too_many)?;
+                uses = Limit::Nodes.grown(uses, joints as u64 + least).map_err(too_many)?;
                 for primitive in mesh.primitives() {
                     uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
                     meshes.promise(&file, &primitive)?;

@@ -35,7 +35,7 @@ pub struct LoadOptions {
     /// unless the scene file leaves the camera to be placed by what it sees: for a scene that is rendered at
     /// another time, or whose particles a device simulates.
     pub emitters: bool,
-    /// Whether nothing is simulated, not even to place the camera.
+    /// Whether nothing is simulated, not even to place the camera, and no texture is made that no file has.
     only_checks: bool,
 }
 
@@ -56,7 +56,7 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
 }
 
 /// Like [`load`], for a scene that is not rendered: emitters send nothing out, and a camera that is placed by what it
-/// sees is placed without their particles.
+/// sees is placed without their particles; textures that no file has are a white texel each.
 pub fn check(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions { emitters: false, only_checks: true, ..LoadOptions::default() })
 }
@@ -85,6 +85,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     let document = document(&source)?;
     let mut loader = Loader::new(&source, path);
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
+    loader.paints = !options.only_checks;
     loader.document(&document)?;
     match extension.as_str() {
         "glb" | "gltf" => {
