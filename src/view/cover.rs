@@ -44,7 +44,7 @@ impl<'a> Cover<'a> {
 
     /// The cover with further receivers.
     pub(super) fn around(self, receivers: &'a Receivers) -> Self {
-        let all = receivers.boxes().fold(self.all, |all, bounds| all.with(bounds));
+        let all = receivers.boxes().fold(self.all, Bounds::with);
         Self { all, receivers: Some(receivers), ..self }
     }
 
