@@ -65,7 +65,7 @@ fn load_casters(
     if index < count {
         caster = load_caster(index);
         taken = is_usable(caster);
-        let is_there = load_params.may_be_none == 0u || caster.radius != 0.0;
+        let is_there = (load_params.may_be_none == 0u) | (caster.radius != 0.0);
         if is_there && !taken {
             atomicAdd(&left_out, 1u);
         }
