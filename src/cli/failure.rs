@@ -22,11 +22,8 @@ pub(crate) enum Failure {
     #[error("{0}")]
     Wrong(String),
     /// The host cannot allocate so much memory [bytes].
-    #[error("no memory for {} MiB of shadow maps, casters and pixels", .0 >> 20)]
+    #[error("no memory for {} MiB of shadow maps, casters, pixels and points", .0 >> 20)]
     Memory(u64),
-    /// The host cannot allocate so much memory for answers [bytes].
-    #[error("no memory for up to {points} points times {lights} lights ({} MiB)", .bytes >> 20)]
-    Points { points: u64, lights: usize, bytes: u64 },
     /// Stopped by a signal before this frame.
     #[error("stopped before frame {frame}")]
     Stopped { frame: u32 },
@@ -90,7 +87,6 @@ impl Failure {
                 Some("--set shadow.size=512 takes less, as do fewer lights and pixels")
             }
             Self::Refused { help, .. } => Some(help),
-            Self::Points { .. } => Some("look fewer points up at a time"),
             Self::Stopped { .. } => Some(
                 "the same command with --skip-existing goes on, where it was given from the start",
             ),
@@ -114,7 +110,6 @@ impl Failure {
             Self::Gpu(_)
             | Self::File { .. }
             | Self::Memory(_)
-            | Self::Points { .. }
             | Self::Wrong(_)
             | Self::Stopped { .. }
             | Self::Output(_) => 1,

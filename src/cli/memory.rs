@@ -19,7 +19,7 @@ pub(super) struct Needs {
     /// Whether maps are read back from a device.
     pub(super) maps: bool,
     pub(super) picture: bool,
-    /// Points whose light is looked up.
+    /// Points whose light is looked up at a time.
     pub(super) points: u64,
 }
 
@@ -35,11 +35,7 @@ impl Needs {
         // Otherwise the compiler may leave the allocation out.
         std::hint::black_box(&mut probe);
         if !is_there {
-            return Err(if self.points > 0 && self.of_points(scene) > bytes / 2 {
-                Failure::Points { points: self.points, lights: scene.lights.len(), bytes }
-            } else {
-                Failure::Memory(bytes)
-            });
+            return Err(Failure::Memory(bytes));
         }
         Ok(())
     }

@@ -33,18 +33,25 @@ fn header(shape: &[usize]) -> Vec<u8> {
     bytes
 }
 
-/// Writes an array value by value.
-pub(crate) fn write(
-    out: impl Write,
-    shape: &[usize],
-    values: impl Iterator<Item = f32>,
-) -> io::Result<()> {
-    let mut out = io::BufWriter::new(out);
-    out.write_all(&header(shape))?;
-    for value in values {
-        out.write_all(&value.to_le_bytes())?;
+/// An array that is written value by value.
+#[derive(Debug)]
+pub(crate) struct Writer<W: Write>(io::BufWriter<W>);
+
+impl<W: Write> Writer<W> {
+    pub(crate) fn new(out: W, shape: &[usize]) -> io::Result<Self> {
+        let mut out = io::BufWriter::new(out);
+        out.write_all(&header(shape))?;
+        Ok(Self(out))
     }
-    out.flush()
+
+    /// Writes the next values.
+    pub(crate) fn add(&mut self, values: &[f32]) -> io::Result<()> {
+        values.iter().try_for_each(|value| self.0.write_all(&value.to_le_bytes()))
+    }
+
+    pub(crate) fn finish(mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// An array of little-endian `f32`s in C order, read value by value.
@@ -132,7 +139,7 @@ fn shape(header: &[u8]) -> Result<Vec<usize>, Fault> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Reader, encode, write};
+    use super::{Reader, Writer, encode};
 
     /// Shape and values, or the problem with its remedy.
     fn decode(bytes: &[u8]) -> Result<(Vec<usize>, Vec<f32>), String> {
@@ -149,7 +156,9 @@ mod tests {
             let values: Vec<f32> = (0..6_u8).map(|i| f32::from(i) - 2.5).collect();
             let bytes = encode(shape, values.iter().copied());
             let mut written = Vec::new();
-            write(&mut written, shape, values.iter().copied()).unwrap();
+            let mut writer = Writer::new(&mut written, shape).unwrap();
+            values.chunks(4).try_for_each(|some| writer.add(some)).unwrap();
+            writer.finish().unwrap();
             assert_eq!(written, bytes);
             assert_eq!(decode(&bytes), Ok((shape.to_vec(), values)));
         }

@@ -23,7 +23,8 @@ pub struct LoadParams {
     pub first_caster: u32,
     /// Reach of a quad in its group's box [radii].
     pub quad_reach: f32,
-    pub pad_0: u32,
+    /// 1: a caster without a radius is none, and is not counted.
+    pub may_be_none: u32,
     /// Materials that the set may use, a bit each.
     pub materials: [[u32; 4]; 4],
 }
@@ -35,7 +36,7 @@ crate::gpu_layout!(LoadParams {
     first_group,
     first_caster,
     quad_reach,
-    pad_0,
+    may_be_none,
     materials
 });
 

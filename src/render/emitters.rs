@@ -7,7 +7,7 @@ use crate::{
         Scene,
         emission::{Emission, Emitter},
     },
-    records::HostGroup,
+    records::{HostGroup, LoadCounters},
     shadows::{EmittedSlots, Simulation},
 };
 use std::sync::Arc;
@@ -20,6 +20,8 @@ pub(super) struct DeviceEmitters {
     loaded: Vec<Emission>,
     set: Option<u64>,
     pub(super) slots: Vec<EmittedSlots>,
+    /// Loaded particles that were left out: they are too far away.
+    pub(super) left_out: u64,
     /// Costs of the last frame.
     pub(super) stages: Vec<(&'static str, f64)>,
     pub(super) memory: Memory,
@@ -54,6 +56,8 @@ impl GpuEngine {
         submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
             load.commands.record(encoder, timeline);
         });
+        let counters: Vec<LoadCounters> = self.gpu.try_read(&load.counters)?;
+        self.emitters.left_out = counters.iter().map(|counters| u64::from(counters.skipped)).sum();
         let found: Vec<HostGroup> = self.gpu.try_read(&load.groups)?;
         let found = &found[..self.emitters.slots.iter().map(|own| own.group_count as usize).sum()];
         self.emitters.stages.extend(self.timeline.read(&self.gpu.device));

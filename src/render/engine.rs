@@ -1,20 +1,18 @@
 //! Rendering of scenes on a device.
-use super::{
-    Frame, RenderOptions, emitters::DeviceEmitters, place_order::place_order, read_maps::read_maps,
-};
+use super::{Frame, RenderOptions, emitters::DeviceEmitters, read_maps::read_maps};
 use crate::{
     error::Error,
     gpu::{Gpu, KernelJob, Memory, Timeline, while_made},
-    model::{Counters, ReceiverPoint, Scene, View},
+    model::{Counters, Scene, View, moved},
     picture::{
         Kept, PictureCapacity, PictureRequest, PreparedPicture,
         debug::{self, DebugMode},
     },
     records::Picture,
     reference,
-    shadows::{Config, HostInputs, PointBuffers, Prepared, Shadows},
+    shadows::{Config, HostInputs, Prepared, Shadows},
     stage::sort::pair_limit,
-    view::{atlas::AtlasLimits, fitted_views, views_around},
+    view::{atlas::AtlasLimits, fitted_views},
 };
 use glam::Vec3;
 
@@ -104,11 +102,15 @@ impl GpuEngine {
         } else {
             Vec::new()
         };
+        let mut skipped = scene.skipped.clone();
+        if self.emitters.left_out > 0 {
+            *skipped.entry(moved::PARTICLE).or_default() += self.emitters.left_out;
+        }
         let mut frame = Frame {
             picture: Picture::default(),
             debug: Vec::new(),
             maps,
-            counters: Counters { shrunk: shrunk as u64, skipped: scene.skipped.clone(), ..counted },
+            counters: Counters { shrunk: shrunk as u64, skipped, ..counted },
             stages,
             memory: Vec::new(),
         };
@@ -187,48 +189,8 @@ impl GpuEngine {
         self.has_counted = false;
     }
 
-    /// Looks up as many points at a time as a buffer holds.
-    pub(super) fn light_points(
-        &mut self,
-        scene: &Scene,
-        points: &[ReceiverPoint],
-    ) -> Result<Vec<[f32; 3]>, Error> {
-        /// Most points that are looked up at a time: the levels of area lights are made again for each batch.
-        const MAX: usize = 1 << 22;
-        self.emit(scene)?;
-        let limits = self.gpu.device.limits();
-        let (views, _) = views_around(scene, &AtlasLimits::of(&limits), points);
-        let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(Vec::new()))?;
-        let chosen: Vec<_> = (0..scene.lights.len()).collect();
-        let answers = limits.max_storage_buffer_binding_size as usize / size_of::<[f32; 3]>();
-        let at_a_time = (answers / chosen.len().max(1)).clamp(1, MAX);
-        let order = place_order(points.iter().map(|point| point.position));
-        let mut shares = vec![[0.0; 3]; points.len() * chosen.len()];
-        for some in order.chunks(at_a_time) {
-            let upload = |of: fn(&ReceiverPoint) -> Vec3| {
-                let vectors = some.iter().map(|&i| of(&points[i as usize]).into());
-                let vectors: Vec<[f32; 3]> = vectors.collect();
-                self.gpu.upload("points", &vectors, wgpu::BufferUsages::STORAGE)
-            };
-            let (positions, normals) =
-                (upload(|point| point.position), upload(|point| point.normal));
-            let count = some.len() as u32;
-            let buffers = PointBuffers { count, positions: &positions, normals: Some(&normals) };
-            let lit = prepared.light_points(&scene.lights, &chosen, &buffers)?;
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            lit.record(&mut encoder);
-            self.gpu.queue.submit([encoder.finish()]);
-            let read: Vec<[f32; 3]> = self.gpu.try_read(lit.shares())?;
-            for (&i, own) in some.iter().zip(read.chunks_exact(chosen.len().max(1))) {
-                let first = i as usize * chosen.len();
-                shares[first..first + chosen.len()].copy_from_slice(own);
-            }
-        }
-        Ok(shares)
-    }
-
     /// Renders the maps until their pairs fit. Kernels that `ahead` returns are compiled meanwhile.
-    fn shade_maps(
+    pub(super) fn shade_maps(
         &mut self,
         scene: &Scene,
         views: &[View],

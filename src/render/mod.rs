@@ -2,6 +2,7 @@
 mod emitters;
 mod engine;
 mod place_order;
+mod points;
 mod read_maps;
 
 #[cfg(feature = "device")]
@@ -9,17 +10,20 @@ use crate::gpu::{Backend, Selection};
 use crate::{
     error::{Error, Input},
     gpu::{Gpu, KernelJob},
-    model::{Counters, ReceiverPoint, Scene, View},
+    model::{Counters, Scene, View},
     records::GpuEmitted,
     reference,
     shadows::{Config, check as check_views},
-    view::{atlas::AtlasLimits, fitted_views, shadow_views, views_around},
+    view::{atlas::AtlasLimits, fitted_views, shadow_views},
 };
 use engine::GpuEngine;
+
+pub use points::PointLookUp;
 
 pub use crate::{
     picture::debug::DebugMode,
     records::{CurveMap, Picture, ViewMaps},
+    view::Receivers,
 };
 
 /// Results of one frame, and their costs.
@@ -167,36 +171,6 @@ impl Renderer {
                 frame.map_err(|error| engine.cause_of(error))
             }
             Engine::Cpu => render_on_cpu(scene, options),
-        }
-    }
-
-    /// Share of each light that reaches each point of the world: linear rgb, point by point, in the scene's
-    /// order of lights; 1 if nothing is in between, without falloff and cosine. 0 behind a given
-    /// [`Light::far`](crate::Light::far), where a light ends.
-    pub fn light_points(
-        &mut self,
-        scene: &Scene,
-        points: &[ReceiverPoint],
-    ) -> Result<Vec<[f32; 3]>, Error> {
-        check(scene)?;
-        let moved = |point: &ReceiverPoint| ReceiverPoint {
-            position: point.position - scene.origin,
-            ..*point
-        };
-        let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
-        match &mut self.engine {
-            Engine::Gpu(engine) => {
-                let shares = engine.light_points(scene, points);
-                shares.map_err(|error| engine.cause_of(error))
-            }
-            Engine::Cpu => {
-                without_emissions(scene)?;
-                let fit = |scene: &Scene| views_around(scene, &AtlasLimits::CORE, points).0;
-                let views = fit(scene);
-                check_views(&views, &scene.shadow)?;
-                let (maps, _) = reference::render_maps(scene, &views);
-                Ok(reference::light_points(scene, &views, &maps, &fit, points))
-            }
         }
     }
 }

@@ -162,13 +162,14 @@ impl Check<'_> {
 }
 
 /// Motions of the scene from the keys of a scene file's tables; those of one shape or mesh become one
-/// motion.
+/// motion. Returns the parts that do not move.
 pub(super) fn animate(
     source: &SceneText<'_>,
     document: &Document,
     placed: Vec<Placed>,
     scene: &mut Scene,
-) -> Result<(), SceneError> {
+) -> Result<Vec<Moving>, SceneError> {
+    let places = Places::new(&placed);
     let mut placed = placed;
     let mut seen = HashMap::new();
     for table in &document.animate {
@@ -181,7 +182,12 @@ pub(super) fn animate(
         let parts: Vec<&str> = target.split('.').collect();
         match parts[..] {
             [kind @ ("shape" | "mesh" | "splats"), name, field] => {
-                place(&check, kind, name, field, &mut placed)?;
+                let kind = match kind {
+                    "shape" => "shape",
+                    "splats" => "splats",
+                    _ => "mesh",
+                };
+                place(&check, kind, name, field, &places, &mut placed)?;
             }
             _ => {
                 let target = find(&check, &parts, scene)?;
@@ -191,30 +197,59 @@ pub(super) fn animate(
             }
         }
     }
+    let mut still = Vec::new();
     for moving in placed.into_iter().filter_map(|placed| placed.moving) {
         if moving.placement.moves() || moving.rig.moves() {
             scene.motions.push(Arc::new(moving));
         } else if moving.far > 0 {
             *scene.skipped.entry("triangle not finite").or_default() += moving.far;
+        } else {
+            still.push(moving);
         }
     }
     scene.set_time(0.0);
-    Ok(())
+    Ok(still)
+}
+
+/// Indices of shapes and meshes.
+#[derive(Default)]
+struct Places {
+    named: HashMap<(&'static str, String), usize>,
+    /// Those of a kind, in order.
+    numbered: HashMap<&'static str, Vec<usize>>,
+}
+
+impl Places {
+    fn new(placed: &[Placed]) -> Self {
+        let mut places = Self::default();
+        for (i, Placed { kind, name, .. }) in placed.iter().enumerate() {
+            places.numbered.entry(kind).or_default().push(i);
+            if let Some(name) = name {
+                places.named.insert((kind, name.clone()), i);
+            }
+        }
+        places
+    }
+
+    /// Of the one with a name, or else with a number.
+    fn find(&self, kind: &'static str, name: &str) -> Option<usize> {
+        let by_number = || self.numbered.get(kind)?.get(name.parse::<usize>().ok()?);
+        self.named.get(&(kind, name.to_owned())).or_else(by_number).copied()
+    }
 }
 
 /// Adds the keys of a shape or mesh.
 fn place(
     check: &Check<'_>,
-    kind: &str,
+    kind: &'static str,
     name: &str,
     field: &str,
+    places: &Places,
     placed: &mut [Placed],
 ) -> Result<(), SceneError> {
-    let of_kind = || placed.iter().enumerate().filter(|(_, placed)| placed.kind == kind);
-    let named = of_kind().find(|(_, placed)| placed.name.as_deref() == Some(name));
-    let by_index = || name.parse().ok().and_then(|index| of_kind().nth(index));
-    let Some((index, _)) = named.or_else(by_index) else {
-        let known = of_kind().filter_map(|(_, placed)| placed.name.as_deref());
+    let Some(index) = places.find(kind, name) else {
+        let of_kind = placed.iter().filter(|placed| placed.kind == kind);
+        let known = of_kind.filter_map(|placed| placed.name.as_deref());
         let help = nearest(name, known).filter(|help| help.contains('`'));
         let help = help.unwrap_or_else(|| format!("give a [[{kind}]] a name, or use its number"));
         return Err(check.fault("target", format!("there is no {kind} {}", quoted(name)), &help));

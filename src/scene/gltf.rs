@@ -65,6 +65,10 @@ const EFFICACY: f32 = 683.0;
 /// worthless.
 const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 
+/// Distance from the origin along an axis past which corners are kept in their own space, to be made again where the scene
+/// is re-centred [m]: past it neighbouring `f32` are 15 um apart, a hundredth of a texel for a metre in a large map.
+const FAR: f32 = 128.0;
+
 /// Rows of a picture if the camera gives only its aspect [pixels].
 const PICTURE_HEIGHT: f32 = 540.0;
 
@@ -114,8 +118,10 @@ pub(super) fn load(
         if let Some(mesh) = node.mesh() {
             let weights = Arc::new(weights);
             let joints = node.skin().map_or(0, |skin| skin.joints().count());
+            // An instance of nothing takes a step as well.
+            let least = if mesh.primitives().len() == 0 { 1 } else { 0 };
             for place in instances(&file, &node)? {
-                uses = Limit::Nodes.grown(uses, joints as u64).map_err(too_many)?;
+                uses = Limit::Nodes.grown(uses, joints as u64 + least).map_err(too_many)?;
                 for primitive in mesh.primitives() {
                     uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
                     meshes.promise(&file, &primitive)?;
@@ -149,6 +155,8 @@ pub(super) fn load(
         let children: Vec<_> = node.children().map(|child| (child, world, Some(number))).collect();
         waiting.extend(children.into_iter().rev());
     }
+    let is_far = |world: &Mat4| world.w_axis.truncate().abs().max_element() > FAR;
+    let moves = moves || draws.iter().any(|(_, world, ..)| is_far(world));
     let (textures, texels) =
         gltf_announced::images(&file, draws.iter().map(|(primitive, ..)| primitive.material()));
     Limit::Textures.grown(earlier.textures as u64, textures).map_err(too_many)?;

@@ -39,8 +39,8 @@ pub(super) fn announced(file: &File) -> Announced {
             continue;
         };
         let instances = gltf::instances(file, &node).map_or(0, |places| places.len() as u64);
+        uses += instances * mesh.primitives().len().max(1) as u64;
         for primitive in mesh.primitives() {
-            uses += instances;
             let Some(corners) = corners(&primitive) else { continue };
             let is_whole = is_whole
                 .entry(corners.index())

@@ -20,7 +20,7 @@ use super::{
     splats::Cloud,
     tables,
 };
-use crate::model::{Environment, Gaussian, Sky};
+use crate::model::{Environment, Gaussian, Motion, Sky};
 use glam::Vec3;
 use std::{
     ops::Range,
@@ -45,7 +45,7 @@ pub struct LoadOptions {
     /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest once the
     /// scene's time is set.
     pub share: Option<Share>,
-    /// Whether nothing is simulated, not even to place the camera.
+    /// Whether nothing is simulated, not even to place the camera, and no texture is made that no file has.
     only_checks: bool,
 }
 
@@ -66,7 +66,7 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
 }
 
 /// Like [`load`], for a scene that is not rendered: emitters send nothing out, and a camera that is placed by what it
-/// sees is placed without their particles.
+/// sees is placed without their particles; textures that no file has are a white texel each.
 pub fn check(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions { emitters: false, only_checks: true, ..LoadOptions::default() })
 }
@@ -148,6 +148,7 @@ fn load_all(
     let mut loader = Loader::new(&source, path);
     loader.share = options.share;
     loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
+    loader.paints = !options.only_checks;
     loader.document(&document)?;
     let found = with.map(|with| loader.found_splats(with)).transpose()?;
     match extension.as_str() {
@@ -163,7 +164,7 @@ fn load_all(
         "ply" | "csv" => loader.particle_file(path, 0)?,
         _ => {}
     }
-    let Loader { mut scene, model_camera, mut placed, resting, .. } = loader;
+    let Loader { mut scene, model_camera, mut placed, mut still, resting, .. } = loader;
     if has_own_camera(&document) {
         for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
             moving.camera = None;
@@ -199,10 +200,27 @@ fn load_all(
     {
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
-    animate(&source, &document, placed, &mut scene)?;
-    scene.motions.extend(resting);
+    for moving in animate(&source, &document, placed, &mut scene)? {
+        still.push(Arc::new(moving));
+    }
     scene.recentre();
+    place_again(&mut scene, still);
+    scene.motions.extend(resting.map(|resting| resting.moved(-scene.origin).unwrap_or(resting)));
     Ok((scene, found))
+}
+
+/// Makes the corners of a re-centred scene anew: those that were made far away are rounded. `still`: parts that do not
+/// move, as they were before.
+fn place_again(scene: &mut Scene, still: Vec<Arc<dyn Motion>>) {
+    if scene.origin == Vec3::ZERO {
+        return;
+    }
+    let still = still.into_iter().filter_map(|part| part.moved(-scene.origin));
+    let moving = scene.motions.iter().filter(|motion| !motion.moves_particles()).cloned();
+    for part in still.chain(moving).collect::<Vec<_>>() {
+        part.apply(scene, 0.0);
+    }
+    scene.leave_out_far_triangles();
 }
 
 /// Whether the file says where the camera is and where it looks.

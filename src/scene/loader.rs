@@ -15,7 +15,7 @@ use super::{
     share::Share,
     source::SceneText,
 };
-use crate::model::{Material, Motion, volume};
+use crate::model::{Material, Motion, Texture, volume};
 use glam::Vec3;
 use std::{
     collections::{HashMap, HashSet},
@@ -42,6 +42,10 @@ pub(super) struct Loader<'a> {
     pub(super) model_camera: Option<super::Camera>,
     /// Shapes, then meshes, that keys may move.
     pub(super) placed: Vec<Placed>,
+    /// Kinds and names of those that have one.
+    placed_names: HashSet<(&'static str, String)>,
+    /// Displaced spheres that do not move.
+    pub(super) still: Vec<Arc<dyn Motion>>,
     /// Whether emitters send out their particles.
     pub(super) sends_out: bool,
     /// The share of the filtering particles to load.
@@ -50,6 +54,8 @@ pub(super) struct Loader<'a> {
     pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
     /// Whether the last model holds splats.
     pub(super) leaves_splats: bool,
+    /// Whether textures are made that no file has.
+    pub(super) paints: bool,
     /// Emitters that have not sent out anything but a sample.
     pub(super) resting: Option<Arc<dyn Motion>>,
 }
@@ -67,10 +73,13 @@ impl<'a> Loader<'a> {
             next_id: 0,
             model_camera: None,
             placed: Vec::new(),
+            placed_names: HashSet::new(),
+            still: Vec::new(),
             sends_out: true,
             share: None,
             splat_files: Vec::new(),
             leaves_splats: false,
+            paints: true,
             resting: None,
         }
     }
@@ -188,6 +197,11 @@ impl<'a> Loader<'a> {
                 self.check_limit(Limit::Texels, self.texels as usize, texels, place)?;
                 self.texels += texels as u64;
                 let name = format!("noise of {}", table.get_ref().material.name);
+                if !self.paints {
+                    let rgba = vec![u8::MAX; 4];
+                    self.scene.textures.push(Texture { name, width: 1, height: 1, rgba });
+                    return Ok(index as u32);
+                }
                 self.scene.textures.push(noise.texture(name, 0.0));
                 if noise.moves() {
                     self.scene.motions.push(Arc::new(Animated { texture: index as u32, noise }));
@@ -218,9 +232,8 @@ impl<'a> Loader<'a> {
         name: Option<&String>,
         moving: Option<Moving>,
     ) -> Result<(), SceneError> {
-        let is_same = |placed: &Placed| placed.kind == kind && placed.name.as_ref() == name;
         if let Some(name) = name
-            && self.placed.iter().any(is_same)
+            && !self.placed_names.insert((kind, name.clone()))
         {
             let message = format!("a second {kind} named {}", quoted(name));
             return Err(self.error(table, "name", &message, "give each its own name"));
@@ -242,9 +255,8 @@ impl<'a> Loader<'a> {
             let displaced =
                 Displaced { first_triangle: have, displace, level, world_from_sphere: transform };
             displaced.set_time(&mut triangles, 0.0);
-            if displace.moves() {
-                self.scene.motions.push(Arc::new(displaced));
-            }
+            let parts = if displace.moves() { &mut self.scene.motions } else { &mut self.still };
+            parts.push(Arc::new(displaced));
         }
         if self.scene.materials[material as usize].is_volume() {
             if !volume::is_closed(&triangles) {

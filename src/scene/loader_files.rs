@@ -110,7 +110,7 @@ impl Loader<'_> {
     /// The share to load of particles with a material; `None` for all of them.
     fn share_of(&self, material: u32) -> Option<Share> {
         let class = Class::of(&self.scene.materials[material as usize]);
-        self.share.filter(|_| !Class::BLOCKING.contains(&class))
+        self.share.filter(|_| Class::FILTERING.contains(&class))
     }
 
     pub(super) fn particle_file(&mut self, path: &Path, id: u32) -> Result<(), SceneError> {

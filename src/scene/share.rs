@@ -42,26 +42,49 @@ impl Share {
     }
 
     /// Removes what belongs to other shares from a scene that was loaded with this one, at its present time. The scene
-    /// keeps the bounds of the whole, so that all shares have the same views.
+    /// keeps the bounds of what it loses, so that all shares have the same views.
     pub fn keep(&self, scene: &mut Scene) {
-        scene.around = scene.bounds();
         let classes: Vec<Class> = scene.materials.iter().map(Class::of).collect();
         let stays = |material: u32| !Class::FILTERING.contains(&classes[material as usize]);
-        let mut number = 0;
-        scene.gaussians.retain(|gaussian| {
-            number += 1;
-            self.has(number - 1) || stays(gaussian.material)
+        let Scene { gaussians, materials, around, .. } = scene;
+        let mut numbers = 0..;
+        gaussians.retain(|gaussian| {
+            let is_own = numbers.next().is_some_and(|number| self.has(number));
+            if !is_own && !stays(gaussian.material) {
+                let bounds = gaussian.bounds(materials[gaussian.material as usize].gaussian);
+                *around = around.with(&bounds);
+            }
+            is_own || stays(gaussian.material)
         });
         if self.index == 0 {
             return;
         }
         let emitted = scene.motions.iter().filter_map(|motion| motion.first_particle()).min();
-        let (first, mut number) = (emitted.unwrap_or(scene.particles.len()), 0);
-        scene.particles.retain(|particle| {
-            number += 1;
-            number <= first || stays(particle.material)
+        let first = emitted.unwrap_or(scene.particles.len());
+        let Scene { particles, triangles, grids, around, .. } = scene;
+        let mut numbers = 0..;
+        particles.retain(|particle| {
+            let is_tables = numbers.next().is_some_and(|number| number < first);
+            let kept = is_tables || stays(particle.material);
+            if !kept {
+                *around = around.with_sphere(particle.center, particle.radius);
+            }
+            kept
         });
-        scene.triangles.retain(|triangle| stays(triangle.material));
-        scene.grids.retain(|grid| stays(grid.material));
+        triangles.retain(|triangle| {
+            let kept = stays(triangle.material);
+            if !kept {
+                let corners = triangle.positions.into_iter();
+                *around = corners.fold(*around, |bounds, corner| bounds.with_sphere(corner, 0.0));
+            }
+            kept
+        });
+        grids.retain(|grid| {
+            let kept = stays(grid.material);
+            if !kept {
+                *around = around.with(&grid.bounds());
+            }
+            kept
+        });
     }
 }

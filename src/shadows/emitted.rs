@@ -19,6 +19,8 @@ pub(crate) struct EmittedLoad {
     group_counts: Vec<u32>,
     /// Groups of all emitters, one after the other.
     pub groups: Buffer,
+    /// One [`LoadCounters`]: of those that are seen, how many were loaded, and how many are too far away.
+    pub counters: Buffer,
     pub memory: Memory,
 }
 
@@ -67,9 +69,10 @@ impl Shadows {
             total.into(),
             BufferUsages::COPY_SRC,
         )?;
-        // Bound because the kernel has them: nobody reads them.
+        // Bound because the kernel has it: nobody reads it.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
-        let counters = allocator.storage::<LoadCounters>("host_counters", 1, none)?;
+        let copied = BufferUsages::COPY_SRC;
+        let counters = allocator.storage::<LoadCounters>("host_counters", 1, copied)?;
         let mut dispatches = Vec::with_capacity(emitted.len());
         let mut first_group = 0;
         let runs = emitted.iter().zip(&slots).zip(set.emitted_records());
@@ -83,6 +86,7 @@ impl Shadows {
                 first_group,
                 first_caster,
                 quad_reach: 1.0,
+                may_be_none: 1,
                 materials,
                 ..LoadParams::default()
             };
@@ -108,7 +112,7 @@ impl Shadows {
         let group_counts = loaded.map(|slots| slots.group_count).collect();
         let mut commands = Commands::new();
         commands.pass("gobo load", dispatches);
-        Ok(EmittedLoad { commands, group_counts, groups, memory })
+        Ok(EmittedLoad { commands, group_counts, groups, counters, memory })
     }
 
     /// Takes what [`EmittedLoad::groups`] holds.

@@ -1,5 +1,6 @@
 //! Extent of a directional view: all casters, and depths that include their receivers.
-use crate::model::{Bounds, Gaussian, Grid, ReceiverPoint, Scene, Triangle};
+use super::Receivers;
+use crate::model::{Bounds, Gaussian, Grid, Scene, Triangle};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Casters and receivers that a directional view covers.
@@ -12,12 +13,12 @@ pub(super) struct Cover<'a> {
     /// horizon.
     scene: Option<&'a Scene>,
     /// Receivers in addition to the scene.
-    points: &'a [ReceiverPoint],
+    receivers: Option<&'a Receivers>,
 }
 
 impl<'a> Cover<'a> {
     pub(super) fn of_box(all: Bounds) -> Self {
-        Self { all, casters: all, scene: None, points: &[] }
+        Self { all, casters: all, scene: None, receivers: None }
     }
 
     /// With air the maps are as deep as the scene, because light is scattered up to its end.
@@ -28,7 +29,7 @@ impl<'a> Cover<'a> {
         }
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| casts(p.material));
-        let casters = particles.fold(Bounds::EMPTY, |b, p| b.with_sphere(p.center, p.radius));
+        let casters = particles.fold(scene.around, |b, p| b.with_sphere(p.center, p.radius));
         let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
         let gaussians = scene.gaussians.iter().filter(|g| casts(g.material));
         let casters = gaussians.fold(casters, |b, g| b.with(&bounds(g)));
@@ -42,22 +43,21 @@ impl<'a> Cover<'a> {
         if casters.is_empty() {
             Self::of_box(all)
         } else {
-            Self { all, casters, scene: Some(scene), points: &[] }
+            Self { all, casters, scene: Some(scene), receivers: None }
         }
     }
 
     /// The cover with further receivers.
-    pub(super) fn around(self, points: &'a [ReceiverPoint]) -> Self {
-        let all = points.iter().fold(self.all, |b, point| b.with_sphere(point.position, 0.0));
-        Self { all, points, ..self }
+    pub(super) fn around(self, receivers: &'a Receivers) -> Self {
+        let all = receivers.boxes().fold(self.all, Bounds::with);
+        Self { all, receivers: Some(receivers), ..self }
     }
 
     /// Least view-space z of a receiver within a window of the view: a rectangle in x and y.
     pub(super) fn deepest(&self, view_from_world: &Mat4, min: Vec2, max: Vec2) -> f32 {
-        let inside = |p: &Vec3| p.truncate().cmpge(min).all() && p.truncate().cmple(max).all();
-        let points =
-            self.points.iter().map(|point| view_from_world.transform_point3(point.position));
-        let points = points.filter(inside).map(|p| p.z).fold(f32::INFINITY, f32::min);
+        let of_box = |bounds: &Bounds| deepest_of_box(bounds, view_from_world, min, max);
+        let boxes = self.receivers.iter().flat_map(|receivers| receivers.boxes());
+        let points = boxes.map(of_box).fold(f32::INFINITY, f32::min);
         let Some(scene) = self.scene else { return points };
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| !casts(p.material)).map(|p| {
@@ -71,18 +71,20 @@ impl<'a> Cover<'a> {
         let emissions = scene.emissions.iter().filter(|e| !casts(e.emitter.material));
         let grids = scene.grids.iter().filter(|grid| !casts(grid.material)).map(Grid::bounds);
         let boxes = emissions.map(|e| e.bounds()).chain(grids);
-        let boxes = boxes.filter(|bounds| !bounds.is_empty());
         let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
         let gaussians = scene.gaussians.iter().filter(|g| !casts(g.material)).map(bounds);
-        let boxes = boxes.chain(gaussians).map(|bounds| {
-            let corners = bounds.corners().map(|c| view_from_world.transform_point3(c));
-            let bounds = corners.iter().fold(Bounds::EMPTY, |b, &c| b.with_sphere(c, 0.0));
-            let is_inside =
-                bounds.max.truncate().cmpge(min).all() && bounds.min.truncate().cmple(max).all();
-            if is_inside { bounds.min.z } else { f32::INFINITY }
-        });
+        let boxes = boxes.chain(gaussians).filter(|bounds| !bounds.is_empty());
+        let boxes = boxes.map(|bounds| of_box(&bounds));
         particles.chain(triangles).chain(boxes).fold(points, f32::min)
     }
+}
+
+/// Least z of a box that touches a rectangle; infinite for one that does not.
+fn deepest_of_box(bounds: &Bounds, view_from_world: &Mat4, min: Vec2, max: Vec2) -> f32 {
+    let corners = bounds.corners().map(|corner| view_from_world.transform_point3(corner));
+    let seen = corners.iter().fold(Bounds::EMPTY, |all, &corner| all.with_sphere(corner, 0.0));
+    let is_inside = seen.max.truncate().cmpge(min).all() && seen.min.truncate().cmple(max).all();
+    if is_inside { seen.min.z } else { f32::INFINITY }
 }
 
 /// Least z of the part of a triangle within a rectangle (Sutherland and Hodgman 1974).

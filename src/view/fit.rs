@@ -1,9 +1,7 @@
 //! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
-use super::{Part, Projection, View, cascades, cover::Cover, importance};
+use super::{Part, Projection, Receivers, View, cascades, cover::Cover, importance};
 use crate::{
-    model::{
-        Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, ReceiverPoint, Scene, Shadow,
-    },
+    model::{Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, Scene, Shadow},
     view::{
         atlas::{AtlasLimits, Wish, shrink_to_fit},
         window::{Extent, stepped},
@@ -80,16 +78,16 @@ pub fn shadow_views(scene: &Scene) -> Vec<View> {
 /// The shadow views of all lights, in order of lights, with maps that fit the scene's texel budget and an
 /// atlas of `limits`; and how many maps are smaller than requested.
 pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
-    views_around(scene, limits, &[])
+    views_around(scene, limits, &Receivers::default())
 }
 
-/// Like [`fitted_views`], with near and far planes that enclose `points` as well as the scene's receivers.
+/// Like [`fitted_views`], with near and far planes that enclose `receivers` as well as those of the scene.
 pub fn views_around(
     scene: &Scene,
     limits: &AtlasLimits,
-    points: &[ReceiverPoint],
+    receivers: &Receivers,
 ) -> (Vec<View>, usize) {
-    let cover = Cover::of_scene(scene).around(points);
+    let cover = Cover::of_scene(scene).around(receivers);
     let mut wishes: Vec<Wish> = Vec::new();
     for light in &scene.lights {
         let usual = importance::map_size(light, &scene.camera, scene.shadow.size);

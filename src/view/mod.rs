@@ -4,10 +4,12 @@ mod cascades;
 mod cover;
 mod fit;
 mod importance;
+mod receivers;
 mod window;
 
 pub use cascades::splits;
 pub use fit::{fitted_views, light_views, shadow_views, views_around};
+pub use receivers::Receivers;
 
 use crate::model::{Bounds, Camera, Part, Projection, View};
 use fit::{depth_range, looking};

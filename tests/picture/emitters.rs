@@ -303,6 +303,28 @@ fn an_emitter_may_have_sent_out_nothing() {
     }
 }
 
+/// Particles that have ended, or have not begun, are not left out: they are none.
+#[test]
+fn particles_that_fly_too_far_are_counted_on_the_device() {
+    let emitter = "[[emitter]]\nmaterial = 'm'\nrate = 60\nlifetime = 3\nvelocity = [6.1e6, 0, 0]\nextent = [0, 0, 0]\n";
+    let text = format!(
+        "[camera]\neye = [0, 1, 9]\ntarget = [0, 0, 0]\nsize = [16, 16]\n[shadow]\nsize = 32\n\
+         [[material]]\nname = 'm'\n{emitter}"
+    );
+    let far = "particle moved too far";
+    let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
+    let mut scenes = [read(&text).unwrap(), read(&text).unwrap()];
+    assert!(scenes[1].simulate_on_device(1 << 20).is_empty());
+    for seconds in [0.5, 2.5, 2.5, 7.0, 0.5] {
+        let [on_cpu, on_device] = scenes.each_mut().map(|scene| {
+            let skipped = at(&mut renderer, scene, seconds).counters.skipped;
+            skipped.get(far).copied().unwrap_or_default()
+        });
+        assert_eq!(on_device, on_cpu, "{seconds} s");
+        assert_eq!(on_device > 40, seconds > 1.0, "{on_device} at {seconds} s");
+    }
+}
+
 #[test]
 fn what_a_device_cannot_simulate_stays_on_the_cpu() {
     let fluid = CALM.replace("seed = 4", "seed = 4\nfluid = { spacing = 0.1 }");

@@ -71,6 +71,73 @@ fn long_headers_take_no_longer_than_their_length() {
     assert!(clock.elapsed() < Duration::from_secs(20), "{:?}", clock.elapsed());
 }
 
+/// 268 million texels, whose noise takes minutes.
+#[test]
+fn textures_are_not_made_to_be_checked() {
+    let folder = Folder::new();
+    let texture = |i| {
+        format!(
+            "[[material]]\nname = \"m{i}\"\ntexture = {{ generate = \"noise\", size = 2048, evolve = 1 }}\n"
+        )
+    };
+    let toml = |count: usize| (0..count).map(texture).collect::<String>();
+    let clock = Instant::now();
+    let scene = scene::check(&folder.write("noise.toml", toml(64))).unwrap();
+    assert_eq!(scene.summary().textures, 64);
+    let error = scene::check(&folder.write("more.toml", toml(65))).unwrap_err().to_string();
+    assert!(error.contains("texels"), "{error}");
+    assert!(clock.elapsed() < Duration::from_secs(20), "{:?}", clock.elapsed());
+}
+
+#[test]
+fn names_are_found_without_looking_through_all() {
+    let folder = Folder::new();
+    let shape = |i: u32| format!("[[shape]]\nname='s{i}'\nkind='plane'\nmaterial='m'\n");
+    let keys = |i: u32| {
+        format!("[[animate]]\ntarget='shape.s{i}.translation'\ntimes=[0]\nvalues=[[0,{i},0]]\n")
+    };
+    let count = 30_000;
+    let tables: String = (0..count).map(shape).chain((0..count).map(keys)).collect();
+    let clock = Instant::now();
+    let path = folder.write("names.toml", format!("{MATERIAL}{tables}"));
+    let scene = scene::check(&path).unwrap();
+    assert_eq!(scene.triangles[2 * 700].positions[0].y, 700.0);
+    let twice = folder.write("twice.toml", format!("{MATERIAL}{tables}{}", shape(29_999)));
+    let error = scene::check(&twice).unwrap_err().to_string();
+    assert!(error.contains("a second shape named `s29999`"), "{error}");
+    assert!(clock.elapsed() < Duration::from_secs(40), "{:?}", clock.elapsed());
+}
+
+/// Instances of a mesh without primitives, and morph targets without a weight.
+#[test]
+fn steps_that_make_nothing_are_counted() {
+    let folder = Folder::new();
+    folder.write("zeros.bin", vec![0; 12 * 500_000]);
+    let load = |nodes: usize, node: &str, mesh: &str| {
+        let (all, nodes) = (vec![node; nodes].join(","), (0..nodes).collect::<Vec<_>>());
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{{"nodes":{nodes:?}}}],
+            "nodes":[{all}],"meshes":[{{"primitives":[{mesh}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":500000,"type":"VEC3"}},
+              {{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[0,0,0]}}],
+            "bufferViews":[{{"buffer":0,"byteLength":6000000}}],"buffers":[{{"byteLength":6000000,"uri":"zeros.bin"}}]}}"#
+        );
+        load_model(&folder.write("many.gltf", text), Mat4::IDENTITY)
+    };
+    let instances =
+        r#"{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}}"#;
+    let clock = Instant::now();
+    load(2, instances, "").unwrap();
+    let error = load(1000, instances, "").unwrap_err().to_string();
+    assert!(error.contains("nodes of a glTF file"), "{error}");
+    let targets = vec![r#"{"POSITION":1}"#; 2000].join(",");
+    let mesh = format!(r#"{{"attributes":{{"POSITION":1}},"targets":[{targets}]}}"#);
+    load(5, r#"{"mesh":0}"#, &mesh).unwrap();
+    let error = load(6000, r#"{"mesh":0}"#, &mesh).unwrap_err().to_string();
+    assert!(error.contains("keys and morphed triangles"), "{error}");
+    assert!(clock.elapsed() < Duration::from_secs(40), "{:?}", clock.elapsed());
+}
+
 #[test]
 fn what_has_no_meaning_is_refused() {
     let sun = "[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\n";

@@ -18,6 +18,7 @@ const STRETCH: u32 = 16u; // spheres whose box an invocation computes
 var<workgroup> spheres: array<vec4<f32>, CHUNK_SIZE>;
 var<workgroup> alphas: array<f32, CHUNK_SIZE>;
 var<workgroup> taken_bits: array<atomic<u32>, CHUNK_SIZE / 32u>;
+var<workgroup> left_out: atomic<u32>;
 var<workgroup> lows: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
 var<workgroup> highs: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
 var<workgroup> faintest: array<f32, CHUNK_SIZE / STRETCH>;
@@ -64,6 +65,10 @@ fn load_casters(
     if index < count {
         caster = load_caster(index);
         taken = is_usable(caster);
+        let is_there = (load_params.may_be_none == 0u) | (caster.radius != 0.0);
+        if is_there && !taken {
+            atomicAdd(&left_out, 1u);
+        }
     }
     spheres[lane] = vec4(0.0, 0.0, 0.0, -1.0);
     alphas[lane] = 1.0;
@@ -110,8 +115,7 @@ fn load_casters(
             faint = min(faint, faintest[i]);
         }
         host_groups[load_params.first_group + group] = HostGroup(low, all, high, faint);
-        let given = min(max(count, group * CHUNK_SIZE) - group * CHUNK_SIZE, CHUNK_SIZE);
         atomicAdd(&host_counters.taken, all);
-        atomicAdd(&host_counters.skipped, given - all);
+        atomicAdd(&host_counters.skipped, atomicLoad(&left_out));
     }
 }

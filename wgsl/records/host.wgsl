@@ -18,7 +18,7 @@ struct LoadParams {
     first_group: u32,
     first_caster: u32,  // record of the first group's first caster
     quad_reach: f32,    // reach of a quad in its group's box [radii]
-    pad_0: u32,
+    may_be_none: u32,   // 1: a caster without a radius is none, and is not counted
     materials: array<vec4<u32>, 4>, // that the set may use, a bit each
 }
 

@@ -1,5 +1,5 @@
 // Particles of an emitter as casters, in the order of their numbers. One that has ended, or has no alpha, has
-// no radius, so that it is left out. CPU reference: src/model/emission.rs.
+// no radius: it is none (`may_be_none`). CPU reference: src/model/emission.rs.
 
 import package::bind::read::emitted;
 import package::bind::uniform::emission_params;
