@@ -1,5 +1,5 @@
 //! Extent of a directional view: all casters, and depths that include their receivers.
-use crate::model::{Bounds, Gaussian, ReceiverPoint, Scene, Triangle};
+use crate::model::{Bounds, Gaussian, ReceiverPoint, Scene, Triangle, emission::Emission};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Casters and receivers that a directional view covers.
@@ -67,7 +67,7 @@ impl<'a> Cover<'a> {
         let triangles = scene.triangles.iter().filter(|t| !casts(t.material));
         let triangles = triangles.map(|t| deepest_within(t, view_from_world, min, max));
         let emissions = scene.emissions.iter().filter(|e| !casts(e.emitter.material));
-        let emissions = emissions.map(|e| e.bounds()).filter(|bounds| !bounds.is_empty());
+        let emissions = emissions.map(Emission::bounds).filter(|bounds| !bounds.is_empty());
         let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
         let gaussians = scene.gaussians.iter().filter(|g| !casts(g.material)).map(bounds);
         let boxes = emissions.chain(gaussians).map(|bounds| {
