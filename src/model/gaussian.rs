@@ -29,7 +29,7 @@ const MAX_REACH: f32 = 64.0;
 const MAX_EXTINCTION: f32 = 6e4;
 
 /// Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends
-/// [standard deviations]. WGSL: `reach_squared` in `wgsl/records/gaussian.wgsl`.
+/// [standard deviations]. WGSL: `reach_squared` in `wgsl/project/conic.wgsl`.
 pub fn reach_squared(opacity: f32) -> f32 {
     (2.0 * (opacity / FAINTEST).max(1.0 / LEAST_SHARE).ln()).min(MAX_REACH)
 }

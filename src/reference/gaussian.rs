@@ -251,8 +251,7 @@ impl Conic {
             return TexelBox { min: center - reach, max: center + reach };
         }
         let open = 1.0 - squared * spread - squared * tilt.length_squared();
-        // Written so that a NaN is endless.
-        if !(open > 0.0) {
+        if open.is_nan() || open <= 0.0 {
             return TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
         }
         let across = tilt * squares.map(f32::sqrt);
@@ -400,8 +399,7 @@ pub fn gaussian_hit(
     opaque_depth: f32,
 ) -> Option<Hit> {
     let met = approach(view, footprint, setup, texel);
-    // Written so that a NaN is a miss.
-    if !(met.squared <= footprint.radius * footprint.radius) {
+    if met.squared.is_nan() || met.squared > footprint.radius * footprint.radius {
         return None;
     }
     let amplitude = f32::from_bits(footprint.blue_slope);

@@ -42,7 +42,7 @@ fn passed(scene: &Scene, view: &View, texel: [u32; 2], depth: f64) -> DVec3 {
 /// Mean and largest error of a view's curves at receivers of all depths.
 fn errors(scene: &Scene, maps: &ViewMaps) -> (f64, f64) {
     let curve = maps.curve.as_ref().expect("curve mode");
-    let nodes = curve.nodes as usize;
+    let nodes = curve.nodes;
     let (mut sum, mut most, mut count) = (0.0, 0.0_f64, 0.0);
     for y in (3..maps.view.size.y).step_by(9) {
         for x in (2..maps.view.size.x).step_by(7) {

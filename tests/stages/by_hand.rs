@@ -219,7 +219,9 @@ pub(super) fn run(
     resources: &Resources<'_>,
     groups: [u32; 3],
 ) {
-    let discs = Features::NONE.with(Flags::HAS_PARTICLES | Flags::HAS_OPAQUE, true).constants();
+    let discs = Features::NONE
+        .with(Flags::HAS_PARTICLES | Flags::HAS_FACING | Flags::HAS_OPAQUE, true)
+        .constants();
     let constants = [constants, &discs].concat();
     run_all(gpu, tier, &constants, resources, &[(desc, groups)]);
 }

@@ -107,7 +107,11 @@ impl Inputs {
 }
 
 fn run(gpu: &Gpu, tier: Tier, desc: &'static KernelDesc, named: &Resources<'_>, groups: [u32; 3]) {
-    let kinds = Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::NOT_PLAIN | Flags::NOT_SOLID;
+    let kinds = Flags::HAS_PARTICLES
+        | Flags::HAS_FACING
+        | Flags::HAS_TRIANGLES
+        | Flags::NOT_PLAIN
+        | Flags::NOT_SOLID;
     let features = Features::NONE.with(kinds, true);
     run_all(gpu, tier, &features.constants(), named, &[(desc, groups)]);
 }

@@ -8,7 +8,7 @@ use crate::{
     error::{Error, Input},
     frame::{Commands, Dispatch, HostBindings},
     gpu::{Allocator, Resources},
-    model::{Bounds, Class, Material},
+    model::{Bounds, Class, Material, Shape},
     records::{DIAGONAL, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
     stage::{
         load::group_count,
@@ -57,8 +57,12 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
     let invalid = |problem| Input::HostCasters.invalid(index, problem);
     let mut list = None;
     for &material in set.materials {
-        let class = materials.get(material as usize).map(Class::of);
-        let class = class.ok_or(invalid("a material of it is not among the materials"))?;
+        let material = materials.get(material as usize);
+        let material = material.ok_or(invalid("a material of it is not among the materials"))?;
+        if material.shape == Shape::Gaussian {
+            return Err(invalid("a material of it is of Gaussians, which are uploaded"));
+        }
+        let class = Class::of(material);
         let of = (0..Class::LISTS.len()).find(|&i| Class::LISTS[i].contains(&class));
         let of = of.ok_or(invalid("a material of it casts nothing"))?;
         if *list.get_or_insert(of) != of {
