@@ -6,6 +6,8 @@ override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
+// Some particles are none: discs, quads and puffs, which face the light.
+override HAS_FACING: bool = true;
 // Some Gaussians absorb along the ray, as media.
 override HAS_MEDIA: bool = true;
 // Shapes other than discs and triangles.

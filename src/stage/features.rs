@@ -49,6 +49,8 @@ bitflags::bitflags! {
         const HAS_AREAS = 1 << 24;
         /// Some casters are Gaussians.
         const HAS_GAUSSIANS = 1 << 28;
+        /// Some particles are discs, quads or puffs.
+        const HAS_FACING = 1 << 30;
         /// Some Gaussians are media.
         const HAS_MEDIA = 1 << 29;
         /// Some map is read with another filter than the spline.
@@ -57,7 +59,7 @@ bitflags::bitflags! {
         const HAS_MASKS = 1 << 26;
         /// Some light of the picture reads maps.
         const HAS_SHADOWS = 1 << 27;
-        const HAS_BRICKS = 1 << 30;
+        const HAS_BRICKS = 1 << 31;
     }
 }
 

@@ -5,7 +5,7 @@ import package::bind::changed::counters;
 import package::bind::sampled::opaques;
 import package::curve::lights::{Lights, black, light_row, plus, scaled, white};
 import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, unrolled};
-import package::hit::caster_hit::{Hit, MISS, caster_hit};
+import package::hit::caster_hit::{Faced, Hit, MISS, faced_hit, set_up};
 import package::hit::crossing::crossing;
 import package::hit::hit_order::{
     Hits, WAITING, clear_order, late_hits, no_hits, pass_on, with_hit,
@@ -56,10 +56,10 @@ fn start(view: GpuView, texel: vec2<u32>) {
 }
 
 // Hit in front of the opaque surface.
-fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
+fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
     let opaque = row(opaque_depth, i);
-    let hit = caster_hit(view, footprint, texel, opaque);
+    let hit = faced_hit(view, footprint, faced, texel, opaque);
     if HAS_VOLUMES && own_faces {
         crossed[i] += crossing(view, footprint, texel, opaque);
     }
@@ -79,8 +79,8 @@ fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
     return hit;
 }
 
-fn visit_texel(view: GpuView, footprint: Footprint, i: u32) {
-    let hit = hit_texel(view, footprint, i);
+fn visit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) {
+    let hit = hit_texel(view, footprint, faced, i);
     if FAINT {
         let kept = keep3(passed[i], lost[i], hit.absorbed);
         passed[i] = kept.passed;
@@ -90,10 +90,10 @@ fn visit_texel(view: GpuView, footprint: Footprint, i: u32) {
     }
 }
 
-fn visit_in_order(view: GpuView, footprint: Footprint) {
+fn visit_in_order(view: GpuView, footprint: Footprint, faced: Faced) {
     var came = no_hits();
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        came = with_hit(came, i, hit_texel(view, footprint, i));
+        came = with_hit(came, i, hit_texel(view, footprint, faced, i));
     }
     compose(pass_on(came));
 }
@@ -134,12 +134,13 @@ fn owner_texel(i: u32) -> u32 {
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
+    let faced = set_up(view, footprint);
     if HAS_OVER {
-        visit_in_order(view, footprint);
+        visit_in_order(view, footprint, faced);
         return;
     }
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        visit_texel(view, footprint, i);
+        visit_texel(view, footprint, faced, i);
     }
 }
 

@@ -7,7 +7,7 @@ import package::curve::gather::{
 import package::curve::lights::{Lights, black, plus, scaled, with_light};
 import package::curve::volumes::{change_density, crossed, last_face, surface_light, surface_scale};
 import package::features::{HAS_BRICKS, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
-import package::hit::caster_hit::{Hit, MISS, caster_hit};
+import package::hit::caster_hit::{Faced, Hit, MISS, faced_hit, set_up};
 import package::hit::crossing::{face_crossing, volume_face};
 import package::hit::hit_order::{Hits, WAITING, no_hits, pass_on, with_hit};
 import package::records::footprint::Footprint;
@@ -34,9 +34,9 @@ fn count_hits(view: GpuView, footprint: Footprint) {}
 
 fn count_lane(view: GpuView, offer: Offer, lane: u32) {}
 
-fn hit_texel(view: GpuView, footprint: Footprint, i: u32) -> Hit {
+fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     let opaque = row(opaque_depth, i);
-    let hit = caster_hit(view, footprint, corner + vec2(0.5, f32(i) + 0.5), opaque);
+    let hit = faced_hit(view, footprint, faced, corner + vec2(0.5, f32(i) + 0.5), opaque);
     if !(hit.depth >= 0.0 && hit.depth < opaque) {
         return MISS;
     }
@@ -63,10 +63,11 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
     if HAS_VOLUMES {
         ramps = cross_faces(view, footprint);
     }
+    let faced = set_up(view, footprint);
     var came = no_hits();
     var absorbed = black();
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        let hit = hit_texel(view, footprint, i);
+        let hit = hit_texel(view, footprint, faced, i);
         came = with_hit(came, i, hit);
         absorbed = with_light(absorbed, i, hit.absorbed);
     }

@@ -3,7 +3,7 @@
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{
-    HAS_BRICKS, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
+    HAS_BRICKS, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
 };
 import package::hit::brick::passage;
 import package::hit::gaussian::gaussian_hit;
@@ -14,6 +14,7 @@ import package::records::caster::{caster_look, look_rotation, particle_object};
 import package::records::footprint::{
     Footprint, caster_of, footprint_color, opacity_base, opacity_slope, setup_of,
 };
+import package::records::gaussian::{GaussianSetup, gaussian_setup, is_gaussian};
 import package::records::material::{
     MAX_GAIN, NO_TEXTURE, SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF, TRANSFER_GAIN,
 };
@@ -36,21 +37,35 @@ const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
 // A particle set up for texels.
 struct Faced {
     plane: Facing,
+    gaussian: GaussianSetup,
     look: u32, // material and rotation, as in `casters`
 }
 
 fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
     // A triangle has no record in `casters`.
     let own = caster_look(select(caster_of(footprint), 0u, footprint.is_triangle));
-    return Faced(facing(view, footprint.place, look_rotation(own)), own.z);
+    var faced: Faced;
+    if HAS_FACING {
+        faced.plane = facing(view, footprint.place, look_rotation(own));
+    }
+    if HAS_GAUSSIANS && (!HAS_FACING || is_gaussian(footprint)) {
+        faced.gaussian = gaussian_setup(footprint);
+    }
+    faced.look = own.z;
+    return faced;
 }
 
-fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+// What `faced_hit` needs of any caster.
+fn set_up(view: GpuView, footprint: Footprint) -> Faced {
     var faced: Faced;
     if HAS_PARTICLES && !(HAS_TRIANGLES && footprint.is_triangle) {
         faced = faced_of(view, footprint);
     }
-    return faced_hit(view, footprint, faced, texel, opaque_depth);
+    return faced;
+}
+
+fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+    return faced_hit(view, footprint, set_up(view, footprint), texel, opaque_depth);
 }
 
 // `faced`: of a particle.
@@ -71,8 +86,8 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let place = footprint.place;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
-    if HAS_GAUSSIANS && material.shape == SHAPE_GAUSSIAN {
-        let hit = gaussian_hit(view, footprint, faced.look, texel, opaque_depth);
+    if HAS_GAUSSIANS && (!HAS_FACING || material.shape == SHAPE_GAUSSIAN) {
+        let hit = gaussian_hit(view, footprint, faced.gaussian, faced.look, texel, opaque_depth);
         let light = transmittance(material.transfer, hit.opacity, hit.color);
         let absorbed = absorption(material.transfer, hit.opacity, hit.color);
         return Hit(light, hit.color, hit.opacity, hit.start, hit.end, material_id, absorbed);

@@ -1,9 +1,8 @@
 // Hit of a ray with a Gaussian. CPU reference: src/reference/gaussian.rs.
 
+import package::features::HAS_MEDIA;
 import package::records::footprint::Footprint;
-import package::records::gaussian::{
-    GaussianSetup, MEDIUM_BIT, gaussian_amplitude, gaussian_setup,
-};
+import package::records::gaussian::{GaussianSetup, MEDIUM_BIT, gaussian_amplitude};
 import package::records::record::OPACITY_SCALE;
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, is_beside};
@@ -88,11 +87,11 @@ fn gaussian_touches(
 fn gaussian_hit(
     view: GpuView,
     footprint: Footprint,
+    setup: GaussianSetup,
     look: u32,
     texel: vec2<f32>,
     opaque_depth: f32,
 ) -> GaussianHit {
-    let setup = gaussian_setup(footprint);
     let met = approach(view, footprint, setup, texel);
     let blue_thin = setup.color.y;
     let color = vec3(unpack2x16unorm(setup.color.x), unpack2x16unorm(blue_thin).x);
@@ -101,7 +100,7 @@ fn gaussian_hit(
         return GaussianHit(color, 0.0, -1.0, -1.0);
     }
     let amplitude = gaussian_amplitude(footprint) * exp(-0.5 * met.squared);
-    if (look & MEDIUM_BIT) == 0u {
+    if !HAS_MEDIA || (look & MEDIUM_BIT) == 0u {
         return GaussianHit(color, min(amplitude, 1.0), met.depth, met.depth);
     }
     let slope = (texel - view.size * 0.5) / view.scale * view.perspective;

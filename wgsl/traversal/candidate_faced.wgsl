@@ -1,11 +1,13 @@
 // Any caster as a lane's candidate for a visit. A lane sets a particle up once, for all that visit it, and
 // offers it with its id; all load its footprint.
 
+import package::features::HAS_GAUSSIANS;
 import package::hit::caster_hit::{Faced, faced_of};
 import package::hit::hit::Facing;
 import package::hit::reach::touches_box;
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
+import package::records::gaussian::GaussianSetup;
 import package::records::view::GpuView;
 import package::traversal::kinds::visited;
 import choice::accumulator::visit_faced;
@@ -45,7 +47,16 @@ fn broadcast_faced(faced: Faced, lane: u32) -> Faced {
         subgroupShuffle(own.start, lane),
         subgroupShuffle(own.distance, lane),
     );
-    return Faced(plane, subgroupShuffle(faced.look, lane));
+    var setup: GaussianSetup;
+    if HAS_GAUSSIANS {
+        setup = GaussianSetup(
+            subgroupShuffle(faced.gaussian.whitening, lane),
+            subgroupShuffle(faced.gaussian.spread, lane),
+            subgroupShuffle(faced.gaussian.tilt, lane),
+            subgroupShuffle(faced.gaussian.color, lane),
+        );
+    }
+    return Faced(plane, setup, subgroupShuffle(faced.look, lane));
 }
 
 // Visits the candidate of lane `lane`. `is_triangle`: kind of the loop.
