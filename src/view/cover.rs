@@ -1,5 +1,5 @@
 //! Extent of a directional view: all casters, and depths that include their receivers.
-use crate::model::{Bounds, Gaussian, Grid, ReceiverPoint, Scene, Triangle};
+use crate::model::{Bounds, Gaussian, Grid, ReceiverPoint, Scene, Triangle, emission::Emission};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Casters and receivers that a directional view covers.
@@ -70,7 +70,7 @@ impl<'a> Cover<'a> {
         let triangles = triangles.map(|t| deepest_within(t, view_from_world, min, max));
         let emissions = scene.emissions.iter().filter(|e| !casts(e.emitter.material));
         let grids = scene.grids.iter().filter(|grid| !casts(grid.material)).map(Grid::bounds);
-        let boxes = emissions.map(|e| e.bounds()).chain(grids);
+        let boxes = emissions.map(Emission::bounds).chain(grids);
         let boxes = boxes.filter(|bounds| !bounds.is_empty());
         let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
         let gaussians = scene.gaussians.iter().filter(|g| !casts(g.material)).map(bounds);
