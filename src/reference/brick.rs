@@ -1,4 +1,5 @@
-//! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth.
+//! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth; and of
+//! `wgsl/project/brick_extent.wgsl`.
 use crate::records::{BrickRecord, Bricks, GpuView, GridRecord};
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
 
@@ -6,6 +7,11 @@ use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
 pub const GAUSS: f32 = 0.288_675_13;
 /// Least way along an axis, so that no ray is parallel to a face [voxels].
 pub const LEAST_WAY: f32 = 1e-20;
+
+/// Share by which a brick's edges may be off a right angle.
+pub const SQUARE: f32 = 1e-4;
+/// Rounding of a brick's least distance, a share of the distances that it is made of.
+pub const DISTANCE_ROUNDING: f32 = 1e-4;
 
 /// The part of a ray inside a brick.
 #[derive(Clone, Copy, Debug)]
@@ -113,4 +119,44 @@ pub(super) fn passage(
 
 fn mix(a: f32, b: f32, part: f32) -> f32 {
     a + (b - a) * part
+}
+
+/// Extent of a brick's box in a view. WGSL: `wgsl/project/brick_extent.wgsl`.
+pub(super) struct BrickExtent {
+    /// Box in the map [texels].
+    pub min: Vec2,
+    pub max: Vec2,
+    /// Along the axis [m].
+    pub along: [f32; 2],
+    /// Distance of its nearest point from the origin of view space, at most [m].
+    pub least: f32,
+}
+
+impl BrickExtent {
+    /// `half_edges`: of the box, world space [m]; `center` of the box in view space [m].
+    pub(super) fn new(view: &GpuView, half_edges: &[Vec3; 3], center: Vec3) -> Self {
+        let [x, y, z] = half_edges.map(|edge| view.view_from_world.transform_vector3(edge));
+        let reach = x.z.abs() + y.z.abs() + z.z.abs();
+        let (mut min, mut max) = (Vec2::splat(1e30), Vec2::splat(-1e30));
+        for i in 0..8 {
+            let sign = |bit: u32| if i & bit == 0 { -1.0 } else { 1.0 };
+            let corner = center + x * sign(1) + y * sign(2) + z * sign(4);
+            let per_metre = if view.perspective > 0.0 { 1.0 / -corner.z } else { 1.0 };
+            let texel = Vec2::new(corner.x, -corner.y) * view.scale * per_metre + view.size * 0.5;
+            (min, max) = (min.min(texel), max.max(texel));
+        }
+        let lengths = Vec3::new(x.length(), y.length(), z.length());
+        let skew = Vec3::new(x.dot(y), y.dot(z), z.dot(x)).abs()
+            / Vec3::new(lengths.x * lengths.y, lengths.y * lengths.z, lengths.z * lengths.x);
+        let away = center.length();
+        let least = if skew.max_element() < SQUARE {
+            let beside = Vec3::new(center.dot(x), center.dot(y), center.dot(z)).abs() / lengths;
+            (beside - lengths).max(Vec3::ZERO).length()
+        } else {
+            away - (x.abs() + y.abs() + z.abs()).length()
+        };
+        let rounding = DISTANCE_ROUNDING * (away + lengths.element_sum());
+        let along = [-center.z - reach, -center.z + reach];
+        Self { min, max, along, least: (least - rounding).max(0.0) }
+    }
 }

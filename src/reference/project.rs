@@ -1,4 +1,5 @@
 //! CPU reference of `wgsl/project/project_particles.wgsl` and `wgsl/project/project_triangles.wgsl`.
+use super::brick::BrickExtent;
 use crate::{
     model::{Shape, TILE_SIZE, Transfer},
     records::{
@@ -16,10 +17,6 @@ pub const MIN_COSINE: f32 = 0.05;
 /// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
 /// farthest.
 pub const BRICK_NEAR: f32 = 1e-3;
-/// Share by which a brick's edges may be off a right angle.
-pub const SQUARE: f32 = 1e-4;
-/// Rounding of a brick's least distance, a share of the distances that it is made of.
-pub const DISTANCE_ROUNDING: f32 = 1e-4;
 
 /// Result of `project` for one caster in one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,7 +157,7 @@ pub(super) fn project_caster(
         let extent = BrickExtent::new(view, half_edges, center);
         // Elsewhere the box of the sphere around it holds.
         if view.perspective == 0.0 || extent.along[0] > BRICK_NEAR * extent.along[1] {
-            bounds = extent.bounds;
+            bounds = TexelBox { min: extent.min, max: extent.max };
         }
         [nearest, farthest] = extent.along.map(|along| (along - view.near) / range);
         least = extent.least;
@@ -199,44 +196,6 @@ pub(super) fn project_caster(
     );
     let key = if rect.is_scattered() { INVISIBLE } else { depth_key(front) };
     Projected { footprint, key, rect }
-}
-
-/// Extent of a brick's box in a view. WGSL: `wgsl/project/brick_extent.wgsl`.
-struct BrickExtent {
-    bounds: TexelBox,
-    /// Along the axis [m].
-    along: [f32; 2],
-    /// Distance of its nearest point from the origin of view space, at most [m].
-    least: f32,
-}
-
-impl BrickExtent {
-    /// `half_edges`: of the box, world space [m]; `center` of the box in view space [m].
-    fn new(view: &GpuView, half_edges: &[Vec3; 3], center: Vec3) -> Self {
-        let [x, y, z] = half_edges.map(|edge| view.view_from_world.transform_vector3(edge));
-        let reach = x.z.abs() + y.z.abs() + z.z.abs();
-        let mut bounds = TexelBox { min: Vec2::splat(1e30), max: Vec2::splat(-1e30) };
-        for i in 0..8 {
-            let sign = |bit: u32| if i & bit == 0 { -1.0 } else { 1.0 };
-            let corner = center + x * sign(1) + y * sign(2) + z * sign(4);
-            let per_metre = if view.perspective > 0.0 { 1.0 / -corner.z } else { 1.0 };
-            let texel = Vec2::new(corner.x, -corner.y) * view.scale * per_metre + view.size * 0.5;
-            bounds = TexelBox { min: bounds.min.min(texel), max: bounds.max.max(texel) };
-        }
-        let lengths = Vec3::new(x.length(), y.length(), z.length());
-        let skew = Vec3::new(x.dot(y), y.dot(z), z.dot(x)).abs()
-            / Vec3::new(lengths.x * lengths.y, lengths.y * lengths.z, lengths.z * lengths.x);
-        let away = center.length();
-        let least = if skew.max_element() < SQUARE {
-            let beside = Vec3::new(center.dot(x), center.dot(y), center.dot(z)).abs() / lengths;
-            (beside - lengths).max(Vec3::ZERO).length()
-        } else {
-            away - (x.abs() + y.abs() + z.abs()).length()
-        };
-        let rounding = DISTANCE_ROUNDING * (away + lengths.element_sum());
-        let along = [-center.z - reach, -center.z + reach];
-        Self { bounds, along, least: (least - rounding).max(0.0) }
-    }
 }
 
 /// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is

@@ -59,7 +59,7 @@ bitflags::bitflags! {
         const HAS_MASKS = 1 << 26;
         /// Some light of the picture reads maps.
         const HAS_SHADOWS = 1 << 27;
-        const HAS_BRICKS = 1 << 30;
+        const HAS_BRICKS = 1 << 31;
     }
 }
 

@@ -1,7 +1,7 @@
 //! Integrals of a grid's trilinear density along lines, in 64 bits and straight from the definition: a line is cut at
 //! every plane through voxels, and Simpson's rule, which is exact for cubics, sums each part.
 use gobo::{
-    glam::{DAffine3, DMat3, DVec3, UVec3},
+    glam::{DAffine3, DMat3, DVec3, UVec3, Vec3A},
     model::{Brick, Density, Grid},
 };
 
@@ -24,7 +24,7 @@ pub(crate) struct Inside {
 
 pub(crate) fn index_from_world(grid: &Grid) -> DAffine3 {
     let linear = grid.world_from_index.matrix3;
-    let columns = [linear.x_axis, linear.y_axis, linear.z_axis].map(|axis| axis.as_dvec3());
+    let columns = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3A::as_dvec3);
     let world_from_index = DAffine3 {
         matrix3: DMat3::from_cols(columns[0], columns[1], columns[2]),
         translation: grid.world_from_index.translation.as_dvec3(),

@@ -366,7 +366,8 @@ fn grids_that_cannot_be_used_are_named() {
     let set_density = |scene: &mut Scene, density: f32| {
         scene.grids[0].bricks[1].density = Density::Voxels(Voxels::new(|_| density));
     };
-    let cases: [(&dyn Fn(&mut Scene), &str); 9] = [
+    type Change<'a> = &'a dyn Fn(&mut Scene);
+    let cases: [(Change<'_>, &str); 9] = [
         (&|_| (), ""),
         (&|scene| set_density(scene, f32::NAN), "grid 0 cannot be used: its densities"),
         (&|scene| set_density(scene, -0.5), "its densities"),
