@@ -122,7 +122,8 @@ fn load_all(
         "glb" | "gltf" => String::new(),
         "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
         _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply or .csv file, or one of splats (.ply, .spz, .sog, .splat)";
+            let help = "a scene is a .toml, .glb, .gltf, .ply or .csv file, or one of splats: .ply, \
+                        .spz, .sog or .splat";
             let message = format!("no known kind of scene: {extension:?}");
             return Err(SceneError::invalid(path, message, help));
         }
