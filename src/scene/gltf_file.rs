@@ -6,7 +6,7 @@ use super::{
     gltf_film::{self, Film},
     gltf_json::{self, Instancing},
     gltf_meshopt,
-    gltf_splats::{self, SplatPrimitive},
+    gltf_splat_json::{self, SplatPrimitive},
     limits, read,
 };
 use ::gltf::{
@@ -55,7 +55,7 @@ impl File {
         let bytes = read::bytes(path)?;
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
         let (mut value, ignored) = gltf_json::parse(text).map_err(invalid)?;
-        let splats = gltf_splats::take(&mut value).map_err(invalid)?;
+        let splats = gltf_splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
         let packed = gltf_meshopt::packed(&value).map_err(invalid)?;
         let fallbacks = gltf_meshopt::fallbacks(&value);

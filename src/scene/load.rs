@@ -128,7 +128,8 @@ fn load_all(
         "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
         "vdb" => defaults::VOLUME.to_owned(),
         _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats (.ply, .spz, .sog, .splat)";
+            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats: .ply, \
+                        .spz, .sog or .splat";
             let message = format!("no known kind of scene: {extension:?}");
             return Err(SceneError::invalid(path, message, help));
         }

@@ -71,7 +71,7 @@ impl Loader<'_> {
         kind: Option<Kind>,
     ) -> Result<(), SceneError> {
         let cloud = load_splats(path)?;
-        let is_turned = kind.is_some_and(|kind| kind.points_down()) && cloud.extinction.is_none();
+        let is_turned = kind.is_some_and(Kind::points_down) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
             let name = path.display();

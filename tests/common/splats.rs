@@ -7,6 +7,9 @@ use std::{
 };
 use zip::{ZipWriter, write::SimpleFileOptions};
 
+/// Three numbers of a splat.
+type Column = dyn Fn(&Stored) -> [f64; 3];
+
 /// A splat as files store it: plain numbers, the rotation as w x y z.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stored {
@@ -101,7 +104,7 @@ fn smallest_three(parts: [f64; 4]) -> ([f64; 3], usize) {
     (rest.try_into().unwrap(), largest)
 }
 
-/// PlayCanvas's compressed PLY: one chunk.
+/// Compressed PLY of `PlayCanvas`: one chunk.
 pub(crate) fn packed_ply(splats: &[Stored]) -> Vec<u8> {
     let mut text = "ply\nformat binary_little_endian 1.0\nelement chunk 1\n".to_owned();
     for name in ["", "scale_"] {
@@ -119,14 +122,13 @@ pub(crate) fn packed_ply(splats: &[Stored]) -> Vec<u8> {
         let _ = writeln!(text, "property uint packed_{name}");
     }
     let mut file = (text + "end_header\n").into_bytes();
-    let bounds = |of: &dyn Fn(&Stored) -> [f64; 3]| {
+    let bounds = |of: &Column| {
         let end = |pick: fn(f64, f64) -> f64, start: f64| {
             [0, 1, 2].map(|k| splats.iter().map(|s| of(s)[k]).fold(start, pick))
         };
         [end(f64::min, f64::INFINITY), end(f64::max, f64::NEG_INFINITY)]
     };
-    let columns: [&dyn Fn(&Stored) -> [f64; 3]; 3] =
-        [&|s| s.center, &|s| s.sigma.map(f64::ln), &|s| s.color];
+    let columns: [&Column; 3] = [&|s| s.center, &|s| s.sigma.map(f64::ln), &|s| s.color];
     let all = columns.map(bounds);
     all.iter().for_each(|ends| file.extend(bytes(ends.as_flattened())));
     let share = |value: f64, [least, most]: [f64; 2], bits: u32| {

@@ -4,7 +4,7 @@
 pub enum Kind {
     /// PLY with a row per splat.
     Ply,
-    /// PLY of PlayCanvas, in chunks of 256 splats.
+    /// PLY of `PlayCanvas`, in chunks of 256 splats.
     Packed,
     /// Records of 32 bytes without a header.
     Bare,

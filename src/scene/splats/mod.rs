@@ -3,10 +3,10 @@
 //! | file | coordinates | opacity | scale |
 //! |---|---|---|---|
 //! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | as they are: the format has none | logit | logarithm |
-//! | `.compressed.ply` (PlayCanvas) | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
+//! | `.compressed.ply` (`PlayCanvas`) | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
 //! | `.splat` | as they are | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (PlayCanvas) | x right, y up, z back, as here | 8 bits | logarithm |
+//! | `.sog` 2 (`PlayCanvas`) | x right, y up, z back, as here | 8 bits | logarithm |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
 mod bare;

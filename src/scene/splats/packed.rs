@@ -1,4 +1,4 @@
-//! Compressed PLY of PlayCanvas: chunks of 256 splats with the bounds of their numbers, four words a splat.
+//! Compressed PLY of `PlayCanvas`: chunks of 256 splats with the bounds of their numbers, four words a splat.
 use super::{
     cloud::{Cloud, Fault},
     ply::table,

@@ -1,4 +1,4 @@
-//! SOG version 2 (PlayCanvas): a zip of lossless images with a texel per splat, and `meta.json`. x is right, y
+//! SOG version 2 (`PlayCanvas`): a zip of lossless images with a texel per splat, and `meta.json`. x is right, y
 //! up, z back.
 use super::{
     cloud::{Cloud, Fault, HARMONIC},

@@ -90,13 +90,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     let mut cloud = Cloud::with_room(header.count as u64)?;
     let three =
         |bytes: &[u8], i: usize| Vec3::from_array([0, 1, 2].map(|k| bytes[3 * i + k].into()));
-    for i in 0..header.count {
+    for (i, alpha) in alphas.iter().enumerate() {
         let coefficient = (three(&colors, i) / 255.0 - Vec3::splat(0.5)) / COLOR_SCALE;
         cloud.push(Gaussian {
             center: position(header, &positions, i),
             rotation: rotation(header, &rotations, i),
             sigma: (three(&scales, i) / 16.0 - Vec3::splat(10.0)).exp(),
-            opacity: f32::from(alphas[i]) / 255.0,
+            opacity: f32::from(*alpha) / 255.0,
             color: Vec3::splat(0.5) + HARMONIC * coefficient,
             ..Gaussian::default()
         });

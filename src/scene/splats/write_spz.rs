@@ -57,8 +57,7 @@ fn rotation(splat: &Gaussian) -> u32 {
     let larger = |a: usize, b: usize| if parts[b].abs() > parts[a].abs() { b } else { a };
     let largest = (1..4).fold(0, larger);
     let mut word = largest as u32;
-    for (i, part) in parts.into_iter().enumerate().filter(|&(i, _)| i != largest) {
-        debug_assert!(i < 4);
+    for (_, part) in parts.into_iter().enumerate().filter(|&(i, _)| i != largest) {
         let sign = (part < 0.0) != (parts[largest] < 0.0);
         let size = (part.abs() * std::f32::consts::SQRT_2 * 511.0).round().min(511.0) as u32;
         word = word << 10 | u32::from(sign) << 9 | size;
