@@ -34,7 +34,7 @@ pub struct ShadowSettings {
     /// Normal offset of a lit point before the look-up, in addition to what a filter wider than the default
     /// needs, 0 or more [texels]; for lights without their own. Default 1.5.
     pub normal_bias: f32,
-    /// Pair capacity of one batch of views, 16 bytes a pair, 1..=[`MAX_PAIRS`]; past it, tiles are walked some at a
+    /// Pair capacity of one batch of views, 16 bytes a pair, at most [`MAX_PAIRS`]; past it, tiles are walked some at a
     /// time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: memory is taken for what a frame
     /// needs, at most 2^26 pairs.
     pub pair_budget: u32,
@@ -67,7 +67,7 @@ impl ShadowSettings {
                 "a curve has 4, 8 or 16 nodes"
             }),
             (biases.iter().all(is_bias), "its biases must be finite and not negative"),
-            ((1..=MAX_PAIRS).contains(&self.pair_budget), "a pair budget is 1 to 67,108,864"),
+            (self.pair_budget <= MAX_PAIRS, "a pair budget is at most 67,108,864"),
             (self.blur <= MAX_BLUR, "a blur reaches 16 texels at most"),
             (self.mips <= MAX_MIPS, "a filter map has 4 smaller levels at most"),
         ]

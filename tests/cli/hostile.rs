@@ -293,13 +293,6 @@ fn files_that_the_host_has_no_memory_for_are_refused() {
     // One quoted field to the end.
     sparse(&folder, "field.csv", b"x,y,z\n\"", 300 << 20);
     refused(1_000_000, &["check", "field.csv"], "no memory");
-    // 30 million points are 360 MB, and some GB as records and answers.
-    let shape = "{'descr': '<f4', 'fortran_order': False, 'shape': (30000000, 3), }";
-    let head = [b"\x93NUMPY\x01\x00\x76\x00", format!("{shape:<117}\n").as_bytes()].concat();
-    sparse(&folder, "points.npy", &head, head.len() as u64 + 360_000_000);
-    let light =
-        ["light", "scene.toml", "--points", "points.npy", "-o", "l.npy", "--backend", "cpu"];
-    refused(1_500_000, &light, "30000010 points times");
     // A list of 20 million tables, in 60 MB.
     let json = format!(
         "{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}",

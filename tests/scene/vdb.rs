@@ -360,7 +360,7 @@ fn mutated_files_do_not_panic() {
     let mut chance = Chance::new(7);
     let mut below = |end: usize| ((chance.unit() * end as f32) as usize).min(end - 1);
     let (mut read, mut refused) = (0, 0);
-    for i in 0..240 {
+    for i in 0..480 {
         let mut bytes = seeds[i % 3].clone();
         for _ in 0..=below(3) {
             // Heads are short, and decide what all else means.

@@ -40,8 +40,13 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
         samples.add(&particles);
         of_casters += share_started.elapsed().as_secs_f64() * 1e3;
         let maps_started = Instant::now();
-        let casters =
-            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+        // Sums depend on no order: groups of neighbours would only cull better.
+        let casters = Casters {
+            particles: &particles,
+            materials: &materials,
+            in_order: true,
+            ..Casters::default()
+        };
         // Texels that no caster of a share touches keep their sums.
         shadows.forget();
         let prepared = shadows.prepare(&casters, &views, &settings)?;
