@@ -72,10 +72,6 @@ impl GpuEngine {
         scene: &Scene,
         options: &RenderOptions<'_>,
     ) -> Result<Frame, Error> {
-        if options.sums {
-            // Texels that no caster touches keep their sums.
-            self.forget();
-        }
         self.shadows.configure(|config| config.toggles.sums = options.sums);
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());

@@ -25,7 +25,7 @@ name = "particles"
 tint = [0.35, 0.6, 0.9, 0.35]
 "#;
 
-/// Volume of an OpenVDB file that is rendered on its own.
+/// Volume of an `OpenVDB` file that is rendered on its own.
 pub(super) const VOLUME: &str = "[[volume]]\n";
 
 /// [`sun`] in the format of a scene file.

@@ -96,10 +96,8 @@ impl MapSet {
         let mut memory = Memory::default();
         let device = request.kernels.device();
         let mut allocator = Allocator { device, memory: &mut memory };
-        let (nodes, mips, blur) = (config.nodes(), config.settings.mips, config.settings.blur);
-        let sums = config.toggles.sums;
-        let mut maps =
-            Maps::new(&mut allocator, queue, views, nodes, colored, window > 0, mips, sums)?;
+        let mut maps = Maps::new(&mut allocator, queue, views, config, colored, window > 0)?;
+        let blur = config.settings.blur;
         let mut soften = None;
         if window > 0 {
             let (soft, softening) = Soften::new(&mut allocator, queue, maps, window)?;
@@ -141,6 +139,7 @@ impl<'a> Request<'a> {
         let kept = reuse.maps.is_some();
         let mut set = reuse.maps.map_or_else(|| MapSet::new(self), Ok)?;
         set.maps.gain = self.gain();
+        set.maps.clear_sums(queue);
         let hides = config.toggles.hide.then(|| config.nodes());
         let cache = MapCache::after(reuse.cache, casters, views, hides, self.depths);
         let relocation = reuse.relocated.and_then(|old| {
@@ -248,6 +247,7 @@ impl<'a> Request<'a> {
             && set.blur.as_ref().map_or(0, |blur| blur.radius) == settings.blur
             && set.maps.filters.mip_level_count() == 1 + settings.mips
             && set.maps.nodes == nodes
+            && set.maps.sums.is_some() == self.config.toggles.sums
             && same_curves
     }
 

@@ -188,7 +188,11 @@ impl Shadows {
         self.config.settings = ShadowSettings { pair_budget: self.capacity.budget, ..*settings };
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
         set.set_host_casters(device, &self.queue, casters.materials, inputs.casters)?;
-        let earlier = self.maps.take();
+        let mut earlier = self.maps.take();
+        if let Some(maps) = earlier.as_mut().filter(|_| self.config.toggles.sums) {
+            // Sums are reset in each frame.
+            maps.cache.forget();
+        }
         let number = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
         let request = Request {
             queue: &self.queue,

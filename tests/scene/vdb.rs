@@ -1,4 +1,4 @@
-//! OpenVDB files: the field of a grid's bricks is that of the file, however it is written; damaged files are refused.
+//! `OpenVDB` files: the field of a grid's bricks is that of the file, however it is written; damaged files are refused.
 use crate::common::{
     files::Folder,
     scenes::Chance,
@@ -237,7 +237,8 @@ fn every_linear_transform_is_read() {
 fn a_file_that_ends_anywhere_is_refused() {
     let grid = lumpy("Tree_float_5_4_3", 0.5);
     for (packing, has_offsets) in [(Packing::Zip, false), (Packing::Blosc, true)] {
-        let bytes = file(Format { packing, has_offsets, ..Format::default() }, &[grid.clone()]);
+        let bytes =
+            file(Format { packing, has_offsets, ..Format::default() }, std::slice::from_ref(&grid));
         let early = (0..600).chain((600..bytes.len()).step_by(1499)).chain([bytes.len() - 1]);
         for length in early {
             let message = refusal(&bytes[..length], "");
@@ -324,7 +325,7 @@ fn grids_are_chosen_and_named() {
     assert!(density == 7.0 && notes[0].contains("`heat` is taken"), "{notes:?}");
     let message = refusal(&bytes, "density = { grid = \"heet\" }\n");
     assert!(message.contains("`heet`") && message.contains("`heat`"), "{message}");
-    let message = refusal(&file(Format::default(), &[points.clone()]), "");
+    let message = refusal(&file(Format::default(), std::slice::from_ref(&points)), "");
     assert!(message.contains("no grid of numbers") && message.contains("points"), "{message}");
     let level = VdbGrid { class: "level set", ..heat.clone() };
     let message = refusal(&file(Format::default(), &[level]), "");

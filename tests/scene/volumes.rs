@@ -5,7 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, IVec3, Vec3},
-    model::{LightKind, Shape},
+    model::{LightKind, Shape, Voxels},
     scene::{self, LoadOptions, Scene, SceneError},
 };
 
@@ -65,7 +65,7 @@ fn a_sequence_shows_a_file_a_frame() {
     let mut scene = scene::load(&path).unwrap();
     let value = |scene: &Scene| {
         let values = scene.grids[0].bricks.iter().filter_map(|brick| brick.voxels());
-        values.flat_map(|voxels| voxels.values()).fold(0.0, f32::max)
+        values.flat_map(Voxels::values).fold(0.0, f32::max)
     };
     assert_eq!(value(&scene), 7.0);
     for (frame, wanted) in [(1, 8.0), (2, 9.0), (0, 7.0), (50, 9.0)] {

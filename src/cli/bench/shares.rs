@@ -47,8 +47,6 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
             in_order: true,
             ..Casters::default()
         };
-        // Texels that no caster of a share touches keep their sums.
-        shadows.forget();
         let prepared = shadows.prepare(&casters, &views, &settings)?;
         bench.compute(&prepared)?;
         let maps = prepared.maps();

@@ -1,4 +1,4 @@
-//! Reading of OpenVDB files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"), versions 218
+//! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"), versions 218
 //! to 225: grids of numbers. Memory is at most some twenty times the file's size.
 mod bricks;
 mod input;
@@ -220,7 +220,7 @@ fn metadata(input: &mut Input<'_>) -> Result<String, Fault> {
     Ok(class)
 }
 
-/// Reads a transform. OpenVDB multiplies row vectors: its rows are our columns.
+/// Reads a transform. `OpenVDB` multiplies row vectors: its rows are our columns.
 fn transform(input: &mut Input<'_>, version: u32) -> Result<DAffine3, Fault> {
     const WHAT: &str = "the transform";
     let matrix = |input: &mut Input<'_>| -> Result<DMat4, Fault> {

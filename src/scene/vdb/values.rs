@@ -74,8 +74,7 @@ impl Masked {
         let mut given = || encoding.number.read(input, "an inactive value");
         let background = encoding.background;
         Ok(match self.0 {
-            2 => [given()?, background],
-            4 => [given()?, background],
+            2 | 4 => [given()?, background],
             5 => [given()?, given()?],
             0 => [background; 2],
             _ => [-background, background],

@@ -3,6 +3,7 @@ use crate::{
     error::Error,
     gpu::{Allocator, Resources},
     model::View,
+    shadows::Config,
     stage::soften::run_layers,
     view::atlas::{Atlas, AtlasLimits, MapPlace},
 };
@@ -45,12 +46,11 @@ impl Maps {
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         views: &[View],
-        nodes: u32,
+        config: &Config,
         colored: bool,
         softened: bool,
-        mips: u32,
-        sums: bool,
     ) -> Result<Self, Error> {
+        let (nodes, mips, sums) = (config.nodes(), config.settings.mips, config.toggles.sums);
         let limits = AtlasLimits::of(&allocator.device.limits());
         // Each layer has several layers of curves, or of the softening's runs.
         let of_softening = if softened { run_layers(colored, nodes) } else { 1 };
@@ -99,6 +99,11 @@ impl Maps {
     pub(in crate::shadows) fn fill_clear(&self, queue: &wgpu::Queue) {
         fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
         fill(queue, &self.nearests, 1.0_f32);
+    }
+
+    /// Resets the sums, if there are any: texels that no caster touches keep theirs.
+    pub(in crate::shadows) fn clear_sums(&self, queue: &wgpu::Queue) {
+        self.sums.iter().for_each(|sums| fill(queue, sums, [0_u32; 4]));
     }
 
     /// The textures of a view's map.
