@@ -49,7 +49,7 @@ pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHAD
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
-#[cfg(feature = "scene")]
+#[cfg(any(feature = "scene", feature = "picture"))]
 pub(crate) use scene::moved;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
