@@ -6,8 +6,8 @@ use super::{
 use crate::records::{Footprint, NO_OWNER, owner_tag};
 use glam::{DVec3, Vec3};
 
-/// Least opacity of a hit that sets the nearest depth.
-pub const VISIBLE_OPACITY: f32 = 1.0 / 255.0;
+/// Least presence of a hit that sets the nearest depth.
+pub const VISIBLE_PRESENCE: f32 = 1.0 / 255.0;
 
 /// Properties of a view's casters that select how hits are composed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,7 +61,7 @@ impl Ray {
     };
 
     fn meet(&mut self, hit: &Hit, id: u32, modes: Modes) {
-        if hit.opacity >= VISIBLE_OPACITY && hit.depth < self.nearest {
+        if hit.presence >= VISIBLE_PRESENCE && hit.depth < self.nearest {
             (self.nearest, self.owner) = (hit.depth, owner_tag(id));
         }
         if modes.ordered {

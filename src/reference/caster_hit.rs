@@ -47,6 +47,8 @@ pub struct Hit {
     pub color: Vec3,
     /// Opacity `a`.
     pub opacity: f32,
+    /// What sets depths: the opacity, or the light that `stain` and `gain` change without any.
+    pub presence: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
     /// Light depth from which the whole hit is in front: for a puff or a brick, where the ray leaves it.
@@ -60,6 +62,7 @@ impl Hit {
         added: Vec3::ZERO,
         color: Vec3::ZERO,
         opacity: 0.0,
+        presence: 0.0,
         depth: -1.0,
         end: -1.0,
     };
@@ -172,7 +175,10 @@ impl<'a> Target<'a> {
             Form::Brick { brick, color } => self.brick_hit(brick, color, texel, opaque_depth),
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
-        hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)
+        let hit = hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)?;
+        let changes = matches!(self.material.transfer, Transfer::Stain | Transfer::Gain);
+        let changed = if changes { hit.absorbed.abs().max_element() } else { 0.0 };
+        Some(Hit { presence: hit.opacity.max(changed), ..hit })
     }
 
     /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end are moved
@@ -270,6 +276,7 @@ impl<'a> Target<'a> {
             added: Vec3::ZERO,
             color,
             opacity: absorbed.max_element(),
+            presence: absorbed.max_element(),
             depth: at(first),
             end: at(last),
         })
@@ -292,7 +299,7 @@ impl<'a> Target<'a> {
         let added = added(transfer, opacity, color);
         let light = transmittance(transfer, opacity, color);
         let absorbed = absorption(transfer, opacity, color);
-        Hit { light, absorbed, added, color, opacity, depth, end: depth }
+        Hit { light, absorbed, added, color, opacity, presence: opacity, depth, end: depth }
     }
 }
 
@@ -401,7 +408,8 @@ fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     let added = added(transfer, opacity, color);
     let whole = absorption(transfer, alpha, color).min(Vec3::splat(1.0 - MIN));
     let absorbed = whole.map(|x| -((-x).ln_1p() * chord.share).exp_m1());
-    Hit { light, absorbed, added, color, opacity, depth: chord.depth, end: chord.end }
+    let Chord { depth, end, .. } = chord;
+    Hit { light, absorbed, added, color, opacity, presence: opacity, depth, end }
 }
 
 /// Light added by a hit of `over`.

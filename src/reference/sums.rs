@@ -1,7 +1,7 @@
 //! CPU reference of `wgsl/sums/scatter.wgsl`: sums over the casters of each texel, to which those of others can be
 //! added.
 use super::{
-    accumulate::VISIBLE_OPACITY,
+    accumulate::VISIBLE_PRESENCE,
     bin::bin,
     caster_hit::{Hit, Target},
     maps::{SceneRecords, ViewCasters, depth_order},
@@ -50,7 +50,7 @@ fn sums(scene: &SceneRecords<'_>, maps: &ViewMaps) -> Vec<[u32; 4]> {
                 }
                 if let Some(hit) = target.hit(texel, end).filter(|hit| hit.depth < end) {
                     add(sum, rounded_tau(&hit, seed));
-                    if hit.opacity >= VISIBLE_OPACITY {
+                    if hit.presence >= VISIBLE_PRESENCE {
                         sum[3] = sum[3].max(nearness(hit.depth));
                     }
                 }

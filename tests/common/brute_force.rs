@@ -12,7 +12,7 @@ use gobo::{
 
 /// Distance to an edge below which rounding decides [texels].
 const EDGE: f64 = 0.05;
-/// Distance of an opacity to 1/255 below which rounding decides.
+/// Distance of a presence to 1/255 below which rounding decides.
 const OPACITY_MARGIN: f64 = 1e-4;
 /// Distance to the opaque surface or the near plane below which rounding decides [light depth].
 const DEPTH_MARGIN: f64 = 1e-5;
@@ -49,6 +49,8 @@ struct Hit {
     light: DVec3,
     added: DVec3,
     opacity: f64,
+    /// What sets the nearest depth: opacity, or the light that `stain` and `gain` change without any.
+    presence: f64,
     depth: f64,
     /// How far from `depth` it may be met: where a medium begins is a matter of its ramp.
     reach: f64,
@@ -176,7 +178,7 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
             if hit.depth < texel.opaque {
                 hits.push(hit);
                 for (nearest, margin) in texel.nearest.iter_mut().zip([-1.0, 1.0]) {
-                    if hit.opacity >= 1.0 / 255.0 + margin * OPACITY_MARGIN {
+                    if hit.presence >= 1.0 / 255.0 + margin * OPACITY_MARGIN {
                         *nearest = nearest.min(hit.depth + margin * hit.reach);
                     }
                 }
@@ -208,7 +210,9 @@ fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
         _ => DVec3::ONE,
     };
     let added = if material.transfer == Transfer::Over { color * a } else { DVec3::ZERO };
-    Hit { light, added, opacity: a, depth, reach: 0.0 }
+    let changes = matches!(material.transfer, Transfer::Stain | Transfer::Gain);
+    let changed = if changes { (DVec3::ONE - light).abs().max_element() } else { 0.0 };
+    Hit { light, added, opacity: a, presence: a.max(changed), depth, reach: 0.0 }
 }
 
 fn meet_particle(
@@ -321,10 +325,12 @@ fn meet_puff(
     let share = (leave - enter) * len / (2.0 * radius);
     let alpha = tint.w * thin;
     let light = (DVec3::ONE - alpha * (DVec3::ONE - tint.truncate())).powf(share);
+    let opacity = 1.0 - (1.0 - alpha).powf(share);
     Met::Hit(Hit {
         light,
         added: DVec3::ZERO,
-        opacity: 1.0 - (1.0 - alpha).powf(share),
+        opacity,
+        presence: opacity,
         depth: eye.depth(enter),
         reach: 0.0,
     })
@@ -347,10 +353,12 @@ fn meet_brick(eye: &Eye, ray: &Ray, grid: &Grid, brick: &Brick, opaque_depth: f6
     let tau = f64::from(grid.factor) * inside.integral * f64s(grid.extinction);
     // Rounding decides whether a cell with hardly any density has some.
     let [begins, surely] = [inside.begins, inside.begins_surely].map(|way| eye.depth(way));
+    let opacity = 1.0 - (-tau.max_element()).exp();
     Met::Hit(Hit {
         light: (-tau).map(f64::exp),
         added: DVec3::ZERO,
-        opacity: 1.0 - (-tau.max_element()).exp(),
+        opacity,
+        presence: opacity,
         depth: begins,
         reach: surely - begins,
     })

@@ -231,7 +231,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("TIED", mask::TIED),
         ("TURNED", mask::TURNED),
         ("WIDTHS", mask::WIDTHS),
-        ("VISIBLE_OPACITY", accumulate::VISIBLE_OPACITY),
+        ("VISIBLE_PRESENCE", accumulate::VISIBLE_PRESENCE),
     ];
     let whole = whole.into_iter().map(|(name, value)| (name, f64::from(value)));
     whole.chain(real.into_iter().map(|(name, value)| (name, f64::from(value)))).collect()

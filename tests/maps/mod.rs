@@ -27,4 +27,5 @@ mod puffs;
 mod textured;
 mod tints;
 mod transfers;
+mod volume_order;
 mod volumes;

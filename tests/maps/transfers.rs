@@ -7,7 +7,7 @@ use crate::common::{
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
     internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
-    model::{Counters, LightKind, Material, Particle, Profile, Shape, Texture, Transfer},
+    model::{Counters, LightKind, Material, Particle, Profile, Receiver, Shape, Texture, Transfer},
     scene::Scene,
 };
 
@@ -135,6 +135,50 @@ fn presets_have_their_formulas() {
     let tint = Vec4::new(0.9, 0.5, 0.1, 0.4);
     check_forms(&[Transfer::Filter, Transfer::Stain, Transfer::Smoke, Transfer::None], tint);
     check_forms(&[Transfer::Over], tint);
+}
+
+/// Pure coloured glass: opacity 0 and below 1/255, where only `c` changes the light, and no light is gained.
+#[test]
+fn what_stains_or_gains_without_opacity_sets_depths() {
+    let tint = |alpha: f32| Vec4::new(0.2, 0.4, 0.8, alpha);
+    let clear = Material { tint: tint(0.0), ..material(Transfer::Stain) };
+    let rim = Material {
+        tint: tint(0.5),
+        shape: Shape::Disc,
+        profile: Profile::Soft,
+        ..material(Transfer::Stain)
+    };
+    let gain = Material { tint: Vec4::new(2.0, 1.5, 1.0, 0.0), ..material(Transfer::Gain) };
+    for (material, light) in [(clear, Vec3::new(0.2, 0.4, 0.8)), (gain, Vec3::new(2.0, 1.5, 1.0))] {
+        let mut scene = stage(vec![material]);
+        square(&mut scene, Vec3::ZERO, 2.0, 0);
+        for nodes in [0, 4] {
+            if nodes > 0 {
+                scene.shadow.receiver = Receiver::Curve;
+                scene.shadow.nodes = nodes;
+            }
+            for (maps, _) in all_maps(&scene) {
+                let texel = texel_at(&maps, 0.3, 0.2).0;
+                let depth = maps.nearest[texel];
+                assert!(depth > 0.1 && depth < 0.9, "{depth}");
+                if let Some(curve) = &maps.curve {
+                    let (before, behind) =
+                        (curve.light_at(texel, depth - 0.01), curve.light_at(texel, depth + 0.01));
+                    assert!((before - Vec3::ONE).abs().max_element() < 1e-3, "{before}");
+                    assert!((behind - light).abs().max_element() < 2e-3, "{behind}");
+                }
+            }
+        }
+    }
+    // The rim of a soft disc stains as its middle does.
+    let mut scene = stage(vec![rim]);
+    scene.particles.push(particle(Vec3::ZERO, 1.5, Vec4::ONE));
+    for (maps, _) in all_maps(&scene) {
+        let stained = maps.filter.iter().zip(&maps.nearest).filter(|(f, _)| f[0] < 0.5);
+        let (all, lost) =
+            stained.fold((0, 0), |(all, lost), (_, d)| (all + 1, lost + u32::from(*d == 1.0)));
+        assert!(all > 100 && lost == 0, "{lost} of {all}");
+    }
 }
 
 #[test]

@@ -89,7 +89,7 @@ pub(crate) fn all_maps(scene: &Scene) -> Vec<(Vec<ViewMaps>, Counters)> {
 }
 
 /// Origin and unit direction of a texel's ray, in 64 bits.
-fn ray(maps: &ViewMaps, texel: usize) -> (DVec3, DVec3) {
+pub(crate) fn ray(maps: &ViewMaps, texel: usize) -> (DVec3, DVec3) {
     let view = &maps.view;
     let (x, y) = (texel as u32 % view.size.x, texel as u32 / view.size.x);
     let scale = f64::from(view.scale);
@@ -109,7 +109,7 @@ fn ray(maps: &ViewMaps, texel: usize) -> (DVec3, DVec3) {
 
 /// Distances along the ray of its hits with triangles of a material, and the smallest distance to an edge
 /// of a miss [share of a side]. Möller and Trumbore 1997.
-fn meet(scene: &Scene, material: u32, start: DVec3, way: DVec3) -> (Vec<f64>, f64) {
+pub(crate) fn meet(scene: &Scene, material: u32, start: DVec3, way: DVec3) -> (Vec<f64>, f64) {
     let (mut met, mut edge) = (Vec::new(), 1.0_f64);
     for triangle in scene.triangles.iter().filter(|t| t.material == material) {
         let [a, b, c] = triangle.positions.map(Vec3::as_dvec3);
@@ -221,7 +221,7 @@ fn a_light_inside_sees_the_rest() {
 }
 
 /// A sphere of `level` subdivisions of an icosahedron.
-fn ball(level: u32, center: Vec3, radius: f32) -> Vec<Triangle> {
+pub(crate) fn ball(level: u32, center: Vec3, radius: f32) -> Vec<Triangle> {
     let toml = format!(
         "[[material]]\nname = \"a\"\nattenuation_distance = 1\nattenuation_color = [0, 0, 0]\n\
          [[shape]]\nkind = \"sphere\"\nmaterial = \"a\"\nlevel = {level}\n\

@@ -10,7 +10,7 @@ import package::records::footprint::Footprint;
 import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::faint::keep4;
-import package::sums::sums::{BLACK, VISIBLE_OPACITY};
+import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
 
 const ROWS: u32 = 8u; // texels that an invocation holds, in a column
 
@@ -82,7 +82,7 @@ fn multiply(disc: Disc, profile: vec4<f32>, i: u32) {
 }
 
 fn seek_nearest(disc: Disc, met: Profile4, i: u32) {
-    let seen = met.profile * disc.slope >= vec4(VISIBLE_OPACITY);
+    let seen = met.profile * disc.slope >= vec4(VISIBLE_PRESENCE);
     let nearer = seen & (met.depth < nearest[i]);
     nearest[i] = select(nearest[i], met.depth, nearer);
 }

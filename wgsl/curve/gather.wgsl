@@ -14,20 +14,20 @@ import package::hit::hit_order::clear_order;
 import package::hit::key_depths::{front_depths, start_keys};
 import package::records::view::GpuView;
 import package::sums::faint::FULL;
-import package::sums::sums::VISIBLE_OPACITY;
+import package::sums::sums::VISIBLE_PRESENCE;
 import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, with_row};
-import choice::visit::{blocked, slabbed};
+import choice::visit::{blocked, join_delayed, slabbed};
 
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
-const TRACE: f32 = 0.0000152587890625; // opacity below which hits set no start or end: 2^-16
+const TRACE: f32 = 0.0000152587890625; // presence below which hits set no start or end: 2^-16
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> opaque_depth: Rows;
 var<private> nearest: Rows;
 var<private> passed: Lights; // behind the curve; with `keeps`, behind open hits too
 var<private> lost: Lights;   // with `keeps`: absorbed, not yet multiplied into `passed`
-var<private> traces: Rows;   // opacity of the hits since one set a start or an end, with `FAINT`
+var<private> traces: Rows;   // presence of the hits since one set a start or an end, with `FAINT`
 var<private> hit_count: RowBits; // hits of the segment, as far as they were counted
 var<private> few: RowIs;         // few hits, inserted one by one until the curve is full
 // Hits that have not been inserted into the curve; start 2 if there are none.
@@ -84,8 +84,10 @@ fn start(view: GpuView, texel: vec2<u32>) {
     few = RowIs(true);
     clear_list(texel);
     clear_volumes();
-    if HAS_OVER {
+    if HAS_OVER || HAS_VOLUMES {
         clear_order();
+    }
+    if HAS_OVER {
         start_keys(view, corner);
     }
 }
@@ -105,15 +107,15 @@ fn keep(absorbed: Lights) {
 }
 
 // Adds a hit to the open ones. `absorbed`: 1 - `light`, precise where light is next to 1.
-fn join(light: Lights, absorbed: Lights, depth: Rows, opacity: Rows) -> RowIs {
+fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
     open_light = scaled(open_light, light);
-    var placed = opacity >= Rows(TRACE);
+    var placed = presence >= Rows(TRACE);
     if keeps() {
         keep(absorbed);
     }
     if FAINT {
         // Many hits below `TRACE` have a place together.
-        traces += opacity;
+        traces += presence;
         placed = traces >= Rows(TRACE);
         traces = select(traces, Rows(0.0), placed);
     }
@@ -145,8 +147,8 @@ fn join_ramp(ramp: Ramp) -> RowIs {
 }
 
 // Updates the nearest depth by a hit.
-fn see(depth: Rows, opacity: Rows) {
-    nearest = select(nearest, depth, (opacity >= Rows(VISIBLE_OPACITY)) & (depth < nearest));
+fn see(depth: Rows, presence: Rows) {
+    nearest = select(nearest, depth, (presence >= Rows(VISIBLE_PRESENCE)) & (depth < nearest));
 }
 
 // Whether open hits must be inserted before the next caster.
@@ -156,6 +158,14 @@ fn must_flush(placed: RowIs) -> bool {
 
 // Inserts open hits into the curves; before the end of a slab only where the next hit must not join them.
 fn flush(whole: bool) {
+    // A volume's ramp ends where the next hit is.
+    for (var i = 0u; i < select(1u, 2u, HAS_VOLUMES); i += 1u) {
+        insert_open(whole);
+        join_delayed();
+    }
+}
+
+fn insert_open(whole: bool) {
     let goes = (open_start <= Rows(1.0)) & (RowIs(whole) | is_single() | RowIs(!slabbed()));
     let all = total_light();
     if HAS_OVER {

@@ -28,6 +28,8 @@ fn waiting_steps() -> u32 {
 
 fn join_waiting() {}
 
+fn join_delayed() {}
+
 // Counts a hit for `few`, and updates the nearest depth.
 fn count_disc(view: GpuView, disc: Disc) {
     let met = disc_rows(view, disc, corner, opaque_depth);

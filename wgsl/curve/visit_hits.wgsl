@@ -1,21 +1,22 @@
 // Visits an invocation's texels with a caster of any kind; every hit is inserted into its curve at once, or,
-// with order-dependent blending, after those in front of it.
+// with order-dependent blending or volumes, after those in front of it.
 
 import package::curve::gather::{
-    corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
+    TRACE, corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
 };
-import package::curve::lights::{Lights, black, plus, scaled, with_light};
-import package::curve::volumes::{change_density, crossed, last_face, surface_light, surface_scale};
+import package::curve::lights::{Lights, black, difference, plus, scaled, with_light};
+import package::curve::overflow::is_light;
+import package::curve::volumes::{change_density, crossed, surface_light, surface_scale};
 import package::features::{HAS_BRICKS, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
 import package::hit::caster_hit::{Faced, Hit, MISS, faced_hit, set_up};
 import package::hit::crossing::{face_crossing, volume_face};
-import package::hit::hit_order::{Hits, WAITING, no_hits, pass_on, with_hit};
+import package::hit::hit_order::{Hits, WAITING, delayed, no_hits, pass_on, with_hit};
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::traversal::candidate::Offer;
 import package::traversal::kinds::visited;
-import choice::rows::{ROW_COUNT, RowIs, row, with_row};
+import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
 import choice::waiting::take_hits;
 
 fn ordered() -> bool {
@@ -43,26 +44,21 @@ fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     return hit;
 }
 
-fn cross_faces(view: GpuView, footprint: Footprint) -> RowIs {
-    // A texel without a face gets a zero change at its last face.
-    var depth = last_face;
-    var change = black();
+// The faces of volumes among `came`.
+fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
+    var all = came;
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let face = volume_face(view, footprint, corner + vec2(0.5, f32(i) + 0.5), row(opaque_depth, i));
         crossed[i] += face_crossing(face);
         let own = face.metres * face.absorption * f32(-face.leaves);
-        depth = with_row(depth, i, select(face.depth, row(depth, i), face.leaves == 0));
-        change = with_light(change, i, select(own, vec3(0.0), face.leaves == 0));
+        all.depth = with_row(all.depth, i, select(face.depth, row(all.depth, i), face.leaves == 0));
+        all.change = with_light(all.change, i, select(own, vec3(0.0), face.leaves == 0));
     }
-    return join_ramp(change_density(depth, change));
+    return all;
 }
 
 // Returns true if the hits must be inserted at once.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
-    var ramps = RowIs(false);
-    if HAS_VOLUMES {
-        ramps = cross_faces(view, footprint);
-    }
     let faced = set_up(view, footprint);
     var came = no_hits();
     var absorbed = black();
@@ -71,11 +67,33 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
         came = with_hit(came, i, hit);
         absorbed = with_light(absorbed, i, hit.absorbed);
     }
-    see(came.depth, came.opacity);
+    see(came.depth, came.presence);
+    if HAS_VOLUMES {
+        join_delayed();
+        return delay(pass_on(with_faces(came, view, footprint)));
+    }
     if HAS_OVER {
         came = pass_on(came);
     }
-    return must_flush(ramps | join_hits(came, absorbed));
+    return must_flush(join_hits(came, absorbed));
+}
+
+// Continues the volumes to hits, which are joined behind the ramps. Returns true if these must be inserted.
+fn delay(hits: Hits) -> bool {
+    delayed = hits;
+    // A volume's clear surface takes no node.
+    let acts = is_light(hits.light) | (difference(hits.added, black()) > Rows(0.0));
+    delayed.presence = select(Rows(0.0), hits.presence, acts);
+    let ramps = join_ramp(change_density(hits.depth, hits.change));
+    return any_row(ramps | (delayed.presence >= Rows(TRACE)));
+}
+
+// Joins the hits behind volumes' ramps.
+fn join_delayed() {
+    if HAS_VOLUMES {
+        let placed = join_hits(delayed, black());
+        delayed = no_hits();
+    }
 }
 
 // Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
@@ -84,9 +102,9 @@ fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool
     return subgroupAny(visit(view, visited(footprint, is_triangle)));
 }
 
-// `absorbed` is not read with `over`.
+// `absorbed` is not read with `over` or volumes.
 fn join_hits(hits: Hits, absorbed: Lights) -> RowIs {
-    let placed = join(hits.light, absorbed, hits.depth, hits.opacity);
+    let placed = join(hits.light, absorbed, hits.depth, hits.presence);
     if HAS_PUFFS || HAS_MEDIA || HAS_BRICKS {
         open_end = select(open_end, max(open_end, hits.end), placed);
     }
@@ -104,9 +122,14 @@ fn join_hits(hits: Hits, absorbed: Lights) -> RowIs {
 
 // Hits that wait in order are joined behind all pairs, one of each texel at a time.
 fn waiting_steps() -> u32 {
-    return select(0u, WAITING, HAS_OVER);
+    return select(0u, WAITING, HAS_OVER || HAS_VOLUMES);
 }
 
 fn join_waiting() {
-    let placed = join_hits(take_hits(), black());
+    if HAS_VOLUMES {
+        join_delayed();
+        let ramps = delay(take_hits());
+    } else {
+        let placed = join_hits(take_hits(), black());
+    }
 }

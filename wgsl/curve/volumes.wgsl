@@ -44,20 +44,22 @@ fn stretch_light(tau: Rows) -> Rows {
     return exp(-max(tau, Rows(-MAX_TAU)));
 }
 
-// Changes the densities at light depth `depth`. The ramps end there; for late faces they are the effect of
+// Continues the volumes to light depth `depth`, and changes their densities there. The ramps end there; for late faces they are the effect of
 // the change up to the last face.
 fn change_density(depth: Rows, change: Lights) -> Ramp {
     let late = depth < last_face;
     let start = min(last_face, depth);
     let end = max(last_face, depth);
     let tau = times(selected(density, change, late), end - start);
+    let is = difference(tau, black()) >= Rows(MIN_TAU);
     density = plus(density, change);
-    last_face = end;
+    // What is too thin for a ramp goes into the next.
+    last_face = select(last_face, end, is | (difference(change, black()) > Rows(0.0)));
     return Ramp(
         start,
         end,
         Lights(stretch_light(tau.red), stretch_light(tau.green), stretch_light(tau.blue)),
-        difference(tau, black()) >= Rows(MIN_TAU),
+        is,
     );
 }
 

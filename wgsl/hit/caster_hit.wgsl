@@ -16,7 +16,7 @@ import package::records::footprint::{
 };
 import package::records::gaussian::{GaussianSetup, gaussian_setup, is_gaussian};
 import package::records::material::{
-    MAX_GAIN, NO_TEXTURE, SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF, TRANSFER_GAIN,
+    MAX_GAIN, NO_TEXTURE, SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF, TRANSFER_GAIN, TRANSFER_STAIN,
 };
 import package::records::setup::setup_texel;
 import package::records::view::{GpuView, is_beside};
@@ -33,6 +33,14 @@ struct Hit {
 }
 
 const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
+
+// What a hit must have to set depths: its opacity, or the light that `stain` and `gain` change without any.
+fn presence(hit: Hit) -> f32 {
+    let transfer = materials[hit.material].transfer;
+    let changes = transfer == TRANSFER_STAIN || transfer == TRANSFER_GAIN;
+    let changed = abs(hit.absorbed);
+    return select(hit.opacity, max(hit.opacity, max(max(changed.r, changed.g), changed.b)), changes);
+}
 
 // A particle set up for texels.
 struct Faced {

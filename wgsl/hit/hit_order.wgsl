@@ -3,27 +3,29 @@
 // src/reference/order.rs.
 
 import package::curve::lights::{Lights, black, white, with_light};
-import package::hit::caster_hit::Hit;
+import package::hit::caster_hit::{Hit, presence};
 import package::hit::crossing::added_light;
 import choice::rows::{Rows, count_rows, with_row};
 import choice::waiting::{clear_waiting, exchange_hits};
 
 const WAITING: u32 = 8u; // capacity of the buffer [hits]
 
-// Hits of an invocation's texels.
+// Hits of an invocation's texels, and faces of volumes.
 struct Hits {
     depth: Rows, // light depth; negative for none
     light: Lights,
     added: Lights,
-    opacity: Rows,
+    presence: Rows,
     end: Rows,
+    change: Lights, // of the optical depth per light depth, behind a face
 }
 
+var<private> delayed: Hits;   // left, behind a volume's ramp that is inserted first
 var<private> last_left: Rows; // light depth of the last hit that left
 var<private> late_hits: u32;  // hits that came after one behind them had left
 
 fn no_hits() -> Hits {
-    return Hits(Rows(-1.0), white(), black(), Rows(0.0), Rows(-1.0));
+    return Hits(Rows(-1.0), white(), black(), Rows(0.0), Rows(-1.0), black());
 }
 
 fn with_hit(v: Hits, i: u32, hit: Hit) -> Hits {
@@ -31,13 +33,15 @@ fn with_hit(v: Hits, i: u32, hit: Hit) -> Hits {
         with_row(v.depth, i, hit.depth),
         with_light(v.light, i, hit.light),
         with_light(v.added, i, added_light(hit)),
-        with_row(v.opacity, i, hit.opacity),
+        with_row(v.presence, i, presence(hit)),
         with_row(v.end, i, hit.end),
+        v.change,
     );
 }
 
 fn clear_order() {
     clear_waiting();
+    delayed = no_hits();
     last_left = Rows(-1.0);
     late_hits = 0u;
 }

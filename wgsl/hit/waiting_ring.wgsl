@@ -1,9 +1,10 @@
 // Hits of one ray that wait, in private memory: a ring, as few hits come late.
 
 import package::curve::lights::Lights;
+import package::features::HAS_VOLUMES;
 import package::hit::hit_order::{Hits, WAITING, no_hits};
 
-const HIT_WORDS: u32 = 9u;
+const HIT_WORDS: u32 = 12u;
 
 var<private> ring: array<f32, WAITING * HIT_WORDS>;
 var<private> nearest_slot: u32;
@@ -19,7 +20,8 @@ fn hit_at(slot: u32) -> Hits {
     let at = slot * HIT_WORDS;
     let light = Lights(ring[at + 1u], ring[at + 2u], ring[at + 3u]);
     let added = Lights(ring[at + 4u], ring[at + 5u], ring[at + 6u]);
-    return Hits(ring[at], light, added, ring[at + 7u], ring[at + 8u]);
+    let change = Lights(ring[at + 9u], ring[at + 10u], ring[at + 11u]);
+    return Hits(ring[at], light, added, ring[at + 7u], ring[at + 8u], change);
 }
 
 fn set_hit(slot: u32, hit: Hits) {
@@ -31,8 +33,13 @@ fn set_hit(slot: u32, hit: Hits) {
     ring[at + 4u] = hit.added.red;
     ring[at + 5u] = hit.added.green;
     ring[at + 6u] = hit.added.blue;
-    ring[at + 7u] = hit.opacity;
+    ring[at + 7u] = hit.presence;
     ring[at + 8u] = hit.end;
+    if HAS_VOLUMES {
+        ring[at + 9u] = hit.change.red;
+        ring[at + 10u] = hit.change.green;
+        ring[at + 11u] = hit.change.blue;
+    }
 }
 
 // Takes the nearest of the hits that wait and the one that came.

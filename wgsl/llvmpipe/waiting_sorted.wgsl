@@ -18,8 +18,9 @@ fn selected_hits(a: Hits, b: Hits, is: RowIs) -> Hits {
         select(a.depth, b.depth, is),
         selected(a.light, b.light, is),
         selected(a.added, b.added, is),
-        select(a.opacity, b.opacity, is),
+        select(a.presence, b.presence, is),
         select(a.end, b.end, is),
+        selected(a.change, b.change, is),
     );
 }
 

@@ -3,7 +3,7 @@
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::opaques;
 import package::features::{HAS_OVER, HAS_VOLUMES};
-import package::hit::caster_hit::caster_hit;
+import package::hit::caster_hit::{caster_hit, presence};
 import package::hit::crossing::{added_light, crossing};
 import package::hit::hash::unit_float;
 import package::records::caster::particle_object;
@@ -12,7 +12,7 @@ import package::records::record::TRIANGLE_BIT;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::faint::absorbed_tau;
 import package::sums::merge::merge;
-import package::sums::sums::{FIXED_ONE, VISIBLE_OPACITY, depth_to_nearness};
+import package::sums::sums::{FIXED_ONE, VISIBLE_PRESENCE, depth_to_nearness};
 import package::traversal::lane::sum_index;
 import choice::sums::{add_to_sums, raise_nearness};
 
@@ -53,7 +53,7 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
     } else {
         merge(sum, tau);
     }
-    if hit.opacity >= VISIBLE_OPACITY {
+    if presence(hit) >= VISIBLE_PRESENCE {
         raise_nearness(sum, depth_to_nearness(hit.depth));
     }
     scattered_tiles[tile] = 1u;

@@ -8,7 +8,7 @@ const MAX_TAU: f32 = 7.0;
 const SATURATED: u32 = 458752u; // MAX_TAU in fixed point
 const BRIGHTEST: f32 = 256.0; // largest transmittance of one addend: two `gain` casters of 16
 const BLACK: f32 = 0.0009765625; // transmittance below which a texel is 0: 1/1024
-const VISIBLE_OPACITY: f32 = 0.003921569; // least opacity of a hit that sets the nearest depth: 1/255
+const VISIBLE_PRESENCE: f32 = 0.003921569; // least presence of a hit that sets the nearest depth: 1/255
 
 fn to_tau(t: vec3<f32>) -> vec3<f32> {
     return min(-log(clamp(t, vec3(1e-9), vec3(BRIGHTEST))), vec3(MAX_TAU));

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     records::Footprint,
     reference::{
-        accumulate::VISIBLE_OPACITY,
+        accumulate::VISIBLE_PRESENCE,
         caster_hit::{Hit, Records, Target},
         order::HitOrder,
         resolve::passed,
@@ -36,7 +36,7 @@ pub const fn slab_count(nodes: u32) -> u32 {
     nodes + nodes / 2
 }
 
-/// Opacity below which hits set no start or end.
+/// Presence below which hits set no start or end.
 pub const TRACE: f32 = 1.0 / 65536.0;
 
 /// Rounding between light as fixed-point sums and as products: smaller differences are ignored.
@@ -99,6 +99,18 @@ impl Open {
     }
 }
 
+/// A hit of a caster, with the volume's face that it may be.
+#[derive(Clone, Copy, Debug)]
+struct Event {
+    hit: Option<Hit>,
+    /// Of the optical depth per light depth, behind it.
+    change: Vec3,
+}
+
+impl Event {
+    const NONE: Self = Self { hit: None, change: Vec3::ZERO };
+}
+
 #[derive(Clone, Debug)]
 struct Texel {
     curve: Streaming,
@@ -106,14 +118,14 @@ struct Texel {
     passed: Affine,
     /// With [`CurveModes::keeps`]: `passed`, with the absorption of each of a million faint hits.
     precise: DVec3,
-    /// Opacity of the hits since one set a start or an end, with [`CurveModes::faint`].
+    /// Presence of the hits since one set a start or an end, with [`CurveModes::faint`].
     traces: f32,
     /// `passed` without volumes.
     surfaces: Affine,
     nearest: f32,
     inside: Inside,
-    /// Order of hits, for order-dependent blending.
-    order: HitOrder<Hit>,
+    /// Order of hits and faces, for order-dependent blending and volumes.
+    order: HitOrder<Event>,
 }
 
 impl Texel {
@@ -124,13 +136,28 @@ impl Texel {
         self.passed = self.passed.then(light);
         self.surfaces = self.surfaces.then(light);
         self.precise *= DVec3::ONE - hit.absorbed.as_dvec3();
-        self.traces = if modes.faint { self.traces + hit.opacity } else { hit.opacity };
+        self.traces = if modes.faint { self.traces + hit.presence } else { hit.presence };
         let is_placed = self.traces >= TRACE;
         if is_placed {
             self.open.place(hit.depth, hit.end);
             self.traces = 0.0;
         }
         is_placed
+    }
+
+    /// Adds what left the order, behind the volumes up to there; returns whether it must be inserted.
+    fn follow_order(&mut self, depth: f32, event: &Event, modes: CurveModes) -> bool {
+        let mut placed = false;
+        if modes.volumes
+            && let Some(ramp) = self.inside.change(depth, event.change)
+        {
+            self.ramp(ramp);
+            self.flush(modes);
+            placed = true;
+        }
+        // A volume's clear surface takes no node.
+        let acts = |hit: &Hit| !modes.volumes || hit.light != Vec3::ONE || hit.added != Vec3::ZERO;
+        event.hit.filter(acts).is_some_and(|hit| self.meet(&hit, modes)) | placed
     }
 
     fn flush(&mut self, modes: CurveModes) {
@@ -173,7 +200,7 @@ pub fn curves(
         surfaces: Affine::NONE,
         nearest: 1.0,
         inside: Inside::default(),
-        order: HitOrder::new(Hit::NONE),
+        order: HitOrder::new(Event::NONE),
     };
     let mut texels = TileTexels::filled(fresh.clone());
     if footprints.len() <= modes.segment {
@@ -270,7 +297,7 @@ fn walk(
     for target in pairs.iter().map(|pair| Target::new(records, pair.0)).filter(|_| modes.slabs) {
         for (place, at) in target.texels(tile) {
             let hit = target.hit(at, opaque[place]).filter(|hit| hit.depth < opaque[place]);
-            counts[place] += u32::from(hit.is_some_and(|hit| hit.opacity >= TRACE));
+            counts[place] += u32::from(hit.is_some_and(|hit| hit.presence >= TRACE));
         }
     }
     let is_few = |place: usize| counts[place] <= max_exact_hits(modes.nodes);
@@ -291,26 +318,21 @@ fn walk(
         }
         for (place, at) in target.texels(tile) {
             let texel = &mut texels[place];
-            let mut placed = false;
-            if modes.volumes
-                && let Some(face) = target.face(at, opaque[place])
-                && let Some(ramp) = texel.inside.cross(&face)
-            {
-                texel.ramp(ramp);
-                placed = true;
+            let face = target.face(at, opaque[place]).filter(|_| modes.volumes);
+            let hit = target.hit(at, opaque[place]).filter(|hit| hit.depth < opaque[place]);
+            if let Some(hit) = hit.filter(|hit| hit.presence >= VISIBLE_PRESENCE) {
+                texel.nearest = texel.nearest.min(hit.depth);
             }
-            if let Some(hit) = target.hit(at, opaque[place])
-                && hit.depth < opaque[place]
-            {
-                if hit.opacity >= VISIBLE_OPACITY {
-                    texel.nearest = texel.nearest.min(hit.depth);
+            let mut placed = false;
+            if modes.over || modes.volumes {
+                let change = face.map_or(Vec3::ZERO, |face| texel.inside.count(&face));
+                if let Some(depth) = face.map(|face| face.depth).or(hit.map(|hit| hit.depth))
+                    && let Some((depth, event)) = texel.order.push(depth, Event { hit, change })
+                {
+                    placed = texel.follow_order(depth, &event, modes);
                 }
-                if modes.over {
-                    let leaves = texel.order.push(hit.depth, hit);
-                    placed |= leaves.is_some_and(|(_, hit)| texel.meet(&hit, modes));
-                } else {
-                    placed |= texel.meet(&hit, modes);
-                }
+            } else if let Some(hit) = hit {
+                placed = texel.meet(&hit, modes);
             }
             if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
                 texel.flush(modes);
@@ -321,8 +343,8 @@ fn walk(
         let texel = &mut texels[place];
         texel.flush(modes);
         let waiting: Vec<_> = texel.order.drain().collect();
-        for (_, hit) in waiting {
-            texel.meet(&hit, modes);
+        for (depth, event) in waiting {
+            texel.follow_order(depth, &event, modes);
             texel.flush(modes);
         }
         if modes.keeps() {

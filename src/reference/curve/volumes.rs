@@ -28,23 +28,26 @@ pub struct Inside {
 }
 
 impl Inside {
-    /// Adds a face; returns the ramp that ends at it, or for a late face its effect up to the last one.
-    pub fn cross(&mut self, face: &Face) -> Option<Ramp> {
+    /// Counts a face in the sums; returns the change of density behind it.
+    pub fn count(&mut self, face: &Face) -> Vec3 {
         let crossing = face.crossing();
         self.tau = self.tau.wrapping_add(crossing.tau);
         self.leaves += crossing.leaves;
-        let change = face.metres * face.absorption * -(face.leaves as f32);
-        self.change(face.depth, change)
+        face.metres * face.absorption * -(face.leaves as f32)
     }
 
-    /// Changes the density at light depth `depth`.
+    /// Continues the volumes to light depth `depth`, and changes their density there; returns the ramp up to
+    /// it, or for what comes late the change's effect up to the last one.
     pub fn change(&mut self, depth: f32, change: Vec3) -> Option<Ramp> {
         let is_late = depth < self.last;
         let (start, end) = (self.last.min(depth), self.last.max(depth));
         let tau = (end - start) * if is_late { change } else { self.density };
         self.density += change;
-        self.last = end;
         let counts = tau.abs().max_element() >= TRACE;
+        // What is too thin for a ramp goes into the next.
+        if counts || change != Vec3::ZERO {
+            self.last = end;
+        }
         counts.then(|| Ramp { start, end, light: (-tau.max(Vec3::splat(-MAX_TAU))).map(f32::exp) })
     }
 
