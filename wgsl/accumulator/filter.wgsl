@@ -5,7 +5,7 @@ import package::bind::changed::counters;
 import package::bind::sampled::opaques;
 import package::curve::lights::{Lights, black, light_row, plus, scaled, white};
 import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, unrolled};
-import package::hit::caster_hit::{Faced, Hit, MISS, faced_hit, presence, set_up};
+import package::hit::caster_hit::{Faced, Hit, MISS, faced_hit, presence_of, set_up};
 import package::hit::crossing::crossing;
 import package::hit::hit_order::{
     Hits, WAITING, clear_order, late_hits, no_hits, pass_on, with_hit,
@@ -67,7 +67,7 @@ fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     if HAS_OVER {
         counts = counts && hit.depth >= row(own_from, i) && hit.depth < row(own_before, i);
     }
-    let seen = counts && presence(hit) >= VISIBLE_PRESENCE;
+    let seen = counts && presence_of(hit) >= VISIBLE_PRESENCE;
     let before = row(nearest, i);
     if HAS_OWNERS && seen && hit.depth < before {
         owner = with_bits(owner, i, owner_tag(object_of(footprint)));

@@ -35,7 +35,7 @@ struct Hit {
 const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
 
 // What a hit must have to set depths: its opacity, or the light that `stain` and `gain` change without any.
-fn presence(hit: Hit) -> f32 {
+fn presence_of(hit: Hit) -> f32 {
     let transfer = materials[hit.material].transfer;
     let changes = transfer == TRANSFER_STAIN || transfer == TRANSFER_GAIN;
     let changed = abs(hit.absorbed);

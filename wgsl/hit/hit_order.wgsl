@@ -3,7 +3,7 @@
 // src/reference/order.rs.
 
 import package::curve::lights::{Lights, black, white, with_light};
-import package::hit::caster_hit::{Hit, presence};
+import package::hit::caster_hit::{Hit, presence_of};
 import package::hit::crossing::added_light;
 import choice::rows::{Rows, count_rows, with_row};
 import choice::waiting::{clear_waiting, exchange_hits};
@@ -33,7 +33,7 @@ fn with_hit(v: Hits, i: u32, hit: Hit) -> Hits {
         with_row(v.depth, i, hit.depth),
         with_light(v.light, i, hit.light),
         with_light(v.added, i, added_light(hit)),
-        with_row(v.presence, i, presence(hit)),
+        with_row(v.presence, i, presence_of(hit)),
         with_row(v.end, i, hit.end),
         v.change,
     );

@@ -3,7 +3,7 @@
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::opaques;
 import package::features::{HAS_OVER, HAS_VOLUMES};
-import package::hit::caster_hit::{caster_hit, presence};
+import package::hit::caster_hit::{caster_hit, presence_of};
 import package::hit::crossing::{added_light, crossing};
 import package::hit::hash::unit_float;
 import package::records::caster::particle_object;
@@ -53,7 +53,7 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
     } else {
         merge(sum, tau);
     }
-    if presence(hit) >= VISIBLE_PRESENCE {
+    if presence_of(hit) >= VISIBLE_PRESENCE {
         raise_nearness(sum, depth_to_nearness(hit.depth));
     }
     scattered_tiles[tile] = 1u;
