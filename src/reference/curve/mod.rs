@@ -11,9 +11,9 @@
 //! and stays within their span, and no later than the ramp behind it, as ramps ascend. So a merge keeps the
 //! mean of the light over all depths unless the ramp was clamped.
 //!
-//! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span. So at every depth
-//! the error is at most the light lost in one node, plus the rounding of the format: half of 1/65535 of the
-//! view's range, and half of 1/4095 of the light.
+//! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span unless the next begins
+//! before it. So at every depth the error is at most the light lost in one node, and where two overlap in both, plus
+//! the rounding of the format: half of 1/65535 of the view's range, and half of 1/4095 of the light.
 //!
 //! Streaming insertion with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps). Unlike
 //! theirs: in colour, with ramps, and with depths that move.
