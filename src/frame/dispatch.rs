@@ -1,5 +1,5 @@
 //! A kernel with its resources and its work.
-use crate::gpu::{Kernel, KernelError, OwnedResource, Resources};
+use crate::gpu::{Kernel, KernelError, OwnedResource, Resources, Shelf};
 use std::{
     fmt,
     sync::{Arc, Mutex, PoisonError},
@@ -64,11 +64,31 @@ impl Dispatch {
         work: impl Into<Work>,
     ) -> Result<Self, KernelError> {
         let group = kernel.bind(device, resources)?;
+        Ok(Self::bound(kernel, group, resources, work.into()))
+    }
+
+    /// Like [`Self::new`], where the last frame may have bound the same.
+    pub fn on_shelf(
+        shelf: &Shelf,
+        kernel: Kernel,
+        resources: &Resources<'_>,
+        work: impl Into<Work>,
+    ) -> Result<Self, KernelError> {
+        let group = kernel.bind_on(shelf, resources)?;
+        Ok(Self::bound(kernel, group, resources, work.into()))
+    }
+
+    fn bound(
+        kernel: Kernel,
+        group: wgpu::BindGroup,
+        resources: &Resources<'_>,
+        work: Work,
+    ) -> Self {
         let named = kernel.bindings().iter().filter_map(|binding| {
             Some((binding.name, OwnedResource::of(resources.get(binding.name)?)))
         });
         let bound = Arc::new(Bound { group, resources: named.collect() });
-        Ok(Self { kernel, bound, host: None, work: work.into() })
+        Self { kernel, bound, host: None, work }
     }
 
     /// With a bind group of the host for the text that the kernel was linked with.

@@ -1,7 +1,10 @@
 //! The kernels of one device, by description and features.
 use super::{Dispatch, Work};
 use crate::{
-    gpu::{Constant, Kernel, KernelCache, KernelDesc, KernelError, Resources, Tier},
+    gpu::{
+        Allocator, Constant, Kernel, KernelCache, KernelDesc, KernelError, Memory, Resources,
+        Shelf, Tier,
+    },
     stage::{features::Features, profile::Profile},
 };
 use std::{
@@ -18,12 +21,24 @@ pub struct Kernels {
     /// By source: descriptions and features that leave the same code share a pipeline.
     cache: KernelCache,
     linked: Arc<Mutex<HashMap<(&'static str, Features), Kernel>>>,
+    /// Objects of the last frame.
+    shelf: Option<Shelf>,
 }
 
 impl Kernels {
     /// `cache`: kernels of other renderers on the device.
     pub fn new(device: &wgpu::Device, tier: Tier, profile: Profile, cache: KernelCache) -> Self {
-        Self { device: device.clone(), tier, profile, cache, linked: Arc::default() }
+        Self { device: device.clone(), tier, profile, cache, linked: Arc::default(), shelf: None }
+    }
+
+    /// The same kernels, whose dispatches take over the bind groups of the last frame.
+    #[must_use]
+    pub fn with_shelf(&self, shelf: &Shelf) -> Self {
+        Self { shelf: Some(shelf.clone()), ..self.clone() }
+    }
+
+    pub fn shelf(&self) -> Option<&Shelf> {
+        self.shelf.as_ref()
     }
 
     pub fn device(&self) -> &wgpu::Device {
@@ -69,7 +84,29 @@ impl Kernels {
         resources: &Resources<'_>,
         work: impl Into<Work>,
     ) -> Result<Dispatch, KernelError> {
-        Dispatch::new(&self.device, self.get(desc, features)?, resources, work)
+        let kernel = self.get(desc, features)?;
+        match &self.shelf {
+            Some(shelf) => Dispatch::on_shelf(shelf, kernel, resources, work),
+            None => Dispatch::new(&self.device, kernel, resources, work),
+        }
+    }
+
+    /// A buffer with contents, for a frame.
+    pub fn filled<T: bytemuck::NoUninit>(
+        &self,
+        label: &'static str,
+        data: &[T],
+        usage: wgpu::BufferUsages,
+    ) -> wgpu::Buffer {
+        let mut memory = Memory::default();
+        Allocator { shelf: self.shelf(), ..Allocator::new(&self.device, &mut memory) }
+            .filled(label, data, usage)
+    }
+
+    /// A texture whose contents are undefined, for a frame.
+    pub(super) fn texture(&self, desc: &wgpu::TextureDescriptor<'static>) -> wgpu::Texture {
+        let made = || self.device.create_texture(desc);
+        self.shelf().map_or_else(made, |shelf| shelf.texture(&self.device, desc))
     }
 
     /// Tunes kernels that are asked for from now on to another profile.

@@ -2,7 +2,7 @@
 use super::{Dispatch, Kernels};
 use crate::{
     error::Error,
-    gpu::{Resources, filled},
+    gpu::Resources,
     stage::{
         features::Features,
         sort::{SortPass, digits, histogram_size, kernels, pair_limit},
@@ -42,7 +42,7 @@ impl Sort {
         let (counts, count_index, capacity) = match count {
             SortCount::Known(count) => {
                 let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-                (filled(device, "counts", &[count], usage), 0, count)
+                (kernels_of.filled("counts", &[count], usage), 0, count)
             }
             SortCount::FromBuffer { counts, index, capacity } => (counts.clone(), index, capacity),
         };
@@ -56,8 +56,9 @@ impl Sort {
             });
         }
         let partitions = shape.partition_limit(capacity);
-        let [width, height] = histogram_size(partitions);
-        let histograms = device.create_texture(&wgpu::TextureDescriptor {
+        // Few sizes, so that frames of about as much find each other's.
+        let [width, height] = histogram_size(partitions.next_power_of_two());
+        let histograms = kernels_of.texture(&wgpu::TextureDescriptor {
             label: Some("histograms"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,
@@ -73,7 +74,7 @@ impl Sort {
         for (at, digit) in digits(bits, digit_bits).enumerate().filter(|_| partitions > 0) {
             let digit_count = 1 << digit.len();
             let pass = SortPass { shift: digit.start, digit_count, capacity, count_index };
-            let pass = filled(device, "sort_pass", &[pass], BufferUsages::UNIFORM);
+            let pass = kernels_of.filled("sort_pass", &[pass], BufferUsages::UNIFORM);
             let resources = Resources::new()
                 .with("sort_pass", &pass)
                 .with("counts", &counts)

@@ -1,4 +1,5 @@
 //! Allocation of buffers and textures, each counted by name and checked against the device's limits.
+use super::{Shelf, transfer::filled};
 use crate::{error::Error, records::ROW};
 use glam::UVec3;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
@@ -32,9 +33,16 @@ impl Memory {
 pub struct Allocator<'a> {
     pub device: &'a wgpu::Device,
     pub memory: &'a mut Memory,
+    /// Objects of the last frame, for what only lasts a frame.
+    pub shelf: Option<&'a Shelf>,
 }
 
-impl Allocator<'_> {
+impl<'a> Allocator<'a> {
+    /// Allocates what lasts.
+    pub fn new(device: &'a wgpu::Device, memory: &'a mut Memory) -> Self {
+        Self { device, memory, shelf: None }
+    }
+
     /// An array of `len` elements (at least one: WebGPU has no empty bindings).
     pub fn storage<T>(
         &mut self,
@@ -48,6 +56,20 @@ impl Allocator<'_> {
         Ok(self.buffer(name, size, usage | BufferUsages::STORAGE | BufferUsages::COPY_DST))
     }
 
+    /// A buffer with contents.
+    pub fn filled<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &'static str,
+        data: &[T],
+        usage: BufferUsages,
+    ) -> wgpu::Buffer {
+        self.memory.add(name, size_of_val(data) as u64);
+        match self.shelf {
+            Some(shelf) => shelf.filled(self.device, name, data, usage),
+            None => filled(self.device, name, data, usage),
+        }
+    }
+
     /// A uniform buffer that holds one `T`, written before each frame that changes it.
     pub fn uniform<T>(&mut self, name: &'static str) -> wgpu::Buffer {
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
@@ -56,13 +78,17 @@ impl Allocator<'_> {
 
     fn buffer(&mut self, name: &'static str, size: u64, usage: BufferUsages) -> wgpu::Buffer {
         self.memory.add(name, size);
-        self.device.create_buffer(&wgpu::BufferDescriptor {
+        let desc = wgpu::BufferDescriptor {
             label: Some(name),
             size,
             // The export of a frame reads every resource.
             usage: usage | BufferUsages::COPY_SRC,
             mapped_at_creation: false,
-        })
+        };
+        match self.shelf {
+            Some(shelf) => shelf.buffer(self.device, &desc),
+            None => self.device.create_buffer(&desc),
+        }
     }
 
     /// A texture of records, [`ROW`] texels wide.

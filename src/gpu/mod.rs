@@ -12,6 +12,7 @@ mod link;
 #[cfg(feature = "device")]
 mod open;
 mod resource;
+mod shelf;
 mod support;
 mod tier;
 mod timing;
@@ -33,8 +34,8 @@ pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, wo
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, OwnedResource, Resource, Resources};
+pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
 pub use timing::{Profiler, Timeline};
-pub(crate) use transfer::filled;

@@ -40,7 +40,7 @@ impl BandMemory {
         panes: bool,
     ) -> Result<Self, Error> {
         let mut memory = Memory::default();
-        let allocator = &mut Allocator { device, memory: &mut memory };
+        let allocator = &mut Allocator::new(device, &mut memory);
         let storage = TextureUsages::STORAGE_BINDING;
         let uint = TextureFormat::Rgba32Uint;
         let pixels = u64::from(pixels_of(tiles));

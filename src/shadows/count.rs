@@ -35,8 +35,8 @@ impl Request<'_> {
             return Ok(0);
         }
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
-        let views = view_uniform(&mut allocator, queue, &plan.views);
+        let mut allocator = Allocator::new(device, &mut memory);
+        let views = view_uniform(&mut allocator, &plan.views);
         let mut context = self.context(&mut allocator, scratch);
         let view_count = plan.views.len() as u32;
         let list = List::new(&mut context, &plan.lists[i], &views, view_count, plan.tile_count)?;

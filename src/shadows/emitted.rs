@@ -59,7 +59,7 @@ impl Shadows {
         let kernel = self.kernel_of(&simulate::CASTERS)?;
         let ((device, _), queue, set) = (self.device(), self.queue(), self.casters()?);
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator::new(device, &mut memory);
         let slots: Vec<_> =
             emitted.iter().map(|(emission, _)| EmittedSlots::of(emission)).collect();
         let total: u32 = slots.iter().map(|emitter| emitter.group_count).sum();

@@ -95,7 +95,7 @@ impl MapSet {
         let (window, colored) = (request.window(), request.colored());
         let mut memory = Memory::default();
         let device = request.kernels.device();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator::new(device, &mut memory);
         let mut maps = Maps::new(&mut allocator, queue, views, config, colored, window > 0)?;
         let blur = config.settings.blur;
         let mut soften = None;
@@ -160,7 +160,8 @@ impl<'a> Request<'a> {
             set.raw().fill_clear(queue);
             plans.iter_mut().for_each(|plan| plan.cleared = true);
         }
-        let allocator = &mut Allocator { device: kernels.device(), memory: &mut memory };
+        let shelf = kernels.shelf();
+        let allocator = &mut Allocator { shelf, ..Allocator::new(kernels.device(), &mut memory) };
         let (mut commands, mut counting) = (Commands::new(), Commands::new());
         if let Some(relocation) = &relocation {
             let raw = set.soften.as_ref().map(|soften| &soften.raw);
@@ -221,16 +222,16 @@ impl<'a> Request<'a> {
         plans: &[Plan],
         is_new: bool,
     ) -> Result<Commands, Error> {
-        let &Self { queue, kernels, casters, views, .. } = self;
+        let &Self { kernels, casters, views, .. } = self;
         let mut commands = Commands::new();
         if let Some(soften) = soften {
             let over = casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_OVER);
-            commands.append(soften.commands(allocator, queue, kernels, plans, maps, over)?);
+            commands.append(soften.commands(allocator, kernels, plans, maps, over)?);
         }
         if let Some(blur) = blur {
-            commands.append(blur.commands(allocator, queue, kernels, plans, maps)?);
+            commands.append(blur.commands(allocator, kernels, plans, maps)?);
         }
-        commands.append(filter_mips(allocator, queue, kernels, views, maps, is_new)?);
+        commands.append(filter_mips(allocator, kernels, views, maps, is_new)?);
         Ok(commands)
     }
 
@@ -277,7 +278,7 @@ impl<'a> Request<'a> {
     ) -> Result<(Arc<Scratch>, Memory), Error> {
         let &Self { queue, config, .. } = self;
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device: self.kernels.device(), memory: &mut memory };
+        let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
         let nodes = config.nodes();
         let scratch = Scratch::new(&mut allocator, queue, config, plans, pairs, nodes)?;
         Ok((Arc::new(scratch), memory))

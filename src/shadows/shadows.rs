@@ -8,7 +8,7 @@ use super::{
 use crate::{
     error::{Error, Input},
     frame::Kernels,
-    gpu::{FETCH_FEATURES, Kernel, KernelCache, KernelDesc, Tier, check_alive, missing},
+    gpu::{FETCH_FEATURES, Kernel, KernelCache, KernelDesc, Shelf, Tier, check_alive, missing},
     model::{
         Casters, Class, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Projection,
         ShadowSettings, View,
@@ -29,6 +29,8 @@ pub struct Shadows {
     config: Config,
     casters: Option<CasterSet>,
     maps: Option<FrameMaps>,
+    /// What else the last frame made.
+    shelf: Shelf,
     /// Number of the last frame, to which `maps` belong.
     frame: Arc<AtomicU64>,
     capacity: PairCapacity,
@@ -91,6 +93,7 @@ impl Shadows {
             config,
             casters: None,
             maps: None,
+            shelf: Shelf::new(queue),
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
             statistics: Arc::default(),
@@ -107,6 +110,7 @@ impl Shadows {
             config: self.config,
             casters: None,
             maps: None,
+            shelf: Shelf::new(&self.queue),
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
             statistics: Arc::default(),
@@ -187,16 +191,18 @@ impl Shadows {
         self.capacity.budget = settings.pair_budget.min(pair_limit(device));
         self.config.settings = ShadowSettings { pair_budget: self.capacity.budget, ..*settings };
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
-        set.set_host_casters(device, &self.queue, casters.materials, inputs.casters)?;
+        self.shelf.turn();
+        set.set_host_casters(device, &self.shelf, casters.materials, inputs.casters)?;
         let mut earlier = self.maps.take();
         if let Some(maps) = earlier.as_mut().filter(|_| self.config.toggles.sums) {
             // Sums are reset in each frame.
             maps.cache.forget();
         }
         let number = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
+        let kernels = self.kernels.with_shelf(&self.shelf);
         let request = Request {
             queue: &self.queue,
-            kernels: &self.kernels,
+            kernels: &kernels,
             config: &self.config,
             casters: set,
             views,
@@ -261,6 +267,7 @@ impl Shadows {
     /// Frees the casters and maps of the last frame.
     pub fn forget(&mut self) {
         (self.casters, self.maps) = (None, None);
+        self.shelf = Shelf::new(&self.queue);
         self.frame.fetch_add(1, Ordering::Relaxed);
         self.capacity.pairs = None;
     }

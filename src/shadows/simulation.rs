@@ -62,7 +62,7 @@ impl Shadows {
         }
         let ((device, _), queue) = (self.device(), self.queue());
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator::new(device, &mut memory);
         let capacity = forces.most_until(last).max(1);
         let copied = BufferUsages::COPY_SRC;
         let emitted = allocator.storage::<GpuEmitted>("emitted", u64::from(capacity), copied)?;

@@ -5,6 +5,7 @@ mod depths;
 mod emitters;
 mod kernels;
 mod layouts;
+mod moving;
 mod profiler;
 mod rendered;
 mod statistics;

@@ -107,10 +107,10 @@ impl Shadows {
         prepared.check_current()?;
         let (queue, kernels) = (self.queue(), self.kernels());
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device: kernels.device(), memory: &mut memory };
+        let mut allocator = Allocator::new(kernels.device(), &mut memory);
         let (size, tiles) = (camera.size, camera.tiles());
         let rects = TileRect { origin: UVec2::ZERO, size: tiles }.parts(capacity.parts);
-        let views = view_uniform(&mut allocator, queue, &[camera.to_gpu(0, UVec2::ZERO, 0)]);
+        let views = view_uniform(&mut allocator, &[camera.to_gpu(0, UVec2::ZERO, 0)]);
         let lists = self.camera_lists(&mut allocator, request, &views, &rects)?;
         let lit_count = lists[1].first_setup;
         let records = request.light_records();

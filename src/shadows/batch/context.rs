@@ -43,9 +43,8 @@ impl Context<'_, '_> {
         name: &'static str,
         value: &T,
     ) -> Buffer {
-        let buffer = self.allocator.uniform::<T>(name);
-        self.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
-        buffer
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        self.allocator.filled(name, std::slice::from_ref(value), usage)
     }
 
     /// Uploads chunks; `None` if there are none.
@@ -103,7 +102,9 @@ impl Context<'_, '_> {
         let params = self.uniform("project_params", params);
         let count = chunks.len() as u32;
         let none = BufferUsages::empty();
-        let buffer = self.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
+        // Few sizes, so that frames of about as many chunks find each other's.
+        let room = u64::from(count).next_power_of_two();
+        let buffer = self.allocator.storage::<Chunk>("chunks", room, none)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(chunks));
         Ok(ChunkBuffers { count, chunks: buffer, params })
     }
@@ -124,16 +125,10 @@ impl ChunkBuffers {
 }
 
 /// The views of a batch in a uniform array.
-pub(crate) fn view_uniform(
-    allocator: &mut Allocator<'_>,
-    queue: &wgpu::Queue,
-    views: &[GpuView],
-) -> Buffer {
+pub(crate) fn view_uniform(allocator: &mut Allocator<'_>, views: &[GpuView]) -> Buffer {
     let mut array = views.to_vec();
     array.resize(MAX_VIEWS, bytemuck::Zeroable::zeroed());
-    let buffer = allocator.uniform::<[GpuView; MAX_VIEWS]>("views");
-    queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&array));
-    buffer
+    allocator.filled("views", &array, BufferUsages::UNIFORM | BufferUsages::COPY_DST)
 }
 
 /// Workgroups of `edge` x `edge` texels that cover the largest map of a batch, and its views in z.

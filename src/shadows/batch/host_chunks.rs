@@ -9,7 +9,7 @@ use crate::shadows::{
 use crate::{
     error::Error,
     frame::{Commands, Dispatch},
-    gpu::Resources,
+    gpu::{Resources, Shelf},
     records::{CullParams, Listed, MAX_VIEWS},
     stage::{bin::BinParams, features::Features, load, project::ProjectParams},
 };
@@ -45,8 +45,7 @@ impl HostChunks {
         let params = context.uniform("cull_params", &values);
         let mut planes = host.planes.clone();
         planes.resize(6 * MAX_VIEWS, Vec4::ZERO);
-        let plane_buffer = context.allocator.uniform::<[Vec4; 6 * MAX_VIEWS]>("cull_planes");
-        context.queue.write_buffer(&plane_buffer, 0, bytemuck::cast_slice(&planes));
+        let plane_buffer = context.allocator.filled("cull_planes", &planes, BufferUsages::UNIFORM);
         let none = BufferUsages::empty();
         let counts = context.allocator.storage::<u32>("listed_counts", entries.into(), none)?;
         let listed = context.allocator.storage::<Listed>("listed", 1, BufferUsages::COPY_SRC)?;
@@ -64,7 +63,12 @@ impl HostChunks {
 
     /// The culling of the groups against each view. The number of footprints goes to the parameters of bin
     /// and to the count of the sort by depth.
-    pub(crate) fn cull(&self, bin_params: &Buffer, sort_count: &Buffer) -> Commands {
+    pub(crate) fn cull(
+        &self,
+        shelf: Option<&Shelf>,
+        bin_params: &Buffer,
+        sort_count: &Buffer,
+    ) -> Commands {
         const LABEL: &str = "gobo cull";
         let mut commands = Commands::new();
         commands.pass(LABEL, [self.cull.clone()]);
@@ -78,6 +82,7 @@ impl HostChunks {
             (offset_of!(Listed, footprint_end), sort_count, 0),
         ] {
             commands.copy_buffer(LABEL, (&self.listed, from as u64), (to, offset as u64), 4);
+            shelf.iter().for_each(|shelf| shelf.rewritten(to));
         }
         commands
     }

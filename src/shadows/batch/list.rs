@@ -132,7 +132,7 @@ impl List {
                 }
             }
             if let Some(host) = &host {
-                project.append(host.cull(&params, by_depth.count_buffer()));
+                project.append(host.cull(kernels.shelf(), &params, by_depth.count_buffer()));
                 let resources = resources.clone().and(&host.buffers.resources());
                 dispatches.push(run(&project::PARTICLES, &resources, grid(host.buffers.count))?);
             }

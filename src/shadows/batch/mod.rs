@@ -41,7 +41,7 @@ impl Batch {
         plan: &Plan,
         maps: &Maps,
     ) -> Result<Self, Error> {
-        let views = view_uniform(context.allocator, context.queue, &plan.views);
+        let views = view_uniform(context.allocator, &plan.views);
         let (view_count, tile_count) = (plan.views.len() as u32, plan.tile_count);
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, tile_count);

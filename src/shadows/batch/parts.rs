@@ -9,7 +9,7 @@ use super::{context::Context, list_plan::ListPlan};
 use crate::{
     error::Error,
     frame::{Commands, Dispatch, Work},
-    gpu::{Resources, filled},
+    gpu::Resources,
     stage::{
         bin::{self, PartParams},
         features::Features,
@@ -48,8 +48,7 @@ impl Parts {
         };
         let room = scratch.part_room;
         let count = list.most_parts(room, tile_count);
-        let params = filled(
-            context.allocator.device,
+        let params = context.kernels.filled(
             "part_params",
             &[PartParams { room, most_parts: count }],
             BufferUsages::UNIFORM,

@@ -7,7 +7,7 @@ use crate::shadows::{
 use crate::{
     error::{Error, Input},
     frame::{Commands, Dispatch, HostBindings},
-    gpu::{Allocator, Resources},
+    gpu::{Allocator, Resources, Shelf},
     model::{Bounds, Class, Material, Shape},
     records::{DIAGONAL, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
     stage::{
@@ -86,7 +86,7 @@ impl HostSets {
     /// sets.
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
+        shelf: &Shelf,
         set: &CasterSet,
         materials: &[Material],
         first_caster: u32,
@@ -131,7 +131,6 @@ impl HostSets {
                 let word = material as usize / 32;
                 bits[word / 4][word % 4] |= 1 << (material % 32);
             }
-            let params = allocator.uniform::<LoadParams>("load_params");
             let values = LoadParams {
                 capacity: casters.count.capacity(),
                 is_counted: u32::from(counts.is_some()),
@@ -143,7 +142,7 @@ impl HostSets {
                 materials: bits,
                 ..LoadParams::default()
             };
-            queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+            let params = allocator.filled("load_params", &[values], BufferUsages::UNIFORM);
             let resources = Resources::new()
                 .with("casters", &set.casters)
                 .with("materials", &set.materials)
@@ -153,7 +152,7 @@ impl HostSets {
                 .with("host_counters", &counters);
             let kernel = casters.loader.kernel.clone();
             let host_bindings = HostBindings::new(casters.bindings);
-            let load = Dispatch::new(allocator.device, kernel, &resources, grid(group_count))?
+            let load = Dispatch::on_shelf(shelf, kernel, &resources, grid(group_count))?
                 .with_host(host_bindings.clone());
             let HostCasters { bounds, version, .. } = *casters;
             Ok::<_, Error>(HostSet { index, load, host_bindings, bounds, version })

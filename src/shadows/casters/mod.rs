@@ -24,7 +24,7 @@ use crate::shadows::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Memory, Resources},
+    gpu::{Allocator, Memory, Resources, Shelf},
     model::{
         CLASSES, Casters, Class, Gaussian, Material, Particle, Pattern, Texture, Transfer,
         absorptions, by_class, dither::window,
@@ -208,7 +208,7 @@ impl CasterSet {
         let &Casters { particles, gaussians, triangles, grids, materials, textures, in_order } =
             casters;
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator::new(device, &mut memory);
         let bricks = UploadedBricks::new(&mut allocator, queue, grids)?;
         let particles = &*bricks.bricks().among(particles);
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
@@ -320,14 +320,14 @@ impl CasterSet {
     pub(super) fn set_host_casters(
         &mut self,
         device: &wgpu::Device,
-        queue: &wgpu::Queue,
+        shelf: &Shelf,
         materials: &[Material],
         host: &[HostCasters<'_>],
     ) -> Result<(), Error> {
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator { shelf: Some(shelf), ..Allocator::new(device, &mut memory) };
         let first = self.host_records.start;
-        self.host = HostSets::new(&mut allocator, queue, self, materials, first, host)?;
+        self.host = HostSets::new(&mut allocator, shelf, self, materials, first, host)?;
         self.host_memory = memory;
         add_host_features(&mut self.features, materials, host);
         Ok(())

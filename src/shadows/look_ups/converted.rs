@@ -80,7 +80,7 @@ impl Prepared {
         let maps = self.maps();
         let size = maps.filters.size();
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator::new(device, &mut memory);
         let of_texel = u64::from(format.block_copy_size(None).unwrap_or(4)) / 4;
         let texels = u64::from(size.width) * u64::from(size.height);
         let copied = BufferUsages::COPY_SRC;

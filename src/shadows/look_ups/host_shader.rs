@@ -9,6 +9,7 @@ use crate::{
         levels::{OF_AREA, OF_POINT},
     },
 };
+use std::sync::LazyLock;
 use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
 
 /// Bindings of the declarations of [`Maps::wgsl`]. Valid until the maps are made anew: bind again after
@@ -34,10 +35,17 @@ impl LightBindings {
     }
 }
 
-/// Links the look-up for point or area lights.
-fn part(source: Choice) -> Result<Linked, KernelError> {
-    let choice = (source.name, source.files[0]);
-    Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &[choice])?)
+/// The look-ups for point and area lights.
+static PARTS: LazyLock<[Result<Linked, KernelError>; 2]> = LazyLock::new(|| {
+    [OF_POINT, OF_AREA].map(|source| {
+        let choice = (source.name, source.files[0]);
+        Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &[choice])?)
+    })
+});
+
+fn part(source: Choice) -> Result<&'static Linked, KernelError> {
+    let is_area = source.files == OF_AREA.files;
+    PARTS[usize::from(is_area)].as_ref().map_err(Clone::clone)
 }
 
 impl Maps {
@@ -127,7 +135,7 @@ impl Prepared {
     ) -> Result<LightBindings, Error> {
         let (device, _) = self.device();
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator::new(device, &mut memory);
         let with_areas = choice.files == OF_AREA.files;
         let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
         let none = match &source.levels {

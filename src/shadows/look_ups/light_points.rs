@@ -55,7 +55,7 @@ impl Prepared {
         let (device, queue) = self.device();
         let maps = self.maps();
         let mut memory = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut memory };
+        let mut allocator = Allocator::new(device, &mut memory);
         let source = self.light_source(&mut allocator, lights, chosen, true, None)?;
         let answers = u64::from(points.count) * chosen.len() as u64;
         let copied = BufferUsages::COPY_SRC;

@@ -136,7 +136,7 @@ impl LightMasks {
         let camera = view.camera()?;
         let (device, queue) = prepared.device();
         let mut bytes = Memory::default();
-        let mut allocator = Allocator { device, memory: &mut bytes };
+        let mut allocator = Allocator::new(device, &mut bytes);
         let source =
             prepared.light_source(&mut allocator, lights, chosen, true, Some(&camera.view))?;
         let own: Vec<&Light> = chosen.iter().map(|&index| &lights[index]).collect();
@@ -236,7 +236,7 @@ impl Inputs<'_> {
         let &Self { prepared, source, camera, view, memory } = self;
         let (maps, kernels, (_, queue)) = (prepared.maps(), &prepared.kernels, prepared.device());
         let gpu_view = camera.view.to_gpu(0, glam::UVec2::ZERO, 0);
-        let views = view_uniform(allocator, queue, &[gpu_view]);
+        let views = view_uniform(allocator, &[gpu_view]);
         let params = allocator.uniform::<HostView>("host_view");
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&camera.params));
         let copied = TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING;

@@ -58,7 +58,7 @@ impl MaskTextures {
         lights: u32,
     ) -> Result<Self, Error> {
         let mut memory = Memory::default();
-        let allocator = &mut Allocator { device, memory: &mut memory };
+        let allocator = &mut Allocator::new(device, &mut memory);
         let storage = TextureUsages::STORAGE_BINDING;
         let own = mask_size(size, half);
         let extent = |size: UVec2, layers| [u64::from(size.x), u64::from(size.y), layers];

@@ -52,7 +52,6 @@ impl Blur {
     pub(in crate::shadows) fn commands(
         &self,
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         kernels: &Kernels,
         plans: &[Plan],
         maps: &Maps,
@@ -65,7 +64,7 @@ impl Blur {
             .with("near_around", &self.near_around)
             .with("rows", &self.rows)
             .with("blur_params", &self.params);
-        passes(allocator, queue, "gobo blur", plans, &resources, |resources, groups| {
+        passes(allocator, "gobo blur", plans, &resources, |resources, groups| {
             let run = |desc, resources: &Resources<'_>| {
                 kernels.dispatch(desc, features, resources, groups)
             };

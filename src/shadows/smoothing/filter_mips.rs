@@ -18,7 +18,6 @@ use wgpu::{TextureView, TextureViewDescriptor};
 /// The largest level first. `is_new`: some view is rendered, or has another place in the atlas.
 pub(in crate::shadows) fn filter_mips(
     allocator: &mut Allocator<'_>,
-    queue: &wgpu::Queue,
     kernels: &Kernels,
     views: &[View],
     maps: &Maps,
@@ -36,11 +35,10 @@ pub(in crate::shadows) fn filter_mips(
     let largest = views.iter().fold(UVec2::ZERO, |size, view| size.max(view.size));
     let mut dispatches = Vec::new();
     for (level, pair) in (1..).zip(levels.windows(2)) {
-        let params = allocator.uniform::<BlurParams>("blur_params");
         let value = BlurParams { level, ..BlurParams::default() };
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
+        let params = allocator.filled("blur_params", &[value], wgpu::BufferUsages::UNIFORM);
         for some in all.chunks(MAX_VIEWS) {
-            let views = view_uniform(allocator, queue, some);
+            let views = view_uniform(allocator, some);
             let resources = maps
                 .resources()
                 .with("filters", &pair[0])

@@ -33,7 +33,6 @@ fn texture_like(
 /// A pass over the texels of each plan's views; `dispatches`: of the resources and workgroups.
 fn passes(
     allocator: &mut Allocator<'_>,
-    queue: &wgpu::Queue,
     label: &'static str,
     plans: &[Plan],
     resources: &Resources<'_>,
@@ -41,7 +40,7 @@ fn passes(
 ) -> Result<Commands, Error> {
     let mut commands = Commands::new();
     for plan in plans {
-        let views = view_uniform(allocator, queue, &plan.views);
+        let views = view_uniform(allocator, &plan.views);
         let resources = resources.clone().with("views", &views);
         commands.pass(label, dispatches(&resources, map_groups(&plan.views, GROUP_SIZE))?);
     }

@@ -44,7 +44,6 @@ impl Soften {
     pub(in crate::shadows) fn commands(
         &self,
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         kernels: &Kernels,
         plans: &[Plan],
         soft: &Maps,
@@ -66,7 +65,7 @@ impl Soften {
             .with("soft_filters", &soft.filters)
             .with("soft_nearests", &soft.nearests)
             .with("soft_opaques", &soft.opaques);
-        passes(allocator, queue, "gobo soften", plans, &resources, |resources, [x, y, z]| {
+        passes(allocator, "gobo soften", plans, &resources, |resources, [x, y, z]| {
             let run = |desc, y| kernels.dispatch(desc, features, resources, [x, y, z]);
             let mut dispatches = vec![run(of_rows, y)?, run(of_columns, y)?];
             if raw.nodes > 0 {

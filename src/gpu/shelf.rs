@@ -1,0 +1,145 @@
+//! Buffers, textures and bind groups that a frame takes over from the one before.
+use super::{kernel_error::KernelError, resource::OwnedResource, transfer::padded};
+use std::{
+    collections::HashMap,
+    hash::Hash,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+use wgpu::{Buffer, BufferUsages, Texture, TextureDescriptor, TextureFormat};
+
+/// What the preparation of a frame makes besides maps and scratch memory. The next frame takes over what has the same
+/// name and size, in the order of its requests: a frame like the one before makes nothing, and writes what differs.
+/// A clone is the same.
+#[derive(Clone, Debug)]
+pub struct Shelf {
+    queue: wgpu::Queue,
+    contents: Arc<Mutex<Contents>>,
+}
+
+#[derive(Debug, Default)]
+struct Contents {
+    buffers: Rows<(&'static str, u64, BufferUsages), Filled>,
+    textures: Rows<(&'static str, TextureFormat, [u32; 3]), Texture>,
+    groups: HashMap<(wgpu::BindGroupLayout, Vec<OwnedResource>), (wgpu::BindGroup, bool)>,
+}
+
+/// A buffer, and its contents where only the CPU writes it.
+#[derive(Debug)]
+struct Filled {
+    buffer: Buffer,
+    bytes: Option<Vec<u8>>,
+}
+
+/// Alike objects by their key, and how many of them the current frame has taken.
+#[derive(Debug)]
+struct Rows<K, V>(HashMap<K, (Vec<V>, usize)>);
+
+impl<K, V> Default for Rows<K, V> {
+    fn default() -> Self {
+        Self(HashMap::new())
+    }
+}
+
+impl<K: Eq + Hash, V> Rows<K, V> {
+    fn take(&mut self, key: K, make: impl FnOnce() -> V) -> &mut V {
+        let (all, taken) = self.0.entry(key).or_default();
+        if *taken == all.len() {
+            all.push(make());
+        }
+        *taken += 1;
+        &mut all[*taken - 1]
+    }
+
+    /// Drops what the last frame did not take.
+    fn turn(&mut self) {
+        self.0.retain(|_, (all, taken)| {
+            all.truncate(std::mem::take(taken));
+            !all.is_empty()
+        });
+    }
+}
+
+impl Shelf {
+    pub fn new(queue: &wgpu::Queue) -> Self {
+        Self { queue: queue.clone(), contents: Arc::default() }
+    }
+
+    fn contents(&self) -> MutexGuard<'_, Contents> {
+        self.contents.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins a frame: all objects may be taken again.
+    pub fn turn(&self) {
+        let mut contents = self.contents();
+        contents.buffers.turn();
+        contents.textures.turn();
+        contents.groups.retain(|_, (_, is_used)| std::mem::take(is_used));
+    }
+
+    /// A buffer whose contents are undefined.
+    pub(super) fn buffer(
+        &self,
+        device: &wgpu::Device,
+        desc: &wgpu::BufferDescriptor<'static>,
+    ) -> Buffer {
+        let make = || Filled { buffer: device.create_buffer(desc), bytes: None };
+        let key = (desc.label.unwrap_or_default(), desc.size, desc.usage);
+        self.contents().buffers.take(key, make).buffer.clone()
+    }
+
+    /// A buffer with contents.
+    pub(super) fn filled<T: bytemuck::NoUninit>(
+        &self,
+        device: &wgpu::Device,
+        label: &'static str,
+        data: &[T],
+        usage: BufferUsages,
+    ) -> Buffer {
+        let bytes = padded(bytemuck::cast_slice(data));
+        let usage = usage | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let size = bytes.len() as u64;
+        let desc =
+            wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+        let mut contents = self.contents();
+        let make = || Filled { buffer: device.create_buffer(&desc), bytes: None };
+        let filled = contents.buffers.take((label, size, usage), make);
+        if filled.bytes.as_ref() != Some(&bytes) {
+            self.queue.write_buffer(&filled.buffer, 0, &bytes);
+            filled.bytes = Some(bytes);
+        }
+        filled.buffer.clone()
+    }
+
+    /// Says that commands write a buffer, too.
+    pub fn rewritten(&self, buffer: &Buffer) {
+        let mut contents = self.contents();
+        let all = contents.buffers.0.values_mut().flat_map(|(all, _)| all);
+        all.filter(|filled| filled.buffer == *buffer).for_each(|filled| filled.bytes = None);
+    }
+
+    /// A texture whose contents are undefined.
+    pub fn texture(&self, device: &wgpu::Device, desc: &TextureDescriptor<'static>) -> Texture {
+        let wgpu::Extent3d { width, height, depth_or_array_layers } = desc.size;
+        let size = [width, height, depth_or_array_layers];
+        let key = (desc.label.unwrap_or_default(), desc.format, size);
+        self.contents().textures.take(key, || device.create_texture(desc)).clone()
+    }
+
+    /// The bind group of these resources.
+    pub(super) fn group(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        resources: Vec<OwnedResource>,
+        make: impl FnOnce() -> Result<wgpu::BindGroup, KernelError>,
+    ) -> Result<wgpu::BindGroup, KernelError> {
+        let mut contents = self.contents();
+        let key = (layout.clone(), resources);
+        if let Some((group, is_used)) = contents.groups.get_mut(&key) {
+            *is_used = true;
+            return Ok(group.clone());
+        }
+        let group = make()?;
+        contents.groups.insert(key, (group.clone(), true));
+        Ok(group)
+    }
+}
