@@ -1,5 +1,5 @@
 //! Frames in which everything moves: what `prepare` makes on the device, and their maps.
-use super::{HostBuffers, materials, particles, shadows, submit};
+use super::{HostBuffers, count_buffer, counted, materials, particles, shadows, submit};
 use crate::common::{TIERS, counted_gpu, gpu};
 use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Particle, Prepared, Receiver,
@@ -92,10 +92,11 @@ fn counts_that_kernels_wrote_are_written_anew() {
     let mut changing = shadows(&gpu);
     let all = particles(600, 5);
     let host = HostBuffers::new(&gpu, &all[..256]);
-    let loader = host.loader(&changing);
+    let (loader, few) = (host.loader(&changing), count_buffer(&gpu, 100));
     let settings = ShadowSettings { size: 64, ..ShadowSettings::default() };
     for (frame, is_host) in [(0, true), (1, false), (2, true), (2, false), (2, true)] {
-        let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(256), &[0, 1]);
+        // Room for as many as are uploaded, but fewer.
+        let set = HostCasters::new(&loader, &host.bindings, counted(&few, 256), &[0, 1]);
         let sets = if is_host { vec![set] } else { Vec::new() };
         let uploaded = if is_host { &all[..0] } else { &all[..256] };
         let prepared = prepare(&mut changing, uploaded, &sets, &settings, frame);
