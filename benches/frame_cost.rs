@@ -1,5 +1,6 @@
 //! What a frame costs the host's CPU, and what gobo makes and allocates on the way: nothing. Commands are
-//! recorded and dropped, so that no kernel runs beside what is measured.
+//! recorded and dropped, so that no kernel runs beside what is measured. Then frames in which all views move, with the
+//! host's casters: `prepare_with`, and `bind_lights` for all of them.
 //!
 //! An allocation is wgpu's if a function of its interface is in its backtrace, gobo's otherwise. The counting
 //! allocator takes a lock for each.
@@ -19,6 +20,8 @@ static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 
 const FRAMES: usize = 400;
 const PARTICLES: u32 = 200_000;
+/// Frames in which all views move.
+const MOVING: usize = 25;
 /// The most that recording a frame may take [us].
 const BUDGET: f64 = 60.0;
 
@@ -57,6 +60,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         slowest = slowest.max(record);
     }
+    println!("\nleast of {MOVING} frames [us]       prepare    bind    made");
+    for count in [1, 16, 64, 256] {
+        let [prepare, bind, made] = moving(&gpu, count)?;
+        println!("{count:4} spots that move             {prepare:7.1} {bind:7.1} {made:7}");
+        if made != 0.0 {
+            return Err("a frame in which views move made something".into());
+        }
+    }
     // Without optimisations it says little.
     if slowest > BUDGET && !cfg!(debug_assertions) {
         return Err(format!("recording takes more than {BUDGET} us").into());
@@ -93,25 +104,7 @@ fn measure(
     let particles: Vec<_> = (0..1000_u32)
         .map(|id| Particle { id, ..Particle::new([id as f32 * 0.002 - 1.0, 1.0, 0.0], 0.05) })
         .collect();
-    let smoke = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("smoke"),
-        size: u64::from(PARTICLES) * 16,
-        usage: BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("smoke"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    });
+    let (smoke, layout) = smoke(device);
     let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("smoke"),
         layout: &layout,
@@ -142,6 +135,90 @@ fn measure(
     };
     let [own, foreign] = allocations(device, &prepared)?;
     Ok(Cost { record: median(0), finish: median(1), made, own, foreign })
+}
+
+/// Least times of `prepare_with` and of `bind_lights` [us], and the objects that frames made while all are held.
+fn moving(gpu: &Gpu, count: u32) -> Result<[f64; 3], Box<dyn Error>> {
+    let Gpu { device, queue, .. } = gpu;
+    let settings = ShadowSettings { size: 64, ..Default::default() };
+    let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
+    let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
+    let materials = [Material::default()];
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    let (smoke, layout) = smoke(device);
+    let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("smoke"),
+        layout: &layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: smoke.as_entire_binding() }],
+    });
+    let loader = shadows.caster_loader("smoke.wgsl", LOADER, &layout)?;
+    let lights = |frame: usize| -> Vec<Light> {
+        let spot = |i| {
+            let angle = i as f32 * 0.39 + frame as f32 * 0.02;
+            let position = Vec3::new(4.0 * angle.cos(), 4.0, 4.0 * angle.sin());
+            Light::spot(position, -position, 0.6)
+        };
+        (0..count).map(spot).collect()
+    };
+    let chosen: Vec<usize> = (0..count as usize).collect();
+    let (mut least, mut before, mut held) = ([f64::INFINITY; 2], 0, Vec::new());
+    for frame in 0..MOVING {
+        let lights = lights(frame);
+        let views = (0..)
+            .zip(&lights)
+            .map(|(i, light)| gobo::light_views(i, light, settings.size, None, &bounds));
+        let views = views.collect::<Result<Vec<_>, _>>()?.concat();
+        let sets = [HostCasters::new(&loader, &bindings, CasterCount::Fixed(1000), &[0])];
+        let inputs = HostInputs::new().casters(&sets);
+        let start = Instant::now();
+        let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs)?;
+        let after = start.elapsed();
+        queue.submit([]);
+        device.poll(wgpu::PollType::wait_indefinitely())?;
+        if frame == 4 {
+            before = living(device);
+        }
+        held.push(prepared);
+        let made = living(device) - before;
+        let start = Instant::now();
+        let bound = held[frame].bind_lights(&lights, &chosen)?;
+        let bind = start.elapsed();
+        drop(bound);
+        device.poll(wgpu::PollType::wait_indefinitely())?;
+        if frame >= 4 {
+            for (least, time) in least.iter_mut().zip([after, bind]) {
+                *least = least.min(time.as_secs_f64() * 1e6);
+            }
+        }
+        if frame + 1 == MOVING {
+            return Ok([least[0], least[1], made as f64]);
+        }
+    }
+    unreachable!("there are frames")
+}
+
+/// The host's buffer, and the layout of its bindings.
+fn smoke(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout) {
+    let smoke = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("smoke"),
+        size: u64::from(PARTICLES) * 16,
+        usage: BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("smoke"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    });
+    (smoke, layout)
 }
 
 /// Allocations while one frame is recorded: gobo's own, and those of wgpu below it.

@@ -139,7 +139,7 @@ impl Shadows {
 
     /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept
     /// if nothing that they see has changed; the others are rendered when the [`Prepared`] is recorded.
-    /// Earlier [`Prepared`] values are invalid from then on.
+    /// Earlier [`Prepared`] values are invalid from then on; submit first what was recorded of them.
     ///
     /// # Errors
     /// If a caster or view violates the contract of its fields, or the device is out of memory or lost.
