@@ -1,5 +1,8 @@
 //! Figures of the curves: those in `docs/curves.md`, checked by the tests.
-use crate::rivals::{Fourier, Hit, Moments, exact, nearest};
+use crate::{
+    moments::Moments,
+    rivals::{Fourier, Hit, exact, nearest},
+};
 use gobo::{
     glam::Vec3,
     internals::reference::curve::{Streaming, light_at},
@@ -204,7 +207,7 @@ fn light_of(method: Method, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
             Box::new(move |z| map.light_at(z))
         }
         Method::Moments => {
-            let map = Moments::new(hits);
+            let map = Moments::new(hits, 4);
             Box::new(move |z| map.light_at(z))
         }
     }

@@ -5,7 +5,8 @@ use crate::{
         scenes::{Chance, empty, light, material, random_discs, triangle},
     },
     curves::{Method, Rays, Sample},
-    rivals::{Fourier, Hit, Moments, exact},
+    moments::Moments,
+    rivals::{Fourier, Hit, exact},
 };
 use gobo::{
     glam::{Vec3, Vec4},
@@ -87,7 +88,7 @@ fn rivals_are_honest() {
     assert!((fourier.light_at(1.0) - exact(&hits, 1.0)).abs().max_element() < 1e-4);
     // Four moments bound a single step from both sides: 0 before it, all of it behind.
     let single = [(0.5, Vec3::splat(0.25))];
-    let moments = Moments::new(&single);
+    let moments = Moments::new(&single, 4);
     assert!((moments.light_at(0.2) - Vec3::ONE).abs().max_element() < 0.01);
     assert!((moments.light_at(0.8) - Vec3::splat(0.25)).abs().max_element() < 0.01);
 }
