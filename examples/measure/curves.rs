@@ -220,7 +220,10 @@ fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
 
 /// Like the CPU reference `tile`, where every pair hits the texel.
 fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
-    use gobo::internals::reference::curve::tile::{SLAB_PAIRS, max_exact_hits, slab_count};
+    use gobo::internals::reference::curve::{
+        taken::Taken,
+        tile::{SLAB_PAIRS, max_exact_hits, slab_count},
+    };
     let mut curve = Streaming::new(nodes, false);
     let few = hits.len() <= max_exact_hits(nodes) as usize;
     let reach = (hits[hits.len() - 1].0 - hits[0].0) / slab_count(nodes) as f32;
@@ -230,7 +233,13 @@ fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
         let count = rest.iter().take(SLAB_PAIRS).take_while(|hit| within(hit)).count();
         let count = if few && curve.has_free_node() { 1 } else { count };
         let (slab, others) = rest.split_at(count);
-        curve.insert(start, slab[count - 1].0, slab.iter().map(|hit| hit.1).product());
+        let (mut taken, mut all) = (Taken::NONE, Vec3::ONE);
+        for &(depth, light) in slab {
+            taken.add(depth, (all * (Vec3::ONE - light)).element_sum());
+            all *= light;
+        }
+        let [start, end] = taken.fitted(start, slab[count - 1].0);
+        curve.insert(start, end, all);
         rest = others;
     }
     curve

@@ -3,11 +3,12 @@
 //!
 //! In general every hit is inserted into its texel's curve as it comes. A tile of soft discs may have
 //! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels: the hits of
-//! a texel in one slab are inserted as one ramp from the first to the last. Only a texel with few hits
+//! a texel in one slab are inserted as one ramp, [`Taken`]. Only a texel with few hits
 //! inserts each at once if it fits without a merge; so few hits stay exact. Pairs of equal depth are in one
 //! slab: their order, which depends on how casters are grouped, changes no curve.
 use super::{
     Affine, PackedNode, Streaming,
+    taken::Taken,
     volumes::{Inside, Ramp},
 };
 use crate::{
@@ -89,10 +90,12 @@ struct Open {
     start: f32,
     end: f32,
     light: Affine,
+    /// With slabs.
+    taken: Taken,
 }
 
 impl Open {
-    const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE };
+    const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE, taken: Taken::NONE };
 
     fn place(&mut self, start: f32, end: f32) {
         (self.start, self.end) = (self.start.min(start), self.end.max(end));
@@ -120,6 +123,7 @@ impl Texel {
     /// Adds a hit; returns whether it has a depth of its own.
     fn meet(&mut self, hit: &Hit, modes: CurveModes) -> bool {
         let light = Affine { scale: hit.light, added: hit.added };
+        let taken = (self.open.light.scale * hit.absorbed).element_sum();
         self.open.light = self.open.light.then(light);
         self.passed = self.passed.then(light);
         self.surfaces = self.surfaces.then(light);
@@ -127,6 +131,7 @@ impl Texel {
         self.traces = if modes.faint { self.traces + hit.opacity } else { hit.opacity };
         let is_placed = self.traces >= TRACE;
         if is_placed {
+            self.open.taken.add(hit.depth, taken);
             self.open.place(hit.depth, hit.end);
             self.traces = 0.0;
         }
@@ -135,7 +140,10 @@ impl Texel {
 
     fn flush(&mut self, modes: CurveModes) {
         if self.open.start <= 1.0 {
-            let Open { start, end, light } = self.open;
+            let Open { mut start, mut end, light, taken } = self.open;
+            if modes.slabs {
+                [start, end] = taken.fitted(start, end);
+            }
             if modes.keeps() {
                 self.curve.insert_to(start, end, light.scale, self.precise.as_vec3());
             } else {
