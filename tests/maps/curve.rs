@@ -63,7 +63,7 @@ fn curves_beat_what_others_store() {
         let sample = Sample::new(rays);
         let (fourier, moments) = (sample.error(Method::Fourier), sample.error(Method::Moments));
         let share = match rays {
-            Rays::Smoke => 1.2,
+            Rays::Smoke => 0.7,
             Rays::Panes => 0.01,
             Rays::Puffs => 0.25,
         };

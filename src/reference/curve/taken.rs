@@ -15,15 +15,25 @@ pub struct Taken {
 impl Taken {
     pub const NONE: Self = Self { anchor: 0.0, light: 0.0, sum: 0.0, square: 0.0, is_some: false };
 
+    /// Of what begins at `anchor`.
+    pub fn from(anchor: f32) -> Self {
+        Self { anchor, is_some: true, ..Self::NONE }
+    }
+
     /// Adds the light that a hit takes, the sum of its channels.
     pub fn add(&mut self, depth: f32, light: f32) {
         if !self.is_some {
-            (self.anchor, self.is_some) = (depth, true);
+            *self = Self::from(depth);
         }
-        let off = depth - self.anchor;
+        self.add_even([depth, depth], light);
+    }
+
+    /// Adds light that is taken evenly from one depth to the other.
+    pub fn add_even(&mut self, [start, end]: [f32; 2], light: f32) {
+        let (off, length) = (0.5 * (start + end) - self.anchor, end - start);
         self.light += light;
         self.sum += light * off;
-        self.square += light * off * off;
+        self.square += light * (off * off + length * length * (1.0 / 12.0));
     }
 
     /// Span of the ramp of hits that span from `start` to `end`, within it.

@@ -131,8 +131,8 @@ impl Texel {
         self.traces = if modes.faint { self.traces + hit.opacity } else { hit.opacity };
         let is_placed = self.traces >= TRACE;
         if is_placed {
-            self.open.taken.add(hit.depth, taken);
-            self.open.place(hit.depth, hit.end);
+            self.open.taken.add(hit.start, taken);
+            self.open.place(hit.start, hit.end);
             self.traces = 0.0;
         }
         is_placed
@@ -307,21 +307,25 @@ fn walk(
                 texel.ramp(ramp);
                 placed = true;
             }
-            if let Some(hit) = target.hit(at, opaque[place])
-                && hit.depth < opaque[place]
-            {
-                if hit.opacity >= VISIBLE_OPACITY {
-                    texel.nearest = texel.nearest.min(hit.depth);
+            let count = target.part_count(modes.nodes);
+            for part in 0..count {
+                if let Some(hit) = target.part_hit(at, opaque[place], [part, count])
+                    && hit.depth < opaque[place]
+                {
+                    if hit.opacity >= VISIBLE_OPACITY {
+                        texel.nearest = texel.nearest.min(hit.depth);
+                    }
+                    if modes.over {
+                        let leaves = texel.order.push(hit.start, hit);
+                        placed |= leaves.is_some_and(|(_, hit)| texel.meet(&hit, modes));
+                    } else {
+                        placed |= texel.meet(&hit, modes);
+                    }
                 }
-                if modes.over {
-                    let leaves = texel.order.push(hit.depth, hit);
-                    placed |= leaves.is_some_and(|(_, hit)| texel.meet(&hit, modes));
-                } else {
-                    placed |= texel.meet(&hit, modes);
+                if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
+                    texel.flush(modes);
+                    placed = false;
                 }
-            }
-            if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
-                texel.flush(modes);
             }
         }
     }
