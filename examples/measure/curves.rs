@@ -139,6 +139,8 @@ impl Method {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CurveError {
     pub(crate) mean: f32,
+    /// What 99 % of the errors do not exceed.
+    pub(crate) high: f32,
     pub(crate) max: f32,
 }
 
@@ -172,17 +174,17 @@ impl Sample {
     }
 
     pub(crate) fn error(&self, method: Method) -> CurveError {
-        let (mut sum, mut max) = (0.0_f64, 0.0_f32);
+        let mut errors = Vec::new();
         for (hits, expected) in &self.texels {
             let light = light_of(method, hits);
             for (z, expected) in depths().zip(expected) {
-                let apart = (light(z) - *expected).abs();
-                sum += f64::from(apart.x + apart.y + apart.z);
-                max = max.max(apart.max_element());
+                errors.extend((light(z) - *expected).abs().to_array());
             }
         }
-        let count = self.texels.len() * DEPTHS as usize * 3;
-        CurveError { mean: (sum / count as f64) as f32, max }
+        errors.sort_by(f32::total_cmp);
+        let mean = errors.iter().copied().map(f64::from).sum::<f64>() / errors.len() as f64;
+        let high = errors[errors.len() / 100 * 99];
+        CurveError { mean: mean as f32, high, max: errors[errors.len() - 1] }
     }
 
     /// Makes every texel's curve, to measure the time.
