@@ -1,22 +1,62 @@
-//! Writes the tables of `docs/curves.md`: `make quality`.
+//! Writes the tables of `docs/curves.md`, `docs/gaussians.md` and `docs/grids.md`: `make quality`. With names of tables,
+//! only those.
+#[path = "measure/avsm.rs"]
+mod avsm;
 #[path = "measure/curves.rs"]
 mod curves;
+#[allow(dead_code, reason = "tests compare maps with it")]
+#[path = "../tests/common/grid_truth.rs"]
+mod grid_truth;
+#[path = "measure/grids.rs"]
+mod grids;
+#[path = "measure/moments.rs"]
+mod moments;
+#[path = "measure/rays.rs"]
+mod rays;
 #[path = "measure/rivals.rs"]
 mod rivals;
+#[path = "measure/splats.rs"]
+mod splats;
 
 use curves::{Method, Rays, Sample};
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-    time::Instant,
+use gobo::{
+    internals::{
+        gpu::{Gpu, Selection},
+        records::ViewMaps,
+    },
+    model::Scene,
+    render::{RenderOptions, Renderer},
+    scene,
 };
+use rays::{asset, scene_of};
+use std::{cell::RefCell, error::Error, fmt::Write as _, path::Path, time::Instant};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let usual = || Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/curves.md");
-    let path = std::env::args_os().nth(1).map_or_else(usual, PathBuf::from);
-    let page = replaced(&std::fs::read_to_string(&path)?, "quality", &quality()?)?;
-    std::fs::write(&path, page)?;
-    println!("{}", path.display());
+type Table = fn() -> Result<Option<String>, Box<dyn Error>>;
+
+/// Tables: their page, their name there, and what makes them; `None` where their files are absent.
+const TABLES: [(&str, &str, Table); 5] = [
+    ("docs/curves.md", "quality", || Ok(Some(quality()?))),
+    ("docs/gaussians.md", "generated", generated_splats),
+    ("docs/gaussians.md", "captured", captured_splats),
+    ("docs/grids.md", "generated", generated_grids),
+    ("docs/grids.md", "smoke", smoke),
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let names: Vec<String> = std::env::args().skip(1).collect();
+    let is_named = |page: &str, name: &str| {
+        names.is_empty() || names.iter().any(|given| *given == format!("{page}:{name}"))
+    };
+    for (page, name, table) in TABLES.into_iter().filter(|(page, name, _)| is_named(page, name)) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
+        if let Some(table) = table()? {
+            let text = replaced(&std::fs::read_to_string(&path)?, name, &table)?;
+            std::fs::write(&path, text)?;
+            println!("{page}: {name}");
+        } else {
+            println!("{page}: {name}: files absent, left as it is");
+        }
+    }
     Ok(())
 }
 
@@ -48,6 +88,97 @@ fn quality() -> Result<String, std::fmt::Error> {
             };
             let ns = (0..RUNS).map(|_| run()).fold(f64::INFINITY, f64::min);
             write!(table, " {:.5} | {:.2} | {ns:.0} |", error.mean, error.max)?;
+        }
+        table.push('\n');
+    }
+    Ok(table)
+}
+
+/// Renders the maps of a scene's first view, by the kernels.
+fn renderer() -> Result<impl Fn(&Scene) -> ViewMaps, Box<dyn Error>> {
+    let renderer = RefCell::new(Renderer::on(Gpu::new(&Selection::default())?)?);
+    let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+    Ok(move |scene: &Scene| {
+        let frame = renderer.borrow_mut().render(scene, &options);
+        let mut frame = frame.unwrap_or_else(|error| panic!("{error}"));
+        frame.maps.swap_remove(0)
+    })
+}
+
+/// Rays of each cloud and grid.
+const RAYS: usize = 300;
+
+fn generated_splats() -> Result<Option<String>, Box<dyn Error>> {
+    let splats = |generate: &str| scene_of(&format!("[[splats]]\ngenerate = {generate}\n"));
+    let cloud = splats("{ kind = \"cloud\", count = 20000, seed = 3, radius = 0.06 }")?;
+    let smoke = splats("{ kind = \"smoke\", count = 20000, seed = 3, radius = 0.08 }")?;
+    let clouds = [
+        ("cloud of 20,000", splats::Cloud::new(cloud, 256, RAYS)),
+        ("column of 20,000", splats::Cloud::new(smoke, 256, RAYS)),
+    ];
+    splat_table(&clouds).map(Some)
+}
+
+fn captured_splats() -> Result<Option<String>, Box<dyn Error>> {
+    let files = ["gaussian-smoke-835.ply", "biker.compressed.ply"];
+    let (Some(smoke), Some(biker)) = (asset(files[0]), asset(files[1])) else { return Ok(None) };
+    let clouds = [
+        ("gaussian-smoke-835", splats::Cloud::new(scene::load(&smoke)?, 256, RAYS)),
+        ("biker", splats::Cloud::new(scene::load(&biker)?, 1024, RAYS)),
+    ];
+    splat_table(&clouds).map(Some)
+}
+
+fn splat_table(clouds: &[(&str, splats::Cloud)]) -> Result<String, Box<dyn Error>> {
+    let mut table = "| method | bytes |".to_owned();
+    for (name, cloud) in clouds {
+        write!(table, " {name} ({:.0} hits a ray), mean | 99 % |", cloud.hits())?;
+    }
+    write!(table, "\n|---|---|{}\n", "---|---|".repeat(clouds.len()))?;
+    let render = renderer()?;
+    for method in splats::Method::ALL {
+        let bytes = method.bytes();
+        let bytes = if bytes == 0 { "-".to_owned() } else { bytes.to_string() };
+        write!(table, "| {} | {bytes} |", method.name())?;
+        for (_, cloud) in clouds {
+            let errors = cloud.errors(method, &render);
+            write!(table, " {:.4} | {:.3} |", errors.mean(), errors.quantile(0.99))?;
+        }
+        table.push('\n');
+    }
+    Ok(table)
+}
+
+fn generated_grids() -> Result<Option<String>, Box<dyn Error>> {
+    let grid = |kind: &str| {
+        let generate = format!("generate = {{ kind = \"{kind}\", seed = 3, voxels = 96 }}");
+        let factor = "density = { factor = 4 }\ncolor = [1, 0.7, 0.4]";
+        scene_of(&format!("[[volume]]\n{generate}\n{factor}\n"))
+    };
+    let volumes = [
+        ("cloud", grids::Volume::new(grid("cloud")?, 256, RAYS)),
+        ("plume", grids::Volume::new(grid("plume")?, 256, RAYS)),
+    ];
+    grid_table(&volumes).map(Some)
+}
+
+fn smoke() -> Result<Option<String>, Box<dyn Error>> {
+    let Some(file) = asset("smoke.vdb") else { return Ok(None) };
+    grid_table(&[("smoke.vdb", grids::Volume::new(scene::load(&file)?, 512, RAYS))]).map(Some)
+}
+
+fn grid_table(volumes: &[(&str, grids::Volume)]) -> Result<String, Box<dyn Error>> {
+    let mut table = "| method | bytes |".to_owned();
+    for (name, _) in volumes {
+        write!(table, " {name}, mean | 99 % |")?;
+    }
+    write!(table, "\n|---|---|{}\n", "---|---|".repeat(volumes.len()))?;
+    let render = renderer()?;
+    for method in grids::Method::ALL {
+        write!(table, "| {} | {} |", method.name(), method.bytes())?;
+        for (_, volume) in volumes {
+            let errors = volume.errors(method, &render);
+            write!(table, " {:.5} | {:.3} |", errors.mean(), errors.quantile(0.99))?;
         }
         table.push('\n');
     }

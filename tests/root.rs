@@ -1,4 +1,6 @@
 //! One test binary: wgpu is linked once, helpers are shared.
+#[path = "../examples/measure/avsm.rs"]
+mod avsm;
 mod cli;
 mod common;
 mod contract;
@@ -9,10 +11,22 @@ mod curves;
 #[path = "../examples/measure/dither.rs"]
 mod dither_study;
 mod docs;
+#[allow(dead_code, reason = "the example makes tables of it")]
+#[path = "../examples/measure/grids.rs"]
+mod grids;
 mod guest;
+use common::grid_truth;
 mod maps;
+#[path = "../examples/measure/moments.rs"]
+mod moments;
 mod picture;
+#[allow(dead_code, reason = "the example reads files too")]
+#[path = "../examples/measure/rays.rs"]
+mod rays;
 #[path = "../examples/measure/rivals.rs"]
 mod rivals;
 mod scene;
+#[allow(dead_code, reason = "the example makes tables of it")]
+#[path = "../examples/measure/splats.rs"]
+mod splats;
 mod stages;

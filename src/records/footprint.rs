@@ -20,6 +20,8 @@ pub const INVISIBLE: u32 = (1 << DEPTH_BITS) - 1;
 /// Pairs of a segment in curve mode. Longer than in nearest-depth mode, because each segment stores a whole
 /// curve; three loop iterations a pair stay below the 65,535 of llvmpipe.
 pub const CURVE_SEGMENT: u32 = 8192;
+/// The same with bricks, each of which is several hits: a hundred iterations a brick.
+pub const BRICK_SEGMENT: u32 = 512;
 
 /// A caster projected to one view.
 #[repr(C)]

@@ -1,10 +1,13 @@
 //! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth; and of
 //! `wgsl/project/brick_extent.wgsl`.
+use super::curve::taken::Taken;
 use crate::records::{BrickRecord, Bricks, GpuView, GridRecord};
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
 
 /// Offset of the two points of Gauss from the middle of a cell's part, of its length: `1 / sqrt(12)`.
 pub const GAUSS: f32 = 0.288_675_13;
+/// Ramps of a curve for a brick with voxels of its own.
+pub const VOXEL_PARTS: u32 = 3;
 /// Least way along an axis, so that no ray is parallel to a face [voxels].
 pub const LEAST_WAY: f32 = 1e-20;
 
@@ -16,9 +19,10 @@ pub const DISTANCE_ROUNDING: f32 = 1e-4;
 /// The part of a ray inside a brick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passage {
-    /// Where density begins and ends, along the axis [m].
+    /// Where density begins, along the axis [m].
     pub first: f32,
-    pub last: f32,
+    /// Along the axis, of the ramp that a curve takes [m].
+    pub ramp: [f32; 2],
     /// Optical depth, per channel.
     pub tau: Vec3,
 }
@@ -60,28 +64,37 @@ impl IndexRay {
     }
 }
 
-/// `end`: of the ray, along the axis [m]. `None` where there is no density.
+/// `end`: of the ray, along the axis [m]; `part`: which of how many equal parts of the way through the brick. `None`
+/// where there is no density.
 pub(super) fn passage(
     view: &GpuView,
     bricks: &Bricks,
     brick: &BrickRecord,
     texel: Vec2,
     end: f32,
+    [part, count]: [u32; 2],
 ) -> Option<Passage> {
     let grid = bricks.grid(brick);
     let ray = IndexRay::new(view, &grid, texel);
     let low = brick.origin.as_vec3();
     let high = low + brick.size();
     let (at_low, at_high) = (ray.meets(low), ray.meets(high));
-    let first = at_low.min(at_high).max_element().max(view.near);
-    let last = at_low.max(at_high).min_element().min(end);
+    let mut first = at_low.min(at_high).max_element().max(view.near);
+    let mut last = at_low.max(at_high).min_element().min(end);
     if last.is_nan() || first.is_nan() || first >= last {
         return None;
+    }
+    if count > 1 {
+        let length = (last - first) / count as f32;
+        let to = first + length * (part + 1) as f32;
+        first += length * part as f32;
+        last = if part + 1 == count { last } else { to };
     }
     let of_density = Vec3::from_array(grid.edges.map(|edge| edge.w)) * ray.metres;
     if brick.density >= 0.0 {
         let tau = brick.density * (last - first) * of_density;
-        return (tau.max_element() > 0.0).then_some(Passage { first, last, tau });
+        let ramp = [first, last];
+        return (tau.max_element() > 0.0).then_some(Passage { first, ramp, tau });
     }
     let voxels = bricks.voxels_of(brick);
     let value = |cell: Vec3, x: u32, y: u32, z: u32| {
@@ -97,6 +110,9 @@ pub(super) fn passage(
     let step = Vec3::select(rises, Vec3::ONE, Vec3::NEG_ONE);
     let mut cell = (ray.start + ray.way * first).floor().clamp(low, high - 1.0);
     let (mut begins, mut ends, mut depth) = (last, first, 0.0);
+    // Where light is lost, in the mean of the channels.
+    let dim = -of_density.element_sum() / 3.0;
+    let (mut light, mut taken) = (1.0, Taken::from(first));
     let mut t = first;
     while t < last {
         let faces = ray.meets(cell + ahead);
@@ -109,12 +125,16 @@ pub(super) fn passage(
         if own > 0.0 {
             (begins, ends) = (begins.min(t), next);
         }
+        let behind = (depth * dim).exp();
+        taken.add_even([t, next], light - behind);
+        light = behind;
         let crossed = faces.cmple(Vec3::splat(next));
         cell = Vec3::select(crossed, (cell + step).clamp(low, high - 1.0), cell);
         t = next;
     }
     let tau = depth * of_density;
-    (tau.max_element() > 0.0).then_some(Passage { first: begins, last: ends, tau })
+    let ramp = taken.fitted(begins, ends);
+    (tau.max_element() > 0.0).then_some(Passage { first: begins, ramp, tau })
 }
 
 fn mix(a: f32, b: f32, part: f32) -> f32 {

@@ -1,6 +1,6 @@
 //! CPU reference of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
-    brick::{Passage, passage},
+    brick::{Passage, VOXEL_PARTS, passage},
     gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
@@ -51,7 +51,8 @@ pub struct Hit {
     pub presence: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
-    /// Light depth from which the whole hit is in front: for a puff or a brick, where the ray leaves it.
+    /// Ramp of a curve, in light depth: up to where the whole hit is in front.
+    pub start: f32,
     pub end: f32,
 }
 
@@ -64,6 +65,7 @@ impl Hit {
         opacity: 0.0,
         presence: 0.0,
         depth: -1.0,
+        start: -1.0,
         end: -1.0,
     };
 }
@@ -160,6 +162,20 @@ impl<'a> Target<'a> {
 
     /// Hit of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
     pub fn hit(&self, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
+        self.part_hit(texel, opaque_depth, [0, 1])
+    }
+
+    /// Hits of a ray that a curve of so many nodes takes one by one: a brick is several.
+    pub fn part_count(&self, nodes: u32) -> u32 {
+        match self.form {
+            Form::Brick { brick, .. } if brick.density < 0.0 => VOXEL_PARTS,
+            Form::Brick { .. } => nodes,
+            _ => 1,
+        }
+    }
+
+    /// Like [`Self::hit`], of one of [`Self::part_count`] parts: its number, and theirs.
+    pub fn part_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
         let hit = match self.form {
             Form::Facing { facing, color, base, slope } => {
                 self.facing_hit(&facing, color, base, slope, texel)
@@ -172,7 +188,7 @@ impl<'a> Target<'a> {
                 let (view, transfer) = (self.records.view, self.material.transfer);
                 gaussian_hit(view, footprint, setup, is_medium, transfer, texel, opaque_depth)
             }
-            Form::Brick { brick, color } => self.brick_hit(brick, color, texel, opaque_depth),
+            Form::Brick { brick, color } => self.brick_hit(brick, color, texel, opaque_depth, part),
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
         let hit = hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)?;
@@ -263,11 +279,12 @@ impl<'a> Target<'a> {
         color: Vec3,
         texel: Vec2,
         opaque_depth: f32,
+        part: [u32; 2],
     ) -> Option<Hit> {
         let Records { view, bricks, .. } = self.records;
         let range = view.far - view.near;
         let end = view.near + opaque_depth * range;
-        let Passage { first, last, tau } = passage(view, bricks, brick, texel, end)?;
+        let Passage { first, ramp, tau } = passage(view, bricks, brick, texel, end, part)?;
         let absorbed = tau.map(|tau| -(-tau).exp_m1());
         let at = |along: f32| (along - view.near) / range;
         Some(Hit {
@@ -278,7 +295,8 @@ impl<'a> Target<'a> {
             opacity: absorbed.max_element(),
             presence: absorbed.max_element(),
             depth: at(first),
-            end: at(last),
+            start: at(ramp[0]),
+            end: at(ramp[1]),
         })
     }
 
@@ -299,7 +317,8 @@ impl<'a> Target<'a> {
         let added = added(transfer, opacity, color);
         let light = transmittance(transfer, opacity, color);
         let absorbed = absorption(transfer, opacity, color);
-        Hit { light, absorbed, added, color, opacity, presence: opacity, depth, end: depth }
+        let (presence, start, end) = (opacity, depth, depth);
+        Hit { light, absorbed, added, color, opacity, presence, depth, start, end }
     }
 }
 
@@ -409,7 +428,8 @@ fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
     let whole = absorption(transfer, alpha, color).min(Vec3::splat(1.0 - MIN));
     let absorbed = whole.map(|x| -((-x).ln_1p() * chord.share).exp_m1());
     let Chord { depth, end, .. } = chord;
-    Hit { light, absorbed, added, color, opacity, presence: opacity, depth, end }
+    let (presence, start) = (opacity, depth);
+    Hit { light, absorbed, added, color, opacity, presence, depth, start, end }
 }
 
 /// Light added by a hit of `over`.

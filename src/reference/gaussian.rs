@@ -429,7 +429,8 @@ pub fn gaussian_hit(
     let light = transmittance(transfer, opacity, color);
     let absorbed = absorption(transfer, opacity, color);
     let added = if transfer == Transfer::Over { color * opacity } else { Vec3::ZERO };
-    Some(Hit { light, absorbed, added, color, opacity, presence: opacity, depth: start, end })
+    let (presence, depth) = (opacity, start);
+    Some(Hit { light, absorbed, added, color, opacity, presence, depth, start, end })
 }
 
 /// How far in front of a ray's end a medium's ramp begins at the latest [standard deviations].

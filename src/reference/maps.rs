@@ -25,9 +25,9 @@ use crate::{
         Transfer, View, absorptions, dither::window,
     },
     records::{
-        Bricks, CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint, GaussianAxes,
-        GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER, TileRect, TriangleRecord,
-        TriangleSetup, ViewMaps,
+        BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint,
+        GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER, TileRect,
+        TriangleRecord, TriangleSetup, ViewMaps,
     },
 };
 use glam::{UVec2, Vec3};
@@ -135,7 +135,8 @@ impl<'a> SceneRecords<'a> {
                 bodies: has_volumes || any_puff(&all),
                 faint: any_faint(&all),
                 softening: shadow.soften,
-                segment: CURVE_SEGMENT as usize,
+                segment: if scene.grids.is_empty() { CURVE_SEGMENT } else { BRICK_SEGMENT }
+                    as usize,
             }),
             pair_budget: shadow.pair_budget,
             soften_window: if shadow.soften { window(materials) } else { 0 },
@@ -364,8 +365,7 @@ fn only_discs(scene: &Casters<'_>) -> bool {
 fn any_puff(scene: &Casters<'_>) -> bool {
     scene.particles.iter().any(|particle| {
         let material = &scene.materials[particle.material as usize];
-        matches!(material.shape, Shape::Puff | Shape::Brick)
-            && Class::FILTERING.contains(&Class::of(material))
+        material.shape == Shape::Puff && Class::FILTERING.contains(&Class::of(material))
     })
 }
 

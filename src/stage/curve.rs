@@ -4,10 +4,7 @@
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
 use super::walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING};
-use crate::{
-    gpu::{Choice, KernelDesc, Tier},
-    records::CURVE_SEGMENT,
-};
+use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Size of one segment's record in `partials` [bytes]. `changes`: some caster adds light or is a volume. WGSL:
 /// `wgsl/curve/partial.wgsl`.
@@ -15,9 +12,10 @@ pub fn partial_bytes(nodes: u32, changes: bool) -> u64 {
     16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 5 * u64::from(changes))
 }
 
-/// Most segments with partial results for so many pairs: only tiles with more than one segment have them.
-pub fn partial_count(pair_capacity: u32) -> u64 {
-    2 * u64::from(pair_capacity / CURVE_SEGMENT) + 1
+/// Most segments of `length` pairs with partial results for so many pairs: only tiles with more than one segment have
+/// them.
+pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
+    2 * u64::from(pair_capacity / length) + 1
 }
 
 /// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far

@@ -139,12 +139,17 @@ impl Line {
         Some(Inside { integral, begins: after(0.0)?, begins_surely: after(SURE)? })
     }
 
+    /// Stretches of the line in cells with density, in ways, and its integral along each [m].
+    pub(crate) fn stretches(&self, grid: &Grid, ways: [f64; 2]) -> Vec<([f64; 2], f64)> {
+        let parts = grid.bricks.iter().flat_map(|brick| self.parts(grid, brick, ways));
+        parts.filter(|part| part.1 > 0.0).collect()
+    }
+
     /// Integrals of density up to `count` depths in the middle of as many equal parts of `ways` [m]; between faces of
     /// cells linear.
     pub(crate) fn optical_depths(&self, grid: &Grid, ways: [f32; 2], count: usize) -> Vec<f64> {
         let ways = ways.map(f64::from);
-        let parts = grid.bricks.iter().flat_map(|brick| self.parts(grid, brick, ways));
-        let parts: Vec<_> = parts.filter(|part| part.1 > 0.0).collect();
+        let parts = self.stretches(grid, ways);
         let up_to = |number: usize| {
             let end = ways[0] + (ways[1] - ways[0]) * (number as f64 + 0.5) / count as f64;
             let share = |[from, to]: [f64; 2]| ((end - from) / (to - from)).clamp(0.0, 1.0);

@@ -396,7 +396,7 @@ fn forms_of_bricks_agree() {
 }
 
 /// A row of bricks on one tile, longer than a segment, each of eight cells: llvmpipe ends loops after 65,535 turns, also
-/// those over cells. In curves it is one segment.
+/// those over cells.
 #[test]
 fn a_row_of_bricks() {
     const COUNT: i32 = 2500;

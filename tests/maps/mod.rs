@@ -24,6 +24,7 @@ mod pipeline;
 mod properties;
 mod proxies;
 mod puffs;
+mod rivals;
 mod textured;
 mod tints;
 mod transfers;

@@ -1,13 +1,11 @@
-// Bodies in curves: puffs, bricks, and stretches of volumes, in which light falls exponentially. Ramps are linear, so
+// Bodies in curves: puffs, and stretches of volumes, in which light falls exponentially. Ramps are linear, so
 // while a curve has a free node, its ramp that bends most becomes two, with the light in the middle right.
 // CPU reference: src/reference/curve/bodies.rs.
 
 import package::curve::lights::{Lights, difference, scaled, selected, white};
 import package::curve::list::{coded, light_behind, selected_node};
 import package::curve::merge::Merge;
-import package::features::{
-    HAS_BRICKS, HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODES, unrolled,
-};
+import package::features::{HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODES, unrolled};
 import choice::nodes::{node_at, node_count, set_node};
 import choice::rows::{RowBits, RowIs, Rows, any_row};
 
@@ -29,7 +27,7 @@ struct Bent {
 
 // Whether any ramp may be a body. With `over` light may grow inside one.
 fn has_bodies() -> bool {
-    return (HAS_PUFFS || HAS_BRICKS || HAS_VOLUMES) && !HAS_OVER;
+    return (HAS_PUFFS || HAS_VOLUMES) && !HAS_OVER;
 }
 
 fn clear_bodies() {

@@ -8,6 +8,7 @@ import package::curve::list::{
     adding, append, clear_list, has_free_node, insert, is_saturated, last_end,
 };
 import package::curve::node::DEPTHS;
+import package::curve::taken::{clear_taken, fitted_span, take};
 import package::curve::volumes::{Ramp, clear_volumes, count_late, nearest_inside};
 import package::features::{FAINT, HAS_OVER, HAS_VOLUMES, NODES, unrolled};
 import package::hit::hit_order::clear_order;
@@ -72,6 +73,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
     open_end = Rows(0.0);
     open_light = white();
     open_added = black();
+    clear_taken(RowIs(true));
     scale = white();
     opaque_depth = Rows(1.0);
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
@@ -108,6 +110,7 @@ fn keep(absorbed: Lights) {
 
 // Adds a hit to the open ones. `absorbed`: 1 - `light`, precise where light is next to 1.
 fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
+    let own = scaled(open_light, absorbed);
     open_light = scaled(open_light, light);
     var placed = presence >= Rows(TRACE);
     if keeps() {
@@ -119,6 +122,7 @@ fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
         placed = traces >= Rows(TRACE);
         traces = select(traces, Rows(0.0), placed);
     }
+    take(depth, own.red + own.green + own.blue, placed, open_start > Rows(1.0));
     // Faster than min and max, which must handle NaNs.
     open_start = select(open_start, depth, placed & (depth < open_start));
     open_end = select(open_end, depth, placed & (depth > open_end));
@@ -171,7 +175,8 @@ fn insert_open(whole: bool) {
     if HAS_OVER {
         adding = open_added;
     }
-    insert(fixed(open_start), fixed(open_end), open_light, all, goes);
+    let span = fitted_span(open_start, open_end);
+    insert(fixed(span.start), fixed(span.end), open_light, all, goes);
     close_open(all, goes);
 }
 
@@ -193,6 +198,7 @@ fn close_open(all: Lights, goes: RowIs) {
     }
     open_start = select(open_start, Rows(2.0), goes);
     open_end = select(open_end, Rows(0.0), goes);
+    clear_taken(goes);
 }
 
 fn total_light() -> Lights {

@@ -2,7 +2,7 @@
 // (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts at 0 is
 // unused.
 
-import package::features::{HAS_GAIN, NODES};
+import package::features::{HAS_BRICKS, HAS_GAIN, NODES};
 import package::sums::sums::BLACK;
 
 const DEPTHS: f32 = 65535.0;
@@ -74,5 +74,10 @@ fn packed_node(start: u32, length: f32, light: vec3<f32>) -> vec2<u32> {
     );
 }
 
-// Pairs of a segment of a long tile. Rust: src/stage/curve.rs.
 const CURVE_SEGMENT: u32 = 8192u;
+const BRICK_SEGMENT: u32 = 512u; // with bricks
+
+// Pairs of a segment of a long tile. Rust: `segment_length` in src/shadows/batch/list_plan.rs.
+fn curve_segment() -> u32 {
+    return select(CURVE_SEGMENT, BRICK_SEGMENT, HAS_BRICKS);
+}

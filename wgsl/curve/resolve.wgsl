@@ -8,7 +8,7 @@ import package::curve::lights::{
 };
 import package::curve::list::{adding, clear_list, insert, last_end};
 import package::curve::loaded::loaded_node;
-import package::curve::node::CURVE_SEGMENT;
+import package::curve::node::curve_segment;
 import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::partial::{first_node, partial_size};
 import package::curve::tile::store_curves;
@@ -101,7 +101,7 @@ fn scale_shares(light: Lights, part: f32) -> Lights {
 
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
     let at = view.origin + tile.place * TILE_SIZE + place;
-    let count = (tile.end - tile.first + CURVE_SEGMENT - 1u) / CURVE_SEGMENT;
+    let count = (tile.end - tile.first + curve_segment() - 1u) / curve_segment();
     clear_list(place);
     clear_volumes();
     var passed = white(); // light behind the curve so far, whose nodes are rounded

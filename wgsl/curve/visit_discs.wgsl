@@ -22,6 +22,10 @@ fn slabbed() -> bool {
     return true;
 }
 
+fn is_whole() -> bool {
+    return true;
+}
+
 fn waiting_steps() -> u32 {
     return 0u;
 }

@@ -1,6 +1,7 @@
 // Visits an invocation's texels with a caster of any kind; every hit is inserted into its curve at once, or,
 // with order-dependent blending or volumes, after those in front of it.
 
+import package::bind::uniform::materials;
 import package::curve::gather::{
     TRACE, corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
 };
@@ -8,11 +9,15 @@ import package::curve::lights::{Lights, black, difference, plus, scaled, with_li
 import package::curve::overflow::is_light;
 import package::curve::volumes::{change_density, crossed, surface_light, surface_scale};
 import package::features::{HAS_BRICKS, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
+import package::hit::brick::{part, part_count, ramps_of};
 import package::hit::caster_hit::{Faced, Hit, MISS, faced_hit, set_up};
 import package::hit::crossing::{face_crossing, volume_face};
 import package::hit::hit_order::{Hits, WAITING, delayed, no_hits, pass_on, with_hit};
-import package::records::footprint::Footprint;
+import package::records::brick::brick_of;
+import package::records::caster::particle_object;
+import package::records::footprint::{Footprint, caster_of};
 import package::records::footprint_loaded::load_footprint;
+import package::records::material::SHAPE_BRICK;
 import package::records::view::GpuView;
 import package::traversal::candidate::Offer;
 import package::traversal::kinds::visited;
@@ -34,6 +39,23 @@ fn slabbed() -> bool {
 fn count_hits(view: GpuView, footprint: Footprint) {}
 
 fn count_lane(view: GpuView, offer: Offer, lane: u32) {}
+
+// Whether the caster was visited in all of its parts.
+fn is_whole() -> bool {
+    return !HAS_BRICKS || part == 0u;
+}
+
+fn open_part(footprint: Footprint, faced: Faced) {
+    part_count = 0u;
+    if HAS_BRICKS && !footprint.is_triangle && materials[faced.look & 0xffffu].shape == SHAPE_BRICK {
+        part_count = ramps_of(brick_of(particle_object(caster_of(footprint))));
+    }
+}
+
+fn close_part() {
+    part = select(0u, part + 1u, part + 1u < part_count);
+    part_count = 0u;
+}
 
 fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     let opaque = row(opaque_depth, i);
@@ -57,17 +79,22 @@ fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
     return all;
 }
 
-// Returns true if the hits must be inserted at once.
+// Returns true if the hits must be inserted at once. A brick is visited once for each of its parts.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
     let faced = set_up(view, footprint);
+    open_part(footprint, faced);
     var came = no_hits();
     var absorbed = black();
+    var starts = came.depth;
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let hit = hit_texel(view, footprint, faced, i);
         came = with_hit(came, i, hit);
+        starts = with_row(starts, i, hit.start);
         absorbed = with_light(absorbed, i, hit.absorbed);
     }
+    close_part();
     see(came.depth, came.presence);
+    came.depth = starts;
     if HAS_VOLUMES {
         join_delayed();
         return delay(pass_on(with_faces(came, view, footprint)));

@@ -4,7 +4,7 @@
 // src/reference/brick.rs.
 
 import package::bind::sampled::voxels;
-import package::features::unrolled;
+import package::features::{NODES, unrolled};
 import package::hit::hit::to_world;
 import package::records::brick::{Brick, Grid};
 import package::records::view::GpuView;
@@ -14,11 +14,21 @@ import package::records::view::GpuView;
 const TURNS: u32 = 5u;
 const CELLS: u32 = 5u;
 const GAUSS: f32 = 0.28867513; // offset of the two points from the middle, of the length: 1 / sqrt(12)
+const VOXEL_PARTS: u32 = 3u; // ramps of a curve for a brick with voxels of its own
 const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
 
+// Which of how many equal parts of the way through a brick is met; the whole while there are none.
+var<private> part: u32;
+var<private> part_count: u32;
+
+// Ramps of a curve for a brick. One of constant density fills the curve if it is alone.
+fn ramps_of(brick: Brick) -> u32 {
+    return select(VOXEL_PARTS, NODES, brick.density >= 0.0);
+}
+
 struct Passage {
-    first: f32, // along the axis, of the part with density [m]
-    last: f32,
+    first: f32, // where density begins, along the axis [m]
+    ramp: vec2<f32>, // along the axis, of the ramp that a curve takes [m]
     depth: f32, // integral of density along the ray [m]; 0 for a miss
 }
 
@@ -56,6 +66,19 @@ fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return of_a.x + (of_a.y - of_a.x) * a.z + of_b.x + (of_b.y - of_b.x) * b.z;
 }
 
+// Span of the ramp with the mean and the variance of places `first` + off, within begins..ends. `moments`: sums of
+// weights, of theirs times off and of theirs times off squared.
+fn fitted_ramp(moments: vec3<f32>, first: f32, begins: f32, ends: f32) -> vec2<f32> {
+    if !(moments.x > 0.0) {
+        return vec2(begins, ends);
+    }
+    let off = moments.y / moments.x;
+    let spread = max(moments.z / moments.x - off * off, 0.0);
+    let mean = clamp(first + off, begins, ends);
+    let half = min(sqrt(3.0 * spread), min(mean - begins, ends - mean));
+    return vec2(mean - half, mean + half);
+}
+
 // `end`: of the ray, along the axis [m].
 fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) -> Passage {
     let ray = index_ray(view, grid, texel);
@@ -63,13 +86,19 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     let at_high = (brick.high - ray.start) * ray.inverse;
     let enters = min(at_low, at_high);
     let leaves = max(at_low, at_high);
-    let first = max(max(enters.x, enters.y), max(enters.z, view.near));
-    let last = min(min(leaves.x, leaves.y), min(leaves.z, end));
+    var first = max(max(enters.x, enters.y), max(enters.z, view.near));
+    var last = min(min(leaves.x, leaves.y), min(leaves.z, end));
     if !(first < last) {
-        return Passage(0.0, 0.0, 0.0);
+        return Passage(0.0, vec2(0.0), 0.0);
+    }
+    if part_count > 0u {
+        let length = (last - first) / f32(part_count);
+        let to = first + length * f32(part + 1u);
+        first += length * f32(part);
+        last = select(to, last, part + 1u == part_count);
     }
     if brick.density >= 0.0 {
-        return Passage(first, last, brick.density * (last - first) * ray.metres);
+        return Passage(first, vec2(first, last), brick.density * (last - first) * ray.metres);
     }
     let rises = ray.way > vec3(0.0);
     let ahead = select(vec3(0.0), vec3(1.0), rises);
@@ -80,6 +109,10 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     var begins = last;
     var ends = first;
     var depth = 0.0;
+    // Where light is lost, in the mean of the channels.
+    let dim = -ray.metres * dot(grid.extinction, vec3(1.0 / 3.0));
+    var light = 1.0;
+    var moments = vec3(0.0);
     for (var turn = 0u; turn < TURNS; turn += 1u) {
         for (var n = 0u; n < unrolled(CELLS); n += 1u) {
             if t < last {
@@ -94,6 +127,13 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                 depth += own;
                 begins = select(begins, min(begins, t), own > 0.0);
                 ends = select(ends, next, own > 0.0);
+                if NODES > 0u {
+                    let behind = exp(depth * dim);
+                    let off = 0.5 * (t + next) - first;
+                    let square = off * off + (next - t) * (next - t) * (1.0 / 12.0);
+                    moments += (light - behind) * vec3(1.0, off, square);
+                    light = behind;
+                }
                 cell = select(cell, clamp(cell + step, brick.low, highest), faces <= vec3(next));
                 t = next;
             }
@@ -102,5 +142,6 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
             break;
         }
     }
-    return Passage(begins, ends, depth * ray.metres);
+    let ramp = fitted_ramp(moments, first, begins, ends);
+    return Passage(begins, ramp, depth * ray.metres);
 }

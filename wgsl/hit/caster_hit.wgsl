@@ -27,12 +27,13 @@ struct Hit {
     color: vec3<f32>,
     opacity: f32,
     depth: f32,       // light depth; -1 for a miss
-    end: f32,         // light depth from which the whole hit is in front: where the ray leaves a puff or a brick
+    start: f32,       // ramp of a curve, in light depth: up to where the whole hit is in front
+    end: f32,
     material: u32,
     absorbed: vec3<f32>, // 1 - light, with full precision where light is next to 1
 }
 
-const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, 0u, vec3(0.0));
+const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, -1.0, 0u, vec3(0.0));
 
 // What a hit must have to set depths: its opacity, or the light that `stain` and `gain` change without any.
 fn presence_of(hit: Hit) -> f32 {
@@ -98,7 +99,7 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
         let hit = gaussian_hit(view, footprint, faced.gaussian, faced.look, texel, opaque_depth);
         let light = transmittance(material.transfer, hit.opacity, hit.color);
         let absorbed = absorption(material.transfer, hit.opacity, hit.color);
-        return Hit(light, hit.color, hit.opacity, hit.start, hit.end, material_id, absorbed);
+        return Hit(light, hit.color, hit.opacity, hit.start, hit.start, hit.end, material_id, absorbed);
     }
     let met = facing_hit(faced.plane, view, texel);
     var color = footprint_color(footprint);
@@ -123,7 +124,7 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let depth = select(-1.0, met.z, inside);
     let light = transmittance(material.transfer, opacity, color);
     let absorbed = absorption(material.transfer, opacity, color);
-    return Hit(light, color, opacity, depth, depth, material_id, absorbed);
+    return Hit(light, color, opacity, depth, depth, depth, material_id, absorbed);
 }
 
 // Hit of a puff, which absorbs along the chord of the ray through the sphere in front of the opaque
@@ -177,7 +178,8 @@ fn puff_hit(
     let left = (last - view.near) / range;
     let light = pow(per_diameter, vec3(share));
     let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, alpha, color)) * share);
-    return Hit(light, color, opacity, select(-1.0, entered, share > 0.0), left, material_id, absorbed);
+    let depth = select(-1.0, entered, share > 0.0);
+    return Hit(light, color, opacity, depth, depth, left, material_id, absorbed);
 }
 
 // Hit of a brick, which absorbs by its density along the ray in front of the opaque surface.
@@ -201,8 +203,8 @@ fn brick_hit(
     let absorbed = tau_absorbed(tau);
     let opacity = max(max(absorbed.x, absorbed.y), absorbed.z);
     let entered = (inside.first - view.near) / range;
-    let left = (inside.last - view.near) / range;
-    return Hit(exp(-tau), color, opacity, entered, left, material_id, absorbed);
+    let ramp = (inside.ramp - view.near) / range;
+    return Hit(exp(-tau), color, opacity, entered, ramp.x, ramp.y, material_id, absorbed);
 }
 
 fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
@@ -245,5 +247,5 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
     let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
     let light = transmittance(material.transfer, opacity, color);
     let absorbed = absorption(material.transfer, opacity, color);
-    return Hit(light, color, opacity, met.w, met.w, material_id, absorbed);
+    return Hit(light, color, opacity, met.w, met.w, met.w, material_id, absorbed);
 }

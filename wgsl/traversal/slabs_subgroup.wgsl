@@ -21,7 +21,7 @@ import package::traversal::subgroup_block::{
 import choice::candidate::{Offer, candidate_of, offer_of, touches};
 import choice::pairs::pair_footprint;
 import choice::rows::any_row;
-import choice::visit::{count_lane, slabbed, visit_lane};
+import choice::visit::{count_lane, is_whole, slabbed, visit_lane};
 
 var<private> base: u32; // next pair
 var<private> slab: Slab;
@@ -75,8 +75,10 @@ fn visit_run(view: GpuView, stretch: Stretch, first: Run, is_triangle: bool) -> 
     loop {
         if is_next(stretch, run, is_triangle) {
             run.last = first_lane(run.lanes);
-            run.lanes = without_first(run.lanes);
             run.forced = visit_lane(view, stretch.offer, run.last, is_triangle);
+            if is_whole() {
+                run.lanes = without_first(run.lanes);
+            }
         }
         if !is_next(stretch, run, is_triangle) {
             break;
@@ -150,7 +152,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
                 run = visit_run(view, stretch, run, true);
             }
             if run.forced {
-                whole = move_on(stretch, run.last + 1u, block);
+                whole = move_on(stretch, run.last + u32(is_whole()), block);
             }
             if whole | run.forced {
                 break;

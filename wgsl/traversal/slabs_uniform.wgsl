@@ -10,7 +10,7 @@ import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::traversal::kinds::{kinds_apart, visited};
 import choice::pairs::pair_footprint;
-import choice::visit::{count_hits, slabbed, visit};
+import choice::visit::{count_hits, is_whole, slabbed, visit};
 
 struct Run {
     pair: u32,    // next to visit
@@ -32,7 +32,7 @@ fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool)
         }
         if run.open && same {
             run.forced = visit(view, visited(footprint, is_triangle));
-            run.pair += 1u;
+            run.pair += u32(is_whole());
             run.open = run.pair < end && !run.forced;
         }
         if !(run.open & same) {

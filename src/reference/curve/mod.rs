@@ -21,6 +21,7 @@ pub mod bodies;
 pub mod joined;
 pub mod mean;
 pub mod soften;
+pub mod taken;
 pub mod tile;
 pub mod volumes;
 

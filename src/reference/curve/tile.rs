@@ -3,11 +3,12 @@
 //!
 //! In general every hit is inserted into its texel's curve as it comes. A tile of soft discs may have
 //! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels: the hits of
-//! a texel in one slab are inserted as one ramp from the first to the last. Only a texel with few hits
+//! a texel in one slab are inserted as one ramp, [`Taken`]. Only a texel with few hits
 //! inserts each at once if it fits without a merge; so few hits stay exact. Pairs of equal depth are in one
 //! slab: their order, which depends on how casters are grouped, changes no curve.
 use super::{
     Affine, PackedNode, Streaming,
+    taken::Taken,
     volumes::{Inside, Ramp},
 };
 use crate::{
@@ -89,10 +90,12 @@ struct Open {
     start: f32,
     end: f32,
     light: Affine,
+    /// With slabs.
+    taken: Taken,
 }
 
 impl Open {
-    const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE };
+    const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE, taken: Taken::NONE };
 
     fn place(&mut self, start: f32, end: f32) {
         (self.start, self.end) = (self.start.min(start), self.end.max(end));
@@ -132,6 +135,7 @@ impl Texel {
     /// Adds a hit; returns whether it has a depth of its own.
     fn meet(&mut self, hit: &Hit, modes: CurveModes) -> bool {
         let light = Affine { scale: hit.light, added: hit.added };
+        let taken = (self.open.light.scale * hit.absorbed).element_sum();
         self.open.light = self.open.light.then(light);
         self.passed = self.passed.then(light);
         self.surfaces = self.surfaces.then(light);
@@ -139,7 +143,8 @@ impl Texel {
         self.traces = if modes.faint { self.traces + hit.presence } else { hit.presence };
         let is_placed = self.traces >= TRACE;
         if is_placed {
-            self.open.place(hit.depth, hit.end);
+            self.open.taken.add(hit.start, taken);
+            self.open.place(hit.start, hit.end);
             self.traces = 0.0;
         }
         is_placed
@@ -162,7 +167,10 @@ impl Texel {
 
     fn flush(&mut self, modes: CurveModes) {
         if self.open.start <= 1.0 {
-            let Open { start, end, light } = self.open;
+            let Open { mut start, mut end, light, taken } = self.open;
+            if modes.slabs {
+                [start, end] = taken.fitted(start, end);
+            }
             if modes.keeps() {
                 self.curve.insert_to(start, end, light.scale, self.precise.as_vec3());
             } else {
@@ -319,23 +327,28 @@ fn walk(
         for (place, at) in target.texels(tile) {
             let texel = &mut texels[place];
             let face = target.face(at, opaque[place]).filter(|_| modes.volumes);
-            let hit = target.hit(at, opaque[place]).filter(|hit| hit.depth < opaque[place]);
-            if let Some(hit) = hit.filter(|hit| hit.presence >= VISIBLE_PRESENCE) {
-                texel.nearest = texel.nearest.min(hit.depth);
-            }
-            let mut placed = false;
-            if modes.over || modes.volumes {
-                let change = face.map_or(Vec3::ZERO, |face| texel.inside.count(&face));
-                if let Some(depth) = face.map(|face| face.depth).or(hit.map(|hit| hit.depth))
-                    && let Some((depth, event)) = texel.order.push(depth, Event { hit, change })
-                {
-                    placed = texel.follow_order(depth, &event, modes);
+            let count = target.part_count(modes.nodes);
+            for part in 0..count {
+                let hit = target.part_hit(at, opaque[place], [part, count]);
+                let hit = hit.filter(|hit| hit.depth < opaque[place]);
+                if let Some(hit) = hit.filter(|hit| hit.presence >= VISIBLE_PRESENCE) {
+                    texel.nearest = texel.nearest.min(hit.depth);
                 }
-            } else if let Some(hit) = hit {
-                placed = texel.meet(&hit, modes);
-            }
-            if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
-                texel.flush(modes);
+                let mut placed = false;
+                if modes.over || modes.volumes {
+                    let change = face.map_or(Vec3::ZERO, |face| texel.inside.count(&face));
+                    if let Some(depth) = face.map(|face| face.depth).or(hit.map(|hit| hit.start))
+                        && let Some((depth, event)) =
+                            texel.order.push(depth, Event { hit, change })
+                    {
+                        placed = texel.follow_order(depth, &event, modes);
+                    }
+                } else if let Some(hit) = hit {
+                    placed = texel.meet(&hit, modes);
+                }
+                if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
+                    texel.flush(modes);
+                }
             }
         }
     }

@@ -5,10 +5,10 @@ use crate::shadows::{
 };
 use crate::{
     model::{Class, tiles_of},
-    records::{CURVE_SEGMENT, GAUSSIAN_TEXELS, GpuView, SETUP_TEXELS},
+    records::{BRICK_SEGMENT, CURVE_SEGMENT, GAUSSIAN_TEXELS, GpuView, SETUP_TEXELS},
     stage::{
         bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
-        features::Features,
+        features::{Features, Flags},
         project::Chunk,
         shade::ROUND_LENGTH,
         sort::Shape,
@@ -136,6 +136,9 @@ impl ListPlan {
     pub(crate) fn segment_length(&self) -> u32 {
         match self.features {
             _ if self.camera => ROUND_LENGTH,
+            Features { nodes: 1.., flags, .. } if flags.contains(Flags::HAS_BRICKS) => {
+                BRICK_SEGMENT
+            }
             Features { nodes: 1.., .. } => CURVE_SEGMENT,
             features if features.is_plain() => DISC_SEGMENT,
             _ => SEGMENT_LENGTH,

@@ -69,6 +69,8 @@ struct ScratchSizes {
     nodes: u32,
     /// Size of the curves of one segment [bytes].
     segment_bytes: u64,
+    /// Pairs of the shortest segment of a list with curves.
+    segment: u32,
     /// Whether some list composes segments one by one.
     composed: bool,
 }
@@ -103,11 +105,13 @@ impl ScratchSizes {
         let changing = Flags::HAS_OVER | Flags::HAS_VOLUMES;
         let changes = lists().any(|list| list.features.flags.intersects(changing));
         let segment_bytes = partial_bytes(nodes, changes);
+        let curved = lists().filter(|list| list.features.nodes > 0);
+        let segment = curved.map(ListPlan::segment_length).min().unwrap_or(CURVE_SEGMENT);
         let limit = match nodes {
             0 => limit,
             _ => {
                 let sizes = limits.max_storage_buffer_binding_size / segment_bytes;
-                let most = (sizes - 1) / 2 * u64::from(CURVE_SEGMENT);
+                let most = (sizes - 1) / 2 * u64::from(segment);
                 u32::try_from(most).unwrap_or(u32::MAX).min(limit)
             }
         };
@@ -126,6 +130,7 @@ impl ScratchSizes {
             part_room: u32::try_from(room).unwrap_or(u32::MAX).clamp(pairs, limit),
             part_tiles: with_parts.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             segment_bytes,
+            segment,
             nodes,
             composed: lists().any(ListPlan::is_composed),
         }
@@ -273,8 +278,10 @@ impl Scratch {
         let parts = (sizes.part_tiles > 0)
             .then(|| PartBuffers::new(allocator, sizes.part_tiles))
             .transpose()?;
-        let segments = u64::from(sizes.part_room / bin::SEGMENT_LENGTH) + sizes.tiles;
-        let partials = curves * partial_count(sizes.part_room) * sizes.segment_bytes / 16;
+        let shortest = sizes.segment.min(bin::SEGMENT_LENGTH);
+        let segments = u64::from(sizes.part_room / shortest) + sizes.tiles;
+        let partials =
+            curves * partial_count(sizes.part_room, sizes.segment) * sizes.segment_bytes / 16;
         Ok(Self {
             footprints,
             keys,
@@ -324,6 +331,7 @@ impl Scratch {
             && need.part_tiles <= sizes.part_tiles
             && need.nodes == sizes.nodes
             && need.segment_bytes <= sizes.segment_bytes
+            && need.segment >= sizes.segment
             && (sizes.composed || !need.composed)
             && (need.pairs..=config.settings.pair_budget.max(1)).contains(&sizes.pairs)
     }
