@@ -31,6 +31,22 @@ pub struct Grid {
     /// Index into [`crate::model::Scene::materials`]: its shape is [`Shape::Brick`](super::Shape::Brick), its transfer
     /// `filter` or `none`.
     pub material: u32,
+    /// `g` of the phase function of Henyey and Greenstein 1941, -1 to 1: above 0 most light is scattered ahead.
+    pub anisotropy: f32,
+}
+
+impl Default for Grid {
+    /// Nothing, in voxels of a metre; isotropic, of extinction 1 in each channel.
+    fn default() -> Self {
+        Self {
+            world_from_index: Affine3A::IDENTITY,
+            bricks: Vec::new(),
+            factor: 1.0,
+            extinction: Vec3::ONE,
+            material: 0,
+            anisotropy: 0.0,
+        }
+    }
 }
 
 /// A box of a grid. It has the cells whose lowest corner is one of its voxels: where its density is not constant,
@@ -165,6 +181,9 @@ impl Grid {
         }
         if !(self.extinction.is_finite() && self.extinction.min_element() >= 0.0) {
             return Some("its extinction must be at least 0 and finite");
+        }
+        if self.anisotropy.is_nan() || self.anisotropy.abs() > 1.0 {
+            return Some("its anisotropy must be -1 to 1");
         }
         None
     }

@@ -2,14 +2,18 @@
 use crate::model::{BRICK_EDGE, BRICK_SIZE, Brick, Density, Grid, Particle, Voxels};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, IVec3, Mat3, UVec2, UVec3, Vec3, Vec4};
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Range};
 
 /// Texels of a [`BrickRecord`].
 pub const BRICK_TEXELS: u32 = 2;
 /// Size of a brick's slot in `voxels` [texels]: a texel has the voxels of four lines along x.
 pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
+/// Points along an edge of the lattice at which a brick's light is evaluated.
+pub const LATTICE_EDGE: u32 = 5;
+/// Points of the lattice.
+pub const LATTICE_POINTS: u32 = LATTICE_EDGE * LATTICE_EDGE * LATTICE_EDGE;
 /// Records of bricks that a [`GridRecord`] takes the place of.
-const GRID_RECORDS: u32 = 3;
+const GRID_RECORDS: u32 = 4;
 /// [`BrickRecord::density`] of a brick with voxels of its own.
 const OWN_VOXELS: f32 = -1.0;
 
@@ -23,8 +27,12 @@ pub struct GridRecord {
     pub rows: [Vec4; 3],
     /// Edges of a voxel, world space [m]; behind each the extinction of density 1 in a channel [1/m].
     pub edges: [Vec4; 3],
+    /// `g` of its phase function.
+    pub anisotropy: f32,
+    pub material: u32,
+    pub unused: [u32; 6],
 }
-crate::texel_layout!(GridRecord { rows, edges });
+crate::texel_layout!(GridRecord { rows, edges, anisotropy, material, unused });
 
 /// A brick of a grid.
 #[repr(C)]
@@ -64,7 +72,13 @@ impl GridRecord {
         let with = |columns: DMat3, w: Vec3| {
             std::array::from_fn(|i| columns.col(i).as_vec3().extend(w[i]))
         };
-        Self { rows: with(rows, at.as_vec3()), edges: with(linear, extinction) }
+        Self {
+            rows: with(rows, at.as_vec3()),
+            edges: with(linear, extinction),
+            anisotropy: grid.anisotropy,
+            material: grid.material,
+            unused: [0; 6],
+        }
     }
 }
 
@@ -117,6 +131,12 @@ impl Bricks {
             }
         }
         all
+    }
+
+    /// Indices of the records that are bricks.
+    pub fn brick_records(&self) -> Range<u32> {
+        let end = self.records.len() as u32;
+        end - self.particles.len() as u32..end
     }
 
     /// `particles`, then the bricks.

@@ -229,6 +229,8 @@ pub(super) struct VolumeTable {
     /// Extinction by channel, relative to `factor`.
     pub color: Vec3,
     pub albedo: Vec3,
+    /// `g` of Henyey and Greenstein 1941.
+    pub anisotropy: f32,
     pub casts: bool,
     pub visible: bool,
     pub placement: Placement,
@@ -256,6 +258,9 @@ impl VolumeTable {
             factor,
             color: color("color")?,
             albedo: color("albedo")?,
+            anisotropy: keys
+                .number("anisotropy", -0.95..=0.95, "from -0.95 to 0.95")?
+                .unwrap_or(0.0),
             casts: keys.value("casts", true)?,
             visible: keys.value("visible", true)?,
             placement: placement(keys)?,

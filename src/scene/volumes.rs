@@ -131,11 +131,10 @@ impl Loader<'_> {
         self.check_limit(Limit::Bricks, have, start.bricks.len(), (span, key))?;
         let world_from_volume = given.placement.at(0.0).as_dmat4();
         let mut grid = Grid {
-            world_from_index: Affine3A::IDENTITY,
-            bricks: Vec::new(),
-            factor: 1.0,
             extinction: given.color,
             material: materials as u32,
+            anisotropy: given.anisotropy,
+            ..Grid::default()
         };
         put(&mut grid, start.clone(), world_from_volume, 1.0);
         if let Some(problem) = grid.problem() {

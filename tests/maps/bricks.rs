@@ -70,6 +70,7 @@ pub(super) fn lump() -> Grid {
         factor: 2.0,
         extinction: Vec3::new(1.0, 0.5, 0.15),
         material: BRICK,
+        ..Grid::default()
     }
 }
 
@@ -182,6 +183,7 @@ fn cloud(edge: i32) -> Grid {
         factor: 4.0,
         extinction: Vec3::new(1.0, 0.6, 0.3),
         material: BRICK,
+        ..Grid::default()
     }
 }
 
@@ -244,6 +246,7 @@ fn a_homogeneous_box() {
             factor: 1.5,
             extinction: Vec3::new(1.0, 0.5, 0.2),
             material: BRICK,
+            ..Grid::default()
         };
         let scene = scene_of(kinds()[0], grid.clone());
         each_texel(&scene, |line, scale, ways, filter| {
@@ -284,6 +287,7 @@ fn a_ball_of_voxels() {
         factor: 0.4,
         extinction: Vec3::new(1.0, 0.5, 0.2),
         material: BRICK,
+        ..Grid::default()
     };
     let mut scene = scene_of(LightKind::Directional { direction: Vec3::NEG_Z }, grid.clone());
     hold_view(&mut scene, WALL);
@@ -408,6 +412,7 @@ fn a_row_of_bricks() {
         factor: 0.1,
         extinction: Vec3::new(1.0, 0.5, 0.2),
         material: BRICK,
+        ..Grid::default()
     };
     let mut scene = scene_of(LightKind::Directional { direction: Vec3::NEG_Z }, grid);
     scene.shadow.size = 16;

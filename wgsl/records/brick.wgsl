@@ -7,6 +7,10 @@ import package::records::record::record_texel;
 const BRICK_TEXELS: u32 = 2u;
 const BRICK_SIZE: f32 = 8.0; // edge of a brick with voxels of its own [voxels]
 
+// The light of a brick is evaluated at a lattice of points over its box, the faces included, which neighbours share.
+const LATTICE_EDGE: u32 = 5u;
+const LATTICE_POINTS: u32 = 125u;
+
 struct Brick {
     low: vec3<f32>,   // lowest corner, from the grid's anchor [voxels]
     high: vec3<f32>,  // highest corner
@@ -44,6 +48,17 @@ fn grid_of(brick: Brick) -> Grid {
         grid_texel(brick.grid, 5u).w,
     );
     return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), extinction);
+}
+
+// How a grid scatters.
+struct GridLook {
+    anisotropy: f32, // `g` of its phase function
+    material: u32,
+}
+
+fn grid_look(brick: Brick) -> GridLook {
+    let look = textureLoad(bricks, record_texel(brick.grid + 6u), 0);
+    return GridLook(bitcast<f32>(look.x), look.y);
 }
 
 // Edges of a voxel as columns, world space [m].
