@@ -33,6 +33,9 @@ pub struct Grid {
     pub material: u32,
     /// `g` of the phase function of Henyey and Greenstein 1941, -1 to 1: above 0 most light is scattered ahead.
     pub anisotropy: f32,
+    /// Radiance, in red, of what is at 1500 K and opaque: bricks with temperatures glow as soot does, by
+    /// `1 - T` of it.
+    pub emission: f32,
 }
 
 impl Default for Grid {
@@ -45,6 +48,7 @@ impl Default for Grid {
             extinction: Vec3::ONE,
             material: 0,
             anisotropy: 0.0,
+            emission: 1.0,
         }
     }
 }
@@ -57,6 +61,8 @@ pub struct Brick {
     pub origin: IVec3,
     /// Its density.
     pub density: Density,
+    /// Temperatures of its voxels [K], with [`Grid::emission`] what it glows by; of voxels only.
+    pub temperature: Option<Voxels>,
 }
 
 /// Density of a brick, before [`Grid::factor`].
@@ -122,12 +128,17 @@ impl Brick {
                     let origin = IVec3::new(x, y, z) * size;
                     let voxels = Voxels::new(|place| value(origin + place.as_ivec3()));
                     if voxels.values().any(|density| density != 0.0) {
-                        bricks.push(Self { origin, density: Density::Voxels(voxels) });
+                        bricks.push(Self::new(origin, Density::Voxels(voxels)));
                     }
                 }
             }
         }
         bricks
+    }
+
+    /// A brick without temperatures.
+    pub fn new(origin: IVec3, density: Density) -> Self {
+        Self { origin, density, temperature: None }
     }
 
     /// Edges of its box [voxels].
@@ -161,6 +172,13 @@ impl Brick {
             Density::Voxels(voxels) => voxels.values().all(is_density),
             &Density::Constant { density, .. } => is_density(density),
         };
+        let temperatures = self.temperature.iter().flat_map(Voxels::values);
+        if !temperatures.into_iter().all(is_density) {
+            return Some("its temperatures must be at least 0 and finite, as halves up to 65504");
+        }
+        if self.temperature.is_some() && self.voxels().is_none() {
+            return Some("a brick of constant density has no temperatures");
+        }
         (!sound).then_some("its densities must be at least 0 and finite, as halves up to 65504")
     }
 }
@@ -184,6 +202,9 @@ impl Grid {
         }
         if self.anisotropy.is_nan() || self.anisotropy.abs() > 1.0 {
             return Some("its anisotropy must be -1 to 1");
+        }
+        if !(self.emission.is_finite() && self.emission >= 0.0) {
+            return Some("its emission must be at least 0 and finite");
         }
         None
     }

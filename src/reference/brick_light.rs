@@ -58,6 +58,12 @@ fn interpolated(lattice: &Lattice, place: Vec3) -> Vec3 {
     along_y(0).lerp(along_y(1), aside.z)
 }
 
+/// Place of a point in the lattice.
+pub(super) fn lattice_cell(i: u32) -> UVec3 {
+    let edge = LATTICE_EDGE;
+    UVec3::new(i % edge, i / edge % edge, i / (edge * edge))
+}
+
 /// Points of a brick's lattice, world space [m]; `None` where the camera does not see the brick.
 pub(super) fn points_of(bricks: &Bricks, brick: &BrickRecord, view: &GpuView) -> Option<Vec<Vec3>> {
     let grid = bricks.grid(brick);
@@ -72,13 +78,7 @@ pub(super) fn points_of(bricks: &Bricks, brick: &BrickRecord, view: &GpuView) ->
     let beyond = Vec2::new(center.x, center.y).abs() + center.z * slope;
     let aside = beyond.cmple(radius * (1.0 + slope * slope).map(f32::sqrt)).all();
     let is_seen = aside && -center.z + radius >= view.near && -center.z - radius <= view.far;
-    let point = |i: u32| {
-        let cell = UVec3::new(
-            i % LATTICE_EDGE,
-            i / LATTICE_EDGE % LATTICE_EDGE,
-            i / (LATTICE_EDGE * LATTICE_EDGE),
-        );
-        world(low + size * (cell.as_vec3() / (LATTICE_EDGE - 1) as f32))
-    };
+    let point =
+        |i: u32| world(low + size * (lattice_cell(i).as_vec3() / (LATTICE_EDGE - 1) as f32));
     is_seen.then(|| (0..LATTICE_POINTS).map(point).collect())
 }

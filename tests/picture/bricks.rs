@@ -34,6 +34,7 @@ fn ball(edge: i32, middle: Vec3) -> Grid {
         extinction: Vec3::new(1.0, 0.6, 0.3),
         material: BRICK,
         anisotropy: 0.4,
+        ..Grid::default()
     }
 }
 
@@ -92,10 +93,7 @@ fn stage() -> Scene {
             Quat::from_rotation_y(0.5),
             Vec3::new(-1.0, -0.9, 0.6),
         ),
-        bricks: vec![Brick {
-            origin: IVec3::ZERO,
-            density: Density::Constant { size, density: 0.7 },
-        }],
+        bricks: vec![Brick::new(IVec3::ZERO, Density::Constant { size, density: 0.7 })],
         anisotropy: -0.3,
         ..Grid::default()
     });

@@ -4,12 +4,13 @@
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::NODES;
 import package::records::brick::{
-    Brick, LATTICE_EDGE, LATTICE_POINTS, brick_of, grid_look, grid_of, voxel_edges,
+    LATTICE_EDGE, LATTICE_POINTS, SLOT_HEIGHT, brick_of, grid_look, grid_of, temperature, voxel_edges,
 };
 import package::records::cluster::ALL_LIGHTS;
 import package::records::light::cluster_of;
 import package::records::point::{POINT_BRICK, POINT_NONE, Point};
 import package::records::view::GpuView;
+import package::shade::black_body::black_body;
 import package::shade::store_point::store_point;
 
 override WORKGROUP_SIZE: u32;
@@ -58,6 +59,8 @@ fn shade_bricks(
     point.cluster = select(ALL_LIGHTS, cluster, along > view.near);
     point.receives = materials[look.material].receives;
     point.albedo = materials[look.material].tint.rgb;
+    let hot = temperature(brick, cell * (SLOT_HEIGHT / (LATTICE_EDGE - 1u)));
+    point.emission = look.emission * black_body(hot);
     point.roughness = 0.5 + 0.5 * look.anisotropy;
     store_point(index, point);
 }

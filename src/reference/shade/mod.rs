@@ -7,7 +7,7 @@ mod seen;
 use super::{
     air::{AirBefore, AirVolume},
     area::{Fit, mean_over_points},
-    brick_light::{Lattice, points_of},
+    brick_light::{Lattice, lattice_cell, points_of},
     caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
@@ -16,7 +16,9 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::{Casters, Class, Gaussian, Grid, Material, Particle, Scene, Triangle, View},
+    model::{
+        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Triangle, View, black_body,
+    },
     records::{
         AirParams, Footprint, FormerSlots, GpuView, LATTICE_POINTS, MaskSlots, Picture,
         TRIANGLE_BIT, ViewMaps,
@@ -255,8 +257,10 @@ impl Eye<'_> {
         let material = &blended.records.materials[grid.material as usize];
         let points = points_of(bricks, brick, &self.view)?;
         let [x, y, z] = bricks.half_edges(record as u32).map(|edge| edge.length());
+        let temperatures = bricks.temperatures_of(brick);
         let mut lattice = Box::new([Vec3::ZERO; LATTICE_POINTS as usize]);
-        for (light, position) in lattice.iter_mut().zip(points) {
+        for ((i, light), position) in (0..).zip(lattice.iter_mut()).zip(points) {
+            let kelvin = temperatures.map_or(0.0, |all| all.at(2 * lattice_cell(i)));
             let point = Point {
                 kind: PointKind::Brick { anisotropy: grid.anisotropy },
                 position,
@@ -270,7 +274,7 @@ impl Eye<'_> {
                 albedo: material.tint.truncate(),
                 roughness: 1.0,
                 gloss: Gloss::SOLID,
-                emission: Vec3::ZERO,
+                emission: grid.emission * black_body(kelvin),
                 metallic: 0.0,
             };
             *light = self.lighting.light(&point, None);
