@@ -31,6 +31,26 @@ pub struct Grid {
     /// Index into [`crate::model::Scene::materials`]: its shape is [`Shape::Brick`](super::Shape::Brick), its transfer
     /// `filter` or `none`.
     pub material: u32,
+    /// `g` of the phase function of Henyey and Greenstein 1941, -1 to 1: above 0 most light is scattered ahead.
+    pub anisotropy: f32,
+    /// Radiance, in red, of what is at 1500 K and opaque: bricks with temperatures glow as soot does, by
+    /// `1 - T` of it.
+    pub emission: f32,
+}
+
+impl Default for Grid {
+    /// Nothing, in voxels of a metre; isotropic, of extinction 1 in each channel.
+    fn default() -> Self {
+        Self {
+            world_from_index: Affine3A::IDENTITY,
+            bricks: Vec::new(),
+            factor: 1.0,
+            extinction: Vec3::ONE,
+            material: 0,
+            anisotropy: 0.0,
+            emission: 1.0,
+        }
+    }
 }
 
 /// A box of a grid. It has the cells whose lowest corner is one of its voxels: where its density is not constant,
@@ -41,6 +61,8 @@ pub struct Brick {
     pub origin: IVec3,
     /// Its density.
     pub density: Density,
+    /// Temperatures of its voxels [K], with [`Grid::emission`] what it glows by; of voxels only.
+    pub temperature: Option<Voxels>,
 }
 
 /// Density of a brick, before [`Grid::factor`].
@@ -106,12 +128,17 @@ impl Brick {
                     let origin = IVec3::new(x, y, z) * size;
                     let voxels = Voxels::new(|place| value(origin + place.as_ivec3()));
                     if voxels.values().any(|density| density != 0.0) {
-                        bricks.push(Self { origin, density: Density::Voxels(voxels) });
+                        bricks.push(Self::new(origin, Density::Voxels(voxels)));
                     }
                 }
             }
         }
         bricks
+    }
+
+    /// A brick without temperatures.
+    pub fn new(origin: IVec3, density: Density) -> Self {
+        Self { origin, density, temperature: None }
     }
 
     /// Edges of its box [voxels].
@@ -145,6 +172,13 @@ impl Brick {
             Density::Voxels(voxels) => voxels.values().all(is_density),
             &Density::Constant { density, .. } => is_density(density),
         };
+        let temperatures = self.temperature.iter().flat_map(Voxels::values);
+        if !temperatures.into_iter().all(is_density) {
+            return Some("its temperatures must be at least 0 and finite, as halves up to 65504");
+        }
+        if self.temperature.is_some() && self.voxels().is_none() {
+            return Some("a brick of constant density has no temperatures");
+        }
         (!sound).then_some("its densities must be at least 0 and finite, as halves up to 65504")
     }
 }
@@ -165,6 +199,12 @@ impl Grid {
         }
         if !(self.extinction.is_finite() && self.extinction.min_element() >= 0.0) {
             return Some("its extinction must be at least 0 and finite");
+        }
+        if self.anisotropy.is_nan() || self.anisotropy.abs() > 1.0 {
+            return Some("its anisotropy must be -1 to 1");
+        }
+        if !(self.emission.is_finite() && self.emission >= 0.0) {
+            return Some("its emission must be at least 0 and finite");
         }
         None
     }

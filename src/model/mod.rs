@@ -1,5 +1,6 @@
 //! Inputs of a host: casters, lights, cameras and settings. Nothing here depends on a GPU.
 mod area;
+pub mod black_body;
 mod bounds;
 mod camera;
 mod caster;
@@ -25,6 +26,7 @@ mod view;
 pub mod volume;
 
 pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Source};
+pub use black_body::black_body;
 pub use bounds::Bounds;
 pub(crate) use bounds::FARTHEST;
 pub use camera::{Camera, InvalidCamera};

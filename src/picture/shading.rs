@@ -10,12 +10,14 @@ use crate::{
     frame::{Commands, Dispatch, Kernels, Work},
     gpu::{Allocator, KernelDesc, Resources},
     model::Scene,
+    records::LATTICE_POINTS,
     shadows::masks::MaskMemory,
     stage::{
         features::{Features, Flags},
         shade::{self, NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
     },
 };
+use std::ops::Range;
 use wgpu::{Buffer, Texture};
 
 const LABEL: &str = "gobo shade";
@@ -47,7 +49,7 @@ impl ShadeFeatures {
         cost: bool,
         scene: &Scene,
     ) -> Self {
-        let light = lighting.features;
+        let light = lighting.features.with(Flags::HAS_BRICKS, !scene.grids.is_empty());
         let masks = lighting.masks.as_ref();
         // Some light without a mask casts shadows.
         let unmasked = masks.is_none_or(|masks| masks.slots.unmasked > 0);
@@ -115,6 +117,10 @@ pub(super) struct ToShade<'a, 'b> {
     pub memory: &'a BandMemory,
     /// Light of the particles.
     pub lit_casters: &'a Texture,
+    /// Records of bricks.
+    pub bricks: Range<u32>,
+    /// Light of their lattices.
+    pub brick_lights: &'a Texture,
 }
 
 impl ToShade<'_, '_> {
@@ -152,7 +158,8 @@ impl ToShade<'_, '_> {
             .clone()
             .and(&blended.scratch.resources())
             .with("pairs", &blended.scratch.pairs[blended.list.sorted_pairs])
-            .with("lit", self.lit_casters);
+            .with("lit", self.lit_casters)
+            .with("brick_lights", self.brick_lights);
         let (mut surfaces, mut layers) = (Vec::new(), Vec::new());
         for round in 0..self.rounds {
             let band = self.uniform("band", &rect.band(round, self.memory.tiles));
@@ -208,6 +215,25 @@ impl ToShade<'_, '_> {
         }
         Ok(runs)
     }
+
+    /// Runs of the lattices of bricks, as many points at a time as the band's memory holds.
+    fn bricks(&mut self, resources: &Resources<'_>) -> Result<Vec<Dispatch>, Error> {
+        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel();
+        let features = self.features.casters;
+        let end = self.bricks.end * LATTICE_POINTS;
+        let mut runs = Vec::new();
+        for first in (self.bricks.start * LATTICE_POINTS..end).step_by(at_a_time as usize) {
+            let count = at_a_time.min(end - first);
+            let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
+            let buffer = self.uniform("point_batch", &batch);
+            let resources =
+                resources.clone().with("lit", self.brick_lights).with("point_batch", &buffer);
+            let groups = point_grid(count);
+            runs.push(self.run(&shade::BRICKS, features, &resources, groups)?);
+            runs.push(self.run(shade::light_points(features), features, &resources, groups)?);
+        }
+        Ok(runs)
+    }
 }
 
 impl Shading {
@@ -235,7 +261,8 @@ impl Shading {
             let of_part = rects.iter().map(|rect| to.band(rect, resources, &panes, &light));
             bands.push(of_part.collect::<Result<Vec<_>, _>>()?);
         }
-        let casters = to.casters(resources)?;
+        let mut casters = to.casters(resources)?;
+        casters.append(&mut to.bricks(resources)?);
         let keeps_surfaces =
             features.masks.is_some() && matches!(&bands[..], [part] if part.len() == 1);
         Ok(Self { casters, bands, keeps_surfaces })

@@ -2,16 +2,22 @@
 use crate::model::{BRICK_EDGE, BRICK_SIZE, Brick, Density, Grid, Particle, Voxels};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, IVec3, Mat3, UVec2, UVec3, Vec3, Vec4};
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Range};
 
 /// Texels of a [`BrickRecord`].
 pub const BRICK_TEXELS: u32 = 2;
 /// Size of a brick's slot in `voxels` [texels]: a texel has the voxels of four lines along x.
 pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
+/// Points along an edge of the lattice at which a brick's light is evaluated.
+pub const LATTICE_EDGE: u32 = 5;
+/// Points of the lattice.
+pub const LATTICE_POINTS: u32 = LATTICE_EDGE * LATTICE_EDGE * LATTICE_EDGE;
 /// Records of bricks that a [`GridRecord`] takes the place of.
-const GRID_RECORDS: u32 = 3;
+const GRID_RECORDS: u32 = 4;
 /// [`BrickRecord::density`] of a brick with voxels of its own.
 const OWN_VOXELS: f32 = -1.0;
+/// The same of a brick whose temperatures are in the next slot.
+const HOT_VOXELS: f32 = -2.0;
 
 /// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its middle. All of its
 /// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
@@ -23,8 +29,14 @@ pub struct GridRecord {
     pub rows: [Vec4; 3],
     /// Edges of a voxel, world space [m]; behind each the extinction of density 1 in a channel [1/m].
     pub edges: [Vec4; 3],
+    /// `g` of its phase function.
+    pub anisotropy: f32,
+    pub material: u32,
+    /// Radiance of what is opaque and at 1500 K, in red.
+    pub emission: f32,
+    pub unused: [u32; 5],
 }
-crate::texel_layout!(GridRecord { rows, edges });
+crate::texel_layout!(GridRecord { rows, edges, anisotropy, material, emission, unused });
 
 /// A brick of a grid.
 #[repr(C)]
@@ -48,7 +60,7 @@ pub struct Bricks {
     pub records: Vec<BrickRecord>,
     /// For each brick, in order, the sphere around it, with the index of its record as id.
     pub particles: Vec<Particle>,
-    /// Voxels of the bricks that have some, in order: brick n of them is at slot n.
+    /// Voxels of the bricks that have some, in order, behind each its temperatures if it has some: one a slot.
     pub voxels: Vec<Voxels>,
     /// Slots of `voxels` in a row, and rows in a layer.
     slots: UVec2,
@@ -64,7 +76,14 @@ impl GridRecord {
         let with = |columns: DMat3, w: Vec3| {
             std::array::from_fn(|i| columns.col(i).as_vec3().extend(w[i]))
         };
-        Self { rows: with(rows, at.as_vec3()), edges: with(linear, extinction) }
+        Self {
+            rows: with(rows, at.as_vec3()),
+            edges: with(linear, extinction),
+            anisotropy: grid.anisotropy,
+            material: grid.material,
+            emission: grid.emission,
+            unused: [0; 5],
+        }
     }
 }
 
@@ -105,7 +124,9 @@ impl Bricks {
                         all.voxels.push(voxels.clone());
                         let (row, layer) = (slot / slots.x, slot / slots.x / slots.y);
                         let place = UVec3::new(slot % slots.x, row % slots.y, layer);
-                        (place * SLOT_SIZE, OWN_VOXELS)
+                        all.voxels.extend(brick.temperature.clone());
+                        let own = if brick.temperature.is_some() { HOT_VOXELS } else { OWN_VOXELS };
+                        (place * SLOT_SIZE, own)
                     }
                     &Density::Constant { size, density } => (size, density),
                 };
@@ -119,6 +140,12 @@ impl Bricks {
         all
     }
 
+    /// Indices of the records that are bricks.
+    pub fn brick_records(&self) -> Range<u32> {
+        let end = self.records.len() as u32;
+        end - self.particles.len() as u32..end
+    }
+
     /// `particles`, then the bricks.
     pub fn among<'a>(&self, particles: &'a [Particle]) -> Cow<'a, [Particle]> {
         if self.particles.is_empty() {
@@ -129,8 +156,18 @@ impl Bricks {
 
     /// The voxels of a brick that has some.
     pub fn voxels_of(&self, brick: &BrickRecord) -> &Voxels {
+        &self.voxels[self.slot(brick)]
+    }
+
+    /// The temperatures of a brick [K], if it has some.
+    pub fn temperatures_of(&self, brick: &BrickRecord) -> Option<&Voxels> {
+        (brick.density == HOT_VOXELS).then(|| &self.voxels[self.slot(brick) + 1])
+    }
+
+    /// Slot of the voxels of a brick that has some.
+    fn slot(&self, brick: &BrickRecord) -> usize {
         let place = brick.place / SLOT_SIZE;
-        &self.voxels[((place.z * self.slots.y + place.y) * self.slots.x + place.x) as usize]
+        ((place.z * self.slots.y + place.y) * self.slots.x + place.x) as usize
     }
 
     /// Half edges of the box of the brick that record `id` is of, world space [m].
@@ -150,6 +187,11 @@ impl Bricks {
 }
 
 impl BrickRecord {
+    /// Slots of its voxels and temperatures.
+    pub fn slots(&self) -> usize {
+        usize::from(self.density < 0.0) + usize::from(self.density == HOT_VOXELS)
+    }
+
     /// Edges of its box [voxels].
     pub fn size(&self) -> Vec3 {
         let own = UVec3::splat(BRICK_SIZE);

@@ -34,7 +34,9 @@ pub use area::{
     level_size,
 };
 pub use blue::{BLUE_SIZE, blue_ranks};
-pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, SLOT_SIZE};
+pub use brick::{
+    BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, LATTICE_POINTS, SLOT_SIZE,
+};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,

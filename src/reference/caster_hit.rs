@@ -1,6 +1,7 @@
 //! CPU reference of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
     brick::{Passage, VOXEL_PARTS, passage},
+    brick_light::Lattice,
     gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
@@ -197,6 +198,21 @@ impl<'a> Target<'a> {
         Some(Hit { presence: hit.opacity.max(changed), ..hit })
     }
 
+    /// Light of a brick along the ray through `texel`, which ends at light depth `opaque_depth`, by the light of its lattice.
+    pub fn brick_light(
+        &self,
+        texel: Vec2,
+        opaque_depth: f32,
+        lattices: &[Option<Box<Lattice>>],
+    ) -> Vec3 {
+        let Form::Brick { brick, .. } = self.form else { return Vec3::ZERO };
+        let Records { view, bricks, .. } = self.records;
+        let end = view.near + opaque_depth * (view.far - view.near);
+        let lattice = lattices[self.id as usize].as_deref();
+        let passage = passage(view, bricks, brick, texel, end, [0, 1]);
+        passage.zip(lattice).map_or(Vec3::ZERO, |(passage, lattice)| passage.weights.light(lattice))
+    }
+
     /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end are moved
     /// to its end.
     pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<Face> {
@@ -284,7 +300,7 @@ impl<'a> Target<'a> {
         let Records { view, bricks, .. } = self.records;
         let range = view.far - view.near;
         let end = view.near + opaque_depth * range;
-        let Passage { first, ramp, tau } = passage(view, bricks, brick, texel, end, part)?;
+        let Passage { first, ramp, tau, .. } = passage(view, bricks, brick, texel, end, part)?;
         let absorbed = tau.map(|tau| -(-tau).exp_m1());
         let at = |along: f32| (along - view.near) / range;
         Some(Hit {

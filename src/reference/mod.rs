@@ -5,6 +5,7 @@ mod area;
 pub mod bin;
 pub mod blur;
 pub mod brick;
+pub mod brick_light;
 pub mod caster_hit;
 pub mod cluster;
 pub mod curve;

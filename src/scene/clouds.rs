@@ -1,7 +1,7 @@
 //! Generated volumes: clouds, plumes and explosions of noise, the same on every machine but for rounding.
 use super::{SceneError, displace::gradient_noise, generate::Chance, keys::Keys};
 use crate::{
-    model::{BRICK_SIZE, Brick},
+    model::{BRICK_SIZE, Brick, Voxels},
     records::pcg,
 };
 use glam::{DAffine3, DMat3, IVec3, UVec3, Vec2, Vec3};
@@ -79,8 +79,8 @@ impl Cloud {
         (count / BRICK_SIZE + 2).as_u64vec3().element_product()
     }
 
-    /// Its bricks at a time [s], and the box's space from index space.
-    pub(super) fn bricks(&self, seconds: f64) -> (Vec<Brick>, DAffine3) {
+    /// Its bricks at a time [s], and the box's space from index space. `kelvin`: the highest temperature, of what glows.
+    pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>) -> (Vec<Brick>, DAffine3) {
         let (edge, count) = self.lattice();
         let field = Field::new(self, seconds * f64::from(self.speed));
         let unit = 2.0 / self.size.max_element();
@@ -101,8 +101,16 @@ impl Cloud {
             let [x, y, z] = voxel.as_uvec3().to_array();
             ((z * height + y) * width + x) as usize
         };
-        let bricks =
+        let mut bricks =
             Brick::of_voxels(IVec3::ZERO, count.as_ivec3() - 1, |voxel| values[index(voxel)]);
+        for brick in &mut bricks {
+            brick.temperature = kelvin.map(|kelvin| {
+                Voxels::new(|voxel| {
+                    let at = place(brick.origin + voxel.as_ivec3());
+                    kelvin * field.heat(at / (self.size * Vec3::new(0.5, 1.0, 0.5)), at * unit)
+                })
+            });
+        }
         let (edge, middle) = (f64::from(edge), middle.as_dvec3());
         let matrix3 = DMat3::from_diagonal(glam::DVec3::splat(edge));
         (bricks, DAffine3 { matrix3, translation: -middle * edge })
@@ -178,20 +186,34 @@ impl Field {
             }
             KindOfCloud::Explosion => {
                 let age = (time + 0.12).max(0.0);
-                let grown = 0.82 * (1.0 - (-2.2 * age).exp());
-                let center = Vec3::new(0.0, 0.3 + 0.25 * (1.0 - (-0.7 * age).exp()), 0.0);
-                let from = (part * Vec3::new(1.0, 2.0, 1.0) - center * 2.0) / grown.max(1e-3);
+                let (from, at) = self.blown(part, age);
                 let away = from.length();
                 if 0.8 - away + 0.6 * MOST <= 0.0 {
                     return 0.0;
                 }
-                let at = from * 2.2 - Vec3::Y * 0.5 * age;
                 let body = 0.8 - away + 0.6 * self.billows(at, 0.5 * age);
                 // The shell is denser than the middle.
                 let hollow = 0.35 + 0.65 * smooth(away);
                 smooth(body / 0.35) * hollow / (1.0 + 1.5 * age)
             }
         }
+    }
+
+    /// Temperature of an explosion as a share of the highest, at a place as for [`Self::density`]: hottest in the middle
+    /// and in clefts, it cools as it grows.
+    fn heat(&self, part: Vec3, place: Vec3) -> f32 {
+        let age = (self.time + 0.12).max(0.0);
+        let (from, at) = self.blown(part, age);
+        let clefts = self.billows(at * 1.3 + place * 0.2, 0.5 * age);
+        (1.0 - 0.35 * from.length() - 0.5 * clefts.max(0.0)).clamp(0.0, 1.0) / (1.0 + 0.8 * age)
+    }
+
+    /// Place in an explosion as a share of its radius, and of its noise.
+    fn blown(&self, part: Vec3, age: f32) -> (Vec3, Vec3) {
+        let grown = 0.82 * (1.0 - (-2.2 * age).exp());
+        let center = Vec3::new(0.0, 0.3 + 0.25 * (1.0 - (-0.7 * age).exp()), 0.0);
+        let from = (part * Vec3::new(1.0, 2.0, 1.0) - center * 2.0) / grown.max(1e-3);
+        (from, from * 2.2 - Vec3::Y * 0.5 * age)
     }
 
     /// Sum of octaves with round lumps and narrow clefts, mostly from -0.5 to 1.

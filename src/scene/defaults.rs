@@ -26,7 +26,7 @@ tint = [0.35, 0.6, 0.9, 0.35]
 "#;
 
 /// Volume of an `OpenVDB` file that is rendered on its own.
-pub(super) const VOLUME: &str = "[[volume]]\n";
+pub(super) const VOLUME: &str = "[shadow]\nreceiver = \"curve\"\n[[volume]]\n";
 
 /// [`sun`] in the format of a scene file.
 pub(super) const SUN: &str = r#"

@@ -215,6 +215,27 @@ impl MeshTable {
     }
 }
 
+/// What of a volume glows.
+#[derive(Clone, Debug)]
+pub(super) struct EmissionTable {
+    /// Name of the grid of temperatures in the file.
+    pub grid: Option<String>,
+    /// Temperature of a value of 1, or the highest of a generated volume [K].
+    pub kelvin: Option<f32>,
+    /// Radiance of what is opaque and at 1500 K, in red.
+    pub factor: f32,
+}
+
+impl EmissionTable {
+    fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            grid: keys.given("grid")?,
+            kelvin: keys.number("kelvin", 1e-6..=60_000.0, "above 0, at most 60000")?,
+            factor: keys.number("factor", 0.0..=1e6, "0 to 1e6")?.unwrap_or(1.0),
+        })
+    }
+}
+
 /// A grid of voxels.
 #[derive(Clone, Debug)]
 pub(super) struct VolumeTable {
@@ -229,6 +250,9 @@ pub(super) struct VolumeTable {
     /// Extinction by channel, relative to `factor`.
     pub color: Vec3,
     pub albedo: Vec3,
+    /// `g` of Henyey and Greenstein 1941.
+    pub anisotropy: f32,
+    pub emission: Option<EmissionTable>,
     pub casts: bool,
     pub visible: bool,
     pub placement: Placement,
@@ -256,6 +280,10 @@ impl VolumeTable {
             factor,
             color: color("color")?,
             albedo: color("albedo")?,
+            anisotropy: keys
+                .number("anisotropy", -0.95..=0.95, "from -0.95 to 0.95")?
+                .unwrap_or(0.0),
+            emission: keys.one("emission", EmissionTable::read)?.map(Spanned::into_inner),
             casts: keys.value("casts", true)?,
             visible: keys.value("visible", true)?,
             placement: placement(keys)?,

@@ -21,8 +21,14 @@ pub(super) enum Content {
         frames: Option<[u32; 2]>,
         /// Name of the grid of densities.
         grid: Option<String>,
+        /// Grid of temperatures, and the temperature of a value of 1 [K].
+        hot: Option<(String, f32)>,
     },
-    Cloud(Cloud),
+    Cloud {
+        cloud: Cloud,
+        /// Highest temperature of what glows [K].
+        kelvin: Option<f32>,
+    },
 }
 
 /// What a volume shows at one time.
@@ -39,14 +45,18 @@ pub(super) struct Frame {
 
 impl Content {
     pub(super) fn of_file(path: PathBuf, table: &VolumeTable) -> Self {
-        Self::File { path, frames: table.frames, grid: table.grid.clone() }
+        let hot = table.emission.as_ref().map(|emission| {
+            let grid = emission.grid.clone().unwrap_or_else(|| "temperature".to_owned());
+            (grid, emission.kelvin.unwrap_or(1.0))
+        });
+        Self::File { path, frames: table.frames, grid: table.grid.clone(), hot }
     }
 
     /// Whether it changes with time.
     pub(super) fn moves(&self) -> bool {
         match self {
             Self::File { frames, .. } => frames.is_some_and(|[first, last]| first < last),
-            Self::Cloud(cloud) => cloud.moves(),
+            Self::Cloud { cloud, .. } => cloud.moves(),
         }
     }
 
@@ -58,7 +68,7 @@ impl Content {
                 let frame = (seconds * Scene::FRAME_RATE).round() as u32;
                 numbered(path, first.saturating_add(frame).min(*last)).unwrap_or_default()
             }
-            Self::Cloud(_) => PathBuf::new(),
+            Self::Cloud { .. } => PathBuf::new(),
         }
     }
 
@@ -74,14 +84,14 @@ impl Content {
 
     pub(super) fn at(&self, seconds: f64) -> Result<Frame, SceneError> {
         match self {
-            Self::File { grid, .. } => {
+            Self::File { grid, hot, .. } => {
                 let path = self.path(seconds);
                 read::check(&path)?;
                 let of_file = |Fault { message, help }| SceneError::invalid(&path, message, help);
-                frame(&path, grid.as_deref()).map_err(of_file)
+                frame(&path, grid.as_deref(), hot.as_ref()).map_err(of_file)
             }
-            Self::Cloud(cloud) => {
-                let (bricks, volume_from_index) = cloud.bricks(seconds);
+            Self::Cloud { cloud, kelvin } => {
+                let (bricks, volume_from_index) = cloud.bricks(seconds, *kelvin);
                 let (skipped, notes) = Default::default();
                 Ok(Frame { bricks, scale: 1.0, volume_from_index, skipped, notes })
             }
@@ -124,7 +134,7 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
     Err(Fault::new(message.trim_end_matches("; "), "name one of the file's grids"))
 }
 
-fn frame(path: &Path, name: Option<&str>) -> Result<Frame, Fault> {
+fn frame(path: &Path, name: Option<&str>, hot: Option<&(String, f32)>) -> Result<Frame, Fault> {
     let vdb = open(path)?;
     let i = chosen(&vdb, name)?;
     let grid = vdb.read(i, true)?;
@@ -142,7 +152,20 @@ fn frame(path: &Path, name: Option<&str>) -> Result<Frame, Fault> {
         let background = grid.background;
         notes.push(note(&format!("the background of {background} counts as nothing")));
     }
-    let Bricks { bricks, scale, negative, not_finite } = grid.tree.into_bricks()?;
+    let Bricks { mut bricks, scale, mut negative, mut not_finite } = grid.tree.into_bricks()?;
+    if let Some((name, kelvin)) = hot {
+        let heat = vdb.read(self::chosen(&vdb, Some(name))?, true)?;
+        if heat.world_from_index != grid.world_from_index {
+            let message = format!(
+                "the grids {} and {} differ in place or scale",
+                quoted(chosen),
+                quoted(name)
+            );
+            return Err(Fault::new(message, "resample one to the other"));
+        }
+        let [below, wrong] = heat.tree.heat(&mut bricks, *kelvin);
+        (negative, not_finite) = (negative + below, not_finite + wrong);
+    }
     let counts = [("voxel below 0", negative), ("voxel not finite", not_finite)];
     let skipped = counts.into_iter().filter(|&(_, count)| count > 0).collect();
     Ok(Frame { bricks, scale, volume_from_index: grid.world_from_index, skipped, notes })

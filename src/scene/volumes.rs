@@ -1,6 +1,7 @@
 //! Volumes of a scene: grids of voxels that files have, or that are generated.
 use super::{
     SceneError,
+    clouds::{Cloud, KindOfCloud},
     document::{MOST_FACTOR, VolumeTable},
     limits::Limit,
     loader::Loader,
@@ -100,6 +101,9 @@ fn thickness(grid: &Grid) -> f64 {
     if columns.is_empty() { 0.0 } else { sum * height / (64 * columns.len()) as f64 }
 }
 
+/// Temperature in the middle of an explosion [K].
+const HOTTEST: f32 = 2200.0;
+
 /// Optical depth along y at which a volume that is rendered on its own is neither thin nor black.
 const USUAL_THICKNESS: f64 = 4.0;
 
@@ -109,7 +113,7 @@ impl Loader<'_> {
         let (key, content) = match (&given.file, &given.generate) {
             (Some(file), None) => ("file", self.of_file(table, file)?),
             (None, Some(cloud)) if given.frames.is_none() && given.grid.is_none() => {
-                ("generate", Content::Cloud(*cloud))
+                ("generate", self.of_cloud(table, *cloud)?)
             }
             (None, Some(_)) => {
                 let key = if given.frames.is_some() { "frames" } else { "density" };
@@ -131,11 +135,11 @@ impl Loader<'_> {
         self.check_limit(Limit::Bricks, have, start.bricks.len(), (span, key))?;
         let world_from_volume = given.placement.at(0.0).as_dmat4();
         let mut grid = Grid {
-            world_from_index: Affine3A::IDENTITY,
-            bricks: Vec::new(),
-            factor: 1.0,
             extinction: given.color,
             material: materials as u32,
+            anisotropy: given.anisotropy,
+            emission: given.emission.as_ref().map_or(0.0, |emission| emission.factor),
+            ..Grid::default()
         };
         put(&mut grid, start.clone(), world_from_volume, 1.0);
         if let Some(problem) = grid.problem() {
@@ -177,6 +181,19 @@ impl Loader<'_> {
         }
         self.scene.grids.push(grid);
         Ok(())
+    }
+
+    /// A generated volume; only an explosion is hot.
+    fn of_cloud(&self, table: &Spanned<VolumeTable>, cloud: Cloud) -> Result<Content, SceneError> {
+        let Some(emission) = &table.get_ref().emission else {
+            return Ok(Content::Cloud { cloud, kelvin: None });
+        };
+        if cloud.kind != KindOfCloud::Explosion || emission.grid.is_some() {
+            let help = "only explosions glow, and have no grid";
+            return Err(self.error(&table.span(), "emission", "emission of what is cold", help));
+        }
+        let kelvin = emission.kelvin.unwrap_or(HOTTEST);
+        Ok(Content::Cloud { cloud, kelvin: Some(kelvin) })
     }
 
     /// A file, or all of a sequence, which must be there.

@@ -94,6 +94,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::SURFACES,
     &shade::PANES,
     &shade::CASTERS,
+    &shade::BRICKS,
     &shade::LIGHT_POINTS,
     &shade::LIGHT_SHARES,
     &shade::AREA_LIGHT_POINTS,

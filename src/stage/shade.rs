@@ -75,7 +75,7 @@ pub const LAYERS: KernelDesc = KernelDesc {
     entry: "shade_layers",
     root: "shade/shade_layers.wgsl",
     with: &[IN_ORDER, LAYER_STATE, WALK, FACED_CANDIDATE],
-    constants: &[],
+    constants: &[("SHADES_BRICKS", 1.0)],
     tiers: Tier::ALL,
 };
 
@@ -105,6 +105,7 @@ pub const PANES: KernelDesc =
 pub const LAYERED: KernelDesc =
     KernelDesc { with: &[IN_ORDER], ..of_points("shade_layered", "shade/shade_layered.wgsl") };
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
+pub const BRICKS: KernelDesc = of_points("shade_bricks", "shade/shade_bricks.wgsl");
 /// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc = KernelDesc {
     with: &[RADIANCE, UNMASKED, OF_POINT],

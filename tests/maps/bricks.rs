@@ -70,6 +70,7 @@ pub(super) fn lump() -> Grid {
         factor: 2.0,
         extinction: Vec3::new(1.0, 0.5, 0.15),
         material: BRICK,
+        ..Grid::default()
     }
 }
 
@@ -182,6 +183,7 @@ fn cloud(edge: i32) -> Grid {
         factor: 4.0,
         extinction: Vec3::new(1.0, 0.6, 0.3),
         material: BRICK,
+        ..Grid::default()
     }
 }
 
@@ -223,13 +225,13 @@ fn curves_of_a_cloud() {
 #[test]
 fn a_homogeneous_box() {
     let size = UVec3::new(24, 16, 40);
-    let whole = Brick { origin: IVec3::ZERO, density: Density::Constant { size, density: 0.75 } };
+    let whole = Brick::new(IVec3::ZERO, Density::Constant { size, density: 0.75 });
     let mut parts = Vec::new();
     for z in 0..size.z / 8 {
         for y in 0..size.y / 8 {
             for x in 0..size.x / 8 {
                 let density = Density::Voxels(Voxels::new(|_| 0.75));
-                parts.push(Brick { origin: UVec3::new(x, y, z).as_ivec3() * 8, density });
+                parts.push(Brick::new(UVec3::new(x, y, z).as_ivec3() * 8, density));
             }
         }
     }
@@ -244,6 +246,7 @@ fn a_homogeneous_box() {
             factor: 1.5,
             extinction: Vec3::new(1.0, 0.5, 0.2),
             material: BRICK,
+            ..Grid::default()
         };
         let scene = scene_of(kinds()[0], grid.clone());
         each_texel(&scene, |line, scale, ways, filter| {
@@ -284,6 +287,7 @@ fn a_ball_of_voxels() {
         factor: 0.4,
         extinction: Vec3::new(1.0, 0.5, 0.2),
         material: BRICK,
+        ..Grid::default()
     };
     let mut scene = scene_of(LightKind::Directional { direction: Vec3::NEG_Z }, grid.clone());
     hold_view(&mut scene, WALL);
@@ -401,13 +405,14 @@ fn forms_of_bricks_agree() {
 fn a_row_of_bricks() {
     const COUNT: i32 = 2500;
     let voxels = Voxels::new(|place| if place.x % 2 == 0 { 1.0 } else { 0.5 });
-    let brick = |i| Brick { origin: IVec3::Z * 8 * i, density: Density::Voxels(voxels.clone()) };
+    let brick = |i| Brick::new(IVec3::Z * 8 * i, Density::Voxels(voxels.clone()));
     let grid = Grid {
         world_from_index: Affine3A::from_scale(Vec3::new(1.0, 1.0, 1e-3)),
         bricks: (0..COUNT).map(brick).collect(),
         factor: 0.1,
         extinction: Vec3::new(1.0, 0.5, 0.2),
         material: BRICK,
+        ..Grid::default()
     };
     let mut scene = scene_of(LightKind::Directional { direction: Vec3::NEG_Z }, grid);
     scene.shadow.size = 16;

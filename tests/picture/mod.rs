@@ -1,5 +1,6 @@
 //! The lit picture.
 mod air;
+mod bricks;
 mod emitters;
 mod environment;
 mod golden;

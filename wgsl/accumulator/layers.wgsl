@@ -8,6 +8,7 @@
 import package::bind::sampled::lit;
 import package::bind::uniform::materials;
 import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
+import package::hit::brick_light::brick_light;
 import package::hit::caster_hit::{
     Faced, Hit, faced_hit, faced_of, triangle_hit, triangle_weights,
 };
@@ -133,10 +134,14 @@ fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
     let material = materials[hit.material];
     let adds = material.transfer == TRANSFER_NONE;
     let light = select(arriving, vec3(1.0), adds);
-    let own = seen_color(hit, material.transfer) * light + material.emission;
-    // A brick scatters all that it absorbs, by channel.
-    let is_brick = HAS_BRICKS && material.shape == SHAPE_BRICK;
-    let covered = select(vec3(hit.opacity), hit.absorbed, is_brick);
+    var own = seen_color(hit, material.transfer) * light + material.emission;
+    var covered = vec3(hit.opacity);
+    if HAS_BRICKS {
+        let is_brick = material.shape == SHAPE_BRICK;
+        own = select(own, brick_light(), is_brick && !adds);
+        // By channel.
+        covered = select(covered, hit.absorbed, is_brick);
+    }
     lay(view, hit.depth, covered * own, select(1.0 - covered, vec3(1.0), adds));
 }
 

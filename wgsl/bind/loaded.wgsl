@@ -3,6 +3,7 @@
 // number in the whole project.
 
 @group(0) @binding(131) var voxels: texture_storage_3d<rgba16float, read>;
+@group(0) @binding(132) var brick_lights: texture_storage_2d<rgba32float, read>;
 @group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(130) var bricks: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(35) var clusters: texture_storage_2d<r32uint, read>;

@@ -26,6 +26,7 @@
 @group(0) @binding(119) var blended_tiles: texture_2d<u32>;
 @group(0) @binding(54) var triangles: texture_2d<u32>;
 @group(0) @binding(131) var voxels: texture_3d<f32>;
+@group(0) @binding(132) var brick_lights: texture_2d<f32>;
 @group(0) @binding(65) var layers: texture_2d<u32>;
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;
 @group(0) @binding(83) var host_depths: texture_2d<f32>;

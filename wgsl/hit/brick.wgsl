@@ -5,6 +5,7 @@
 
 import package::bind::sampled::voxels;
 import package::features::{NODES, unrolled};
+import package::hit::brick_light::{SHADES_BRICKS, along_ray, weigh};
 import package::hit::hit::to_world;
 import package::records::brick::{Brick, Grid};
 import package::records::view::GpuView;
@@ -15,6 +16,7 @@ const TURNS: u32 = 5u;
 const CELLS: u32 = 5u;
 const GAUSS: f32 = 0.28867513; // offset of the two points from the middle, of the length: 1 / sqrt(12)
 const VOXEL_PARTS: u32 = 3u; // ramps of a curve for a brick with voxels of its own
+const CONSTANT_PARTS: u32 = 8u; // of a ray in a brick of constant density, for its light
 const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
 
 // Which of how many equal parts of the way through a brick is met; the whole while there are none.
@@ -97,7 +99,20 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
         first += length * f32(part);
         last = select(to, last, part + 1u == part_count);
     }
+    if SHADES_BRICKS {
+        let size = brick.high - brick.low;
+        along_ray(
+            (ray.start + ray.way * first - brick.low) / size,
+            (ray.start + ray.way * last - brick.low) / size,
+        );
+    }
     if brick.density >= 0.0 {
+        if SHADES_BRICKS {
+            let tau = brick.density * (last - first) * ray.metres * grid.extinction / f32(CONSTANT_PARTS);
+            for (var i = 0u; i < CONSTANT_PARTS; i += 1u) {
+                weigh(tau, (f32(i) + 0.5) / f32(CONSTANT_PARTS));
+            }
+        }
         return Passage(first, vec2(first, last), brick.density * (last - first) * ray.metres);
     }
     let rises = ray.way > vec3(0.0);
@@ -125,6 +140,9 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                 let both = two_densities(brick.place + vec3<u32>(cell - brick.low), a, b);
                 let own = both * (0.5 * (next - t));
                 depth += own;
+                if SHADES_BRICKS {
+                    weigh(own * ray.metres * grid.extinction, (0.5 * (t + next) - first) / (last - first));
+                }
                 begins = select(begins, min(begins, t), own > 0.0);
                 ends = select(ends, next, own > 0.0);
                 if NODES > 0u {

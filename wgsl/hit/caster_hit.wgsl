@@ -6,6 +6,7 @@ import package::features::{
     HAS_BRICKS, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
 };
 import package::hit::brick::passage;
+import package::hit::brick_light::{SHADES_BRICKS, start_weights};
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{Facing, absorption, coverage, facing, facing_hit, transmittance};
 import package::hit::texture::sample_texture;
@@ -191,7 +192,11 @@ fn brick_hit(
     opaque_depth: f32,
     material_id: u32,
 ) -> Hit {
-    let brick = brick_of(particle_object(caster_of(footprint)));
+    let id = particle_object(caster_of(footprint));
+    if SHADES_BRICKS {
+        start_weights(id);
+    }
+    let brick = brick_of(id);
     let grid = grid_of(brick);
     let range = view.far - view.near;
     let inside = passage(view, brick, grid, texel, view.near + opaque_depth * range);

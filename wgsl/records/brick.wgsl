@@ -1,16 +1,23 @@
 // A brick of a grid, and what all bricks of the grid share, from `bricks`. Rust: `BrickRecord` and `GridRecord`
 // in src/records/brick.rs.
 
-import package::bind::sampled::bricks;
+import package::bind::sampled::{bricks, voxels};
 import package::records::record::record_texel;
 
 const BRICK_TEXELS: u32 = 2u;
 const BRICK_SIZE: f32 = 8.0; // edge of a brick with voxels of its own [voxels]
 
+const SLOT_WIDTH: u32 = 9u;  // of a brick in `voxels` [texels]
+const SLOT_HEIGHT: u32 = 8u; // and depth
+
+// The light of a brick is evaluated at a lattice of points over its box, the faces included, which neighbours share.
+const LATTICE_EDGE: u32 = 5u;
+const LATTICE_POINTS: u32 = 125u;
+
 struct Brick {
     low: vec3<f32>,   // lowest corner, from the grid's anchor [voxels]
     high: vec3<f32>,  // highest corner
-    density: f32,     // if it is constant; negative for voxels of its own
+    density: f32,     // if it is constant; negative for voxels of its own, -2 with temperatures in the next slot
     place: vec3<u32>, // first texel of these in `voxels`
     grid: u32,        // first texel of the grid's record
 }
@@ -44,6 +51,32 @@ fn grid_of(brick: Brick) -> Grid {
         grid_texel(brick.grid, 5u).w,
     );
     return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), extinction);
+}
+
+// Temperature of a brick's voxel at x, y, z of 0..=8 [K]; 0 of a brick without.
+fn temperature(brick: Brick, voxel: vec3<u32>) -> f32 {
+    let end = textureDimensions(voxels);
+    var slot = brick.place + vec3(SLOT_WIDTH, 0u, 0u);
+    slot = select(slot, vec3(0u, slot.y + SLOT_HEIGHT, slot.z), slot.x >= end.x);
+    slot = select(slot, vec3(0u, 0u, slot.z + SLOT_HEIGHT), slot.y >= end.y);
+    let is_hot = brick.density < -1.5;
+    // A texel has four voxels: its own, and the next in y, in z and in both.
+    let own = min(voxel, vec3(SLOT_WIDTH - 1u, SLOT_HEIGHT - 1u, SLOT_HEIGHT - 1u));
+    let four = textureLoad(voxels, select(vec3(0u), slot + own, is_hot), 0);
+    let two = select(four.xy, four.zw, voxel.z > own.z);
+    return select(0.0, select(two.x, two.y, voxel.y > own.y), is_hot);
+}
+
+// How a grid scatters and glows.
+struct GridLook {
+    anisotropy: f32, // `g` of its phase function
+    material: u32,
+    emission: f32,   // radiance of what is opaque and at 1500 K, in red
+}
+
+fn grid_look(brick: Brick) -> GridLook {
+    let look = textureLoad(bricks, record_texel(brick.grid + 6u), 0);
+    return GridLook(bitcast<f32>(look.x), look.y, bitcast<f32>(look.z));
 }
 
 // Edges of a voxel as columns, world space [m].

@@ -11,6 +11,7 @@ const POINT_NONE: u32 = 0u;
 const POINT_SOLID: u32 = 1u;    // scatters light from its face's side
 const POINT_PANE: u32 = 2u;    // scatters light from both sides
 const POINT_PARTICLE: u32 = 3u; // scatters without a normal
+const POINT_BRICK: u32 = 4u;    // in a brick of voxels: scatters several times
 
 const POLISH_STEPS: f32 = 2047.0;
 const METAL_STEPS: f32 = 255.0;
@@ -25,7 +26,7 @@ struct Point {
     receives: u32,        // RECEIVES_*
     tag: u32,             // owner tag of its object
     albedo: vec3<f32>,    // share of the light that it scatters
-    roughness: f32,
+    roughness: f32,       // in a brick (g + 1) / 2, with g of its phase function
     reflectivity: f32,
     polish: f32,          // 1: shines like glass
     emission: vec3<f32>,  // light that it emits, and mirrors from the environment
@@ -69,7 +70,7 @@ fn load_point(index: u32) -> Point {
     let normals = textureLoad(points, record_texel(first + 1u), 0);
     let look = textureLoad(points, record_texel(first + 2u), 0);
     let own = textureLoad(points, record_texel(first + 3u), 0);
-    let kind = place.w & 3u;
+    let kind = place.w & 7u;
     let shine = unpack2x16unorm(look.w);
     let has_face = kind == POINT_SOLID || kind == POINT_PANE;
     return Point(

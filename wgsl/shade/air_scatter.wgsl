@@ -7,9 +7,9 @@ import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
 import package::records::air_params::AIR_CELL;
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
+import package::shade::phase::phase;
 import package::shade::receive::{incoming, shadow};
 
-const PER_FOUR_PI: f32 = 0.07957747;
 // Angle at a lamp between two samples [radians]: half a degree.
 const SAMPLE_ANGLE: f32 = 0.0087266;
 // Most samples of a light in a slice, and of all lights: the loops of an invocation share llvmpipe's 65,535
@@ -20,12 +20,6 @@ const MAX_LIT_SAMPLES: u32 = 256u;
 const NEAREST: f32 = 0.01;
 // Instead of 0 in a divisor.
 const TINY: f32 = 1e-20;
-
-// Phase function of Henyey and Greenstein 1941; `cosine` between the incoming and outgoing directions.
-fn phase(cosine: f32, g: f32) -> f32 {
-    let spread = max(1.0 + g * g - 2.0 * g * cosine, 1e-6);
-    return PER_FOUR_PI * (1.0 - g * g) / (spread * sqrt(spread));
-}
 
 // Part of the ray `origin + direction t` with t within `ends` that is in the cone of a spot at zero; empty
 // where x > y.

@@ -18,6 +18,7 @@ use crate::{
     frame::Commands,
     gpu::{Allocator, Memory, Timeline},
     model::Class,
+    records::LATTICE_POINTS,
     shadows::{
         Shadows,
         batch::{context::view_uniform, plan::Plan},
@@ -56,6 +57,8 @@ pub struct PreparedPicture {
 struct Targets {
     radiance: Texture,
     lit: Texture,
+    /// Light of the lattices of all bricks.
+    brick_lights: Texture,
     pixels: Buffer,
     /// Counters of the lists, part by part.
     counters: Buffer,
@@ -66,6 +69,7 @@ impl Targets {
         allocator: &mut Allocator<'_>,
         size: UVec2,
         lit_count: u32,
+        brick_records: u32,
         part_count: usize,
     ) -> Result<Self, Error> {
         let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
@@ -73,12 +77,14 @@ impl Targets {
         let extent = [u64::from(size.x), u64::from(size.y), 1];
         let radiance = allocator.texture("radiance", float, extent, read)?;
         let lit = allocator.records("lit_casters", float, lit_count.into(), read)?;
+        let lattices = u64::from(brick_records) * u64::from(LATTICE_POINTS);
+        let brick_lights = allocator.records("brick_lights", float, lattices, read)?;
         let pixel_count = u64::from(size.element_product());
         let pixels = allocator.storage::<u32>("pixels", pixel_count, copied)?;
         let parts = part_count as u64;
         let counters =
             allocator.storage::<[BatchCounters; 2]>("picture_counters", parts, copied)?;
-        Ok(Self { radiance, lit, pixels, counters })
+        Ok(Self { radiance, lit, brick_lights, pixels, counters })
     }
 }
 
@@ -114,11 +120,12 @@ impl Shadows {
         let lists = self.camera_lists(&mut allocator, request, &views, &rects)?;
         let lit_count = lists[1].first_setup;
         let records = request.light_records();
+        let bricks = self.casters()?.brick_records();
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = request.params(&records, &clusters.grid, lists[1].setup_origin);
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
-        let targets = Targets::new(&mut allocator, size, lit_count, rects.len())?;
+        let targets = Targets::new(&mut allocator, size, lit_count, bricks.end, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         let resources = self
             .casters()?
@@ -144,6 +151,8 @@ impl Shadows {
                 rounds: capacity.rounds,
                 memory: &band,
                 lit_casters: &targets.lit,
+                bricks,
+                brick_lights: &targets.brick_lights,
             },
             &rects,
             &lighting.with(resources),

@@ -1,6 +1,6 @@
 //! Blending of particles and panes over opaque surfaces.
 use super::{
-    Eye, FAINT,
+    Eye, FAINT, Lit,
     layers::{Face, Layer, Pixel},
     seen::Seen,
 };
@@ -23,7 +23,7 @@ impl Eye<'_> {
     pub(super) fn composite(
         &self,
         blended: &Seen<'_>,
-        lit: &[Vec3],
+        lit: &Lit,
         index: usize,
         tile: &Tile,
         surfaces: &TileTexels<(Vec3, f32)>,
@@ -56,11 +56,16 @@ impl Eye<'_> {
                 pixel.lay_waiting(hit.depth);
                 pixel.passed *= pixel.fog.to(hit.depth);
                 let adds = material.transfer == Transfer::None;
-                let light = if adds { Vec3::ONE } else { lit[pair.footprint as usize] };
-                let own = seen_color(&hit, material) * light + material.emission;
-                // A brick scatters all that it absorbs, by channel.
-                let is_brick = material.shape == Shape::Brick;
-                let covered = if is_brick { hit.absorbed } else { Vec3::splat(hit.opacity) };
+                let light = if adds { Vec3::ONE } else { lit.casters[pair.footprint as usize] };
+                let mut own = seen_color(&hit, material) * light + material.emission;
+                let mut covered = Vec3::splat(hit.opacity);
+                if material.shape == Shape::Brick {
+                    // By channel.
+                    covered = hit.absorbed;
+                    if !adds {
+                        own = target.brick_light(at, opaque, &lit.lattices);
+                    }
+                }
                 let passed = if adds { Vec3::ONE } else { 1.0 - covered };
                 // The air in front of the hit covers what the hit covers.
                 let before = self.air_before(at, hit.depth);

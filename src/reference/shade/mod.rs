@@ -7,6 +7,7 @@ mod seen;
 use super::{
     air::{AirBefore, AirVolume},
     area::{Fit, mean_over_points},
+    brick_light::{Lattice, lattice_cell, points_of},
     caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
@@ -15,9 +16,12 @@ use super::{
     tile::{Tile, TileTexels},
 };
 use crate::{
-    model::{Casters, Class, Gaussian, Grid, Material, Particle, Scene, Triangle, View},
+    model::{
+        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Triangle, View, black_body,
+    },
     records::{
-        AirParams, Footprint, FormerSlots, GpuView, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps,
+        AirParams, Footprint, FormerSlots, GpuView, LATTICE_POINTS, MaskSlots, Picture,
+        TRIANGLE_BIT, ViewMaps,
     },
 };
 use composite::seen_color;
@@ -110,7 +114,10 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     let mut eye = Eye { view, world_from_view, lighting, air, masks: None };
     let [solid, blended] = [Class::SOLID, Class::BLENDED].map(|of| OfClasses::new(scene, of));
     let [solid, blended] = [&solid, &blended].map(|casters| casters.seen(scene, &view));
-    let lit: Vec<Vec3> = each(blended.casters.footprints.len(), |i| eye.light_caster(&blended, i));
+    let lit = Lit {
+        casters: each(blended.casters.footprints.len(), |i| eye.light_caster(&blended, i)),
+        lattices: each(blended.records.bricks.records.len(), |i| eye.light_brick(&blended, i)),
+    };
     let tile_count = (view.tiles_x * camera.tiles().y) as usize;
     let size = scene.camera.size;
     eye.masks = eye.picture_masks(scene, camera, &solid);
@@ -127,6 +134,12 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
         }
     }
     light
+}
+
+/// Light of translucent particles, and of the lattices of bricks by the index of their records.
+struct Lit {
+    casters: Vec<Vec3>,
+    lattices: Vec<Option<Box<Lattice>>>,
 }
 
 /// Casters of some classes, in the order of the classes.
@@ -231,6 +244,42 @@ impl Eye<'_> {
             metallic: 0.0,
         };
         self.lighting.light(&point, None)
+    }
+
+    /// Light of a brick's lattice; `None` where the camera does not see the brick, and for the record of a grid.
+    fn light_brick(&self, blended: &Seen<'_>, record: usize) -> Option<Box<Lattice>> {
+        let bricks = &blended.records.bricks;
+        if !bricks.brick_records().contains(&(record as u32)) {
+            return None;
+        }
+        let brick = &bricks.records[record];
+        let grid = bricks.grid(brick);
+        let material = &blended.records.materials[grid.material as usize];
+        let points = points_of(bricks, brick, &self.view)?;
+        let [x, y, z] = bricks.half_edges(record as u32).map(|edge| edge.length());
+        let temperatures = bricks.temperatures_of(brick);
+        let mut lattice = Box::new([Vec3::ZERO; LATTICE_POINTS as usize]);
+        for ((i, light), position) in (0..).zip(lattice.iter_mut()).zip(points) {
+            let kelvin = temperatures.map_or(0.0, |all| all.at(2 * lattice_cell(i)));
+            let point = Point {
+                kind: PointKind::Brick { anisotropy: grid.anisotropy },
+                position,
+                pixel: UVec2::ZERO,
+                face: Vec3::ZERO,
+                normal: Vec3::ZERO,
+                to_eye: (self.position() - position).normalize(),
+                // A curve knows what is in front of a point in its own brick.
+                reach: if self.lighting.has_curves() { 0.0 } else { x + y + z },
+                receiver: Receiver::new(material, 0),
+                albedo: material.tint.truncate(),
+                roughness: 1.0,
+                gloss: Gloss::SOLID,
+                emission: grid.emission * black_body(kelvin),
+                metallic: 0.0,
+            };
+            *light = self.lighting.light(&point, None);
+        }
+        Some(lattice)
     }
 
     /// Nearest opaque caster of each texel.

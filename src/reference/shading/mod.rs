@@ -63,7 +63,7 @@ pub struct Point {
 }
 
 /// Scattering of a point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointKind {
     /// Scatters light from its face's side.
     Solid,
@@ -71,6 +71,11 @@ pub enum PointKind {
     Pane,
     /// Scatters without a normal.
     Particle,
+    /// In a brick of voxels: scatters several times.
+    Brick {
+        /// `g` of its phase function.
+        anisotropy: f32,
+    },
 }
 
 /// Properties of a receiver that decide which casters tint it.
@@ -157,6 +162,11 @@ impl<'a> Lighting<'a> {
         }
     }
 
+    /// Whether maps are curves.
+    pub fn has_curves(&self) -> bool {
+        self.maps.iter().any(|map| map.curve.is_some())
+    }
+
     pub fn lights(&self) -> &[GpuLight] {
         &self.lights
     }
@@ -194,7 +204,7 @@ impl<'a> Lighting<'a> {
 
     fn ambient_at(&self, point: &Point) -> Vec3 {
         match point.kind {
-            PointKind::Particle => self.ambient,
+            PointKind::Particle | PointKind::Brick { .. } => self.ambient,
             PointKind::Solid | PointKind::Pane => irradiance_at(&self.irradiance, point.normal),
         }
     }
@@ -222,8 +232,14 @@ impl<'a> Lighting<'a> {
             let through = masked
                 .unwrap_or_else(|| self.shadow(index, point.position, face, point.reach, receiver));
             let passed = color * through;
-            diffuse += passed * scattered(point.kind, cosine);
-            if point.kind != PointKind::Particle && cosine > 0.0 {
+            diffuse += match point.kind {
+                PointKind::Brick { anisotropy } => {
+                    let ahead = toward.dot(-point.to_eye);
+                    color * phase_of_orders(through, ahead, anisotropy, point.albedo)
+                }
+                kind => passed * scattered(kind, cosine),
+            };
+            if matches!(point.kind, PointKind::Solid | PointKind::Pane) && cosine > 0.0 {
                 shine += passed * (cosine * highlight(point, toward));
             }
         }
@@ -288,8 +304,24 @@ fn scattered(kind: PointKind, cosine: f32) -> f32 {
         PointKind::Pane => cosine.abs() * FRAC_1_PI,
         // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
         // that faces the light.
-        PointKind::Particle => 0.5 * FRAC_1_PI,
+        PointKind::Particle | PointKind::Brick { .. } => 0.5 * FRAC_1_PI,
     }
+}
+
+/// Orders of scattering in a brick.
+pub const ORDERS: u32 = 4;
+/// Transmittance that maps store as 0.
+pub const DARKEST: f32 = 1.0 / 1024.0;
+
+/// Share of the light that a brick scatters to the eye, once and more often, where `passed` comes straight (Wrenninge,
+/// Kulla and Lundqvist 2013).
+fn phase_of_orders(passed: Vec3, cosine: f32, g: f32, albedo: Vec3) -> Vec3 {
+    let light = (passed - DARKEST).max(Vec3::ZERO) / (1.0 - DARKEST);
+    let order = |i: u32| {
+        let part = 0.5_f32.powi(i as i32);
+        (0.5 * albedo).powf(i as f32) * light.powf(part) * phase(cosine, g * part)
+    };
+    (0..ORDERS).map(order).sum()
 }
 
 /// Reflectance of glass at normal incidence.

@@ -69,34 +69,42 @@ impl<'a> Places<'a> {
         Source::Constant(EDGES.iter().find_map(tile).copied().unwrap_or(0.0))
     }
 
-    /// The brick from `origin` on; `None` if it is 0 throughout.
-    fn brick(&self, origin: IVec3) -> Option<Brick> {
-        let sources: [Source<'_>; 8] = std::array::from_fn(|i| {
+    /// Sources of the 8^3 voxels from `origin` on and of their upper neighbours.
+    fn sources(&self, origin: IVec3) -> [Source<'a>; 8] {
+        std::array::from_fn(|i| {
             let upper = |axis: usize| (i >> axis & 1) as i32;
             self.source(origin + IVec3::new(upper(0), upper(1), upper(2)) * LEAF_EDGE)
-        });
+        })
+    }
+
+    /// The brick from `origin` on; `None` if it is 0 throughout.
+    fn brick(&self, origin: IVec3) -> Option<Brick> {
+        let sources = self.sources(origin);
         if let Source::Constant(value) = sources[0]
             && sources.iter().all(|source| matches!(source, Source::Constant(v) if *v == value))
         {
             return (value != 0.0).then(|| constant(origin, LEAF_EDGE, value));
         }
-        let value = |place: UVec3| {
-            let upper = (place / LEAF_EDGE as u32).dot(UVec3::new(1, 2, 4));
-            sources[upper as usize].at((place % LEAF_EDGE as u32).as_ivec3())
-        };
-        let voxels = Voxels::new(value);
+        let voxels = voxels(&sources);
         let first = voxels.bits()[0];
         let is_constant = voxels.bits().iter().all(|&bits| bits == first);
         match f16::from_bits(first).to_f32() {
             0.0 if is_constant => None,
             density if is_constant => Some(constant(origin, LEAF_EDGE, density)),
-            _ => Some(Brick { origin, density: Density::Voxels(voxels) }),
+            _ => Some(Brick::new(origin, Density::Voxels(voxels))),
         }
     }
 }
 
+fn voxels(sources: &[Source<'_>; 8]) -> Voxels {
+    Voxels::new(|place| {
+        let upper = (place / LEAF_EDGE as u32).dot(UVec3::new(1, 2, 4));
+        sources[upper as usize].at((place % LEAF_EDGE as u32).as_ivec3())
+    })
+}
+
 fn constant(origin: IVec3, edge: i32, density: f32) -> Brick {
-    Brick { origin, density: Density::Constant { size: UVec3::splat(edge as u32), density } }
+    Brick::new(origin, Density::Constant { size: UVec3::splat(edge as u32), density })
 }
 
 impl Tree {
@@ -151,6 +159,27 @@ impl Tree {
         }
         bricks.extend(joined(boxes));
         Ok(Bricks { bricks, scale, negative, not_finite })
+    }
+
+    /// Gives bricks with voxels the tree's temperatures, `kelvin` for a value of 1, at most what halves hold. Returns the
+    /// numbers of negative and not finite values, which count as 0.
+    pub(in crate::scene) fn heat(mut self, bricks: &mut [Brick], kelvin: f32) -> [u64; 2] {
+        let mut wrong = [0; 2];
+        let tiles = self.tiles.iter_mut().map(|tile| &mut tile.value);
+        for value in self.values.iter_mut().chain(tiles) {
+            if !value.is_finite() || *value < 0.0 {
+                wrong[usize::from(!value.is_finite())] += 1;
+                *value = 0.0;
+            }
+            *value = (*value * kelvin).min(f16::MAX.to_f32());
+        }
+        let places = Places::new(&self);
+        for brick in bricks.iter_mut().filter(|brick| brick.voxels().is_some()) {
+            let temperatures = voxels(&places.sources(brick.origin));
+            let is_hot = temperatures.bits().iter().any(|&bits| bits != 0);
+            brick.temperature = is_hot.then_some(temperatures);
+        }
+        wrong
     }
 
     /// Makes all values densities that halves can hold. Returns the density per value, and the numbers of negative and

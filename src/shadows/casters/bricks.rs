@@ -23,7 +23,12 @@ pub(super) struct UploadedBricks {
     grids: Vec<Grid>,
 }
 
-/// Slots along each axis for `count` bricks, a cube of at most `most` if they fit.
+/// Slots of a brick: of its voxels, and of their temperatures.
+fn slots_of(brick: &Brick) -> u32 {
+    u32::from(brick.voxels().is_some()) + u32::from(brick.temperature.is_some())
+}
+
+/// Slots along each axis for `count` of them, a cube of at most `most` if they fit.
 fn slots(count: u32, most: u32) -> UVec3 {
     let side = (1..most).find(|&side| side.saturating_pow(3) >= count).unwrap_or(most);
     let rows = count.div_ceil(side).max(1);
@@ -38,7 +43,7 @@ impl UploadedBricks {
     ) -> Result<Self, Error> {
         let most = allocator.device.limits().max_texture_dimension_3d / SLOT_SIZE.x;
         let all = grids.iter().flat_map(|grid| &grid.bricks);
-        let slots = slots(all.filter_map(Brick::voxels).count() as u32, most);
+        let slots = slots(all.map(slots_of).sum(), most);
         let bricks = Bricks::new(grids, slots.truncate());
         let records = upload(allocator, queue, "bricks", &bricks.records, BRICK_TEXELS, 0)?;
         let voxels =
@@ -81,7 +86,8 @@ impl UploadedBricks {
         let mut of_voxels = is_new.iter();
         let changed = new.particles.iter().map(|particle| {
             let [before, after] = [&old, new].map(|all| all.records[particle.id as usize]);
-            let has_new_voxels = after.density < 0.0 && of_voxels.next() == Some(&true);
+            let has_new_voxels =
+                of_voxels.by_ref().take(after.slots()).fold(false, |any, it| any | it);
             has_new_voxels || before != after || old.grid(&before) != new.grid(&after)
         });
         Some(changed.collect())

@@ -411,6 +411,11 @@ impl CasterSet {
         self.id
     }
 
+    /// Indices of the bricks among their records.
+    pub(crate) fn brick_records(&self) -> Range<u32> {
+        self.bricks.bricks().brick_records()
+    }
+
     /// The casters of `classes`.
     pub fn span(&self, classes: RangeInclusive<Class>) -> Span {
         let (first, last) = (*classes.start() as usize, *classes.end() as usize);

@@ -1,0 +1,84 @@
+//! CPU reference of `wgsl/hit/brick_light.wgsl` and `wgsl/shade/shade_bricks.wgsl`: light that a brick sends along a ray
+//! to the eye.
+use crate::records::{BrickRecord, Bricks, GpuView, LATTICE_EDGE, LATTICE_POINTS};
+use glam::{UVec3, Vec2, Vec3};
+
+/// Parts of a ray in a brick of constant density, for its light.
+pub const CONSTANT_PARTS: u32 = 8;
+
+/// Light of the lattice of a brick, x first.
+pub type Lattice = [Vec3; LATTICE_POINTS as usize];
+
+/// Where a ray absorbs in a brick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights {
+    /// Absorbed near each of four places of the ray, of the light from behind.
+    near: [Vec3; 4],
+    left: Vec3,
+    /// Where the ray enters and leaves the box, 0..1.
+    ends: [Vec3; 2],
+}
+
+impl Weights {
+    pub(super) fn new(ends: [Vec3; 2]) -> Self {
+        Self { near: [Vec3::ZERO; 4], left: Vec3::ONE, ends }
+    }
+
+    /// The next part of the ray, of optical depth `tau`, with its middle at `part` of the way through the box.
+    pub(super) fn weigh(&mut self, tau: Vec3, part: f32) {
+        let passed = (-tau).map(f32::exp);
+        let absorbed = self.left * (1.0 - passed);
+        for (near, place) in self.near.iter_mut().zip([0.0, 1.0, 2.0, 3.0]) {
+            *near += absorbed * (1.0 - (3.0 * part - place).abs()).max(0.0);
+        }
+        self.left *= passed;
+    }
+
+    /// Mean light of what the ray has met, by what was absorbed there.
+    pub(super) fn light(&self, lattice: &Lattice) -> Vec3 {
+        let places = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
+        let at = |part| interpolated(lattice, self.ends[0].lerp(self.ends[1], part));
+        let sum: Vec3 = self.near.iter().zip(places).map(|(near, part)| near * at(part)).sum();
+        sum / self.near.iter().sum::<Vec3>().max(Vec3::splat(1e-20))
+    }
+}
+
+/// Trilinear between the points of a lattice; `place` in the box, 0..1.
+fn interpolated(lattice: &Lattice, place: Vec3) -> Vec3 {
+    let last = (LATTICE_EDGE - 1) as f32;
+    let at = place.clamp(Vec3::ZERO, Vec3::ONE) * last;
+    let low = at.floor().min(Vec3::splat(last - 1.0));
+    let aside = at - low;
+    let point = |x, y, z| {
+        let [x, y, z] = (low.as_uvec3() + UVec3::new(x, y, z)).to_array();
+        lattice[((z * LATTICE_EDGE + y) * LATTICE_EDGE + x) as usize]
+    };
+    let along_x = |y, z| point(0, y, z).lerp(point(1, y, z), aside.x);
+    let along_y = |z| along_x(0, z).lerp(along_x(1, z), aside.y);
+    along_y(0).lerp(along_y(1), aside.z)
+}
+
+/// Place of a point in the lattice.
+pub(super) fn lattice_cell(i: u32) -> UVec3 {
+    let edge = LATTICE_EDGE;
+    UVec3::new(i % edge, i / edge % edge, i / (edge * edge))
+}
+
+/// Points of a brick's lattice, world space [m]; `None` where the camera does not see the brick.
+pub(super) fn points_of(bricks: &Bricks, brick: &BrickRecord, view: &GpuView) -> Option<Vec<Vec3>> {
+    let grid = bricks.grid(brick);
+    let (low, size) = (brick.origin.as_vec3(), brick.size());
+    let edges = grid.edges.map(|edge| edge.truncate());
+    let anchor = Vec3::from_array(grid.rows.map(|row| row.w));
+    let world = |at: Vec3| anchor + edges[0] * at.x + edges[1] * at.y + edges[2] * at.z;
+    let lengths = Vec3::from_array(edges.map(|edge| edge.length()));
+    let radius = 0.5 * (lengths * size).element_sum();
+    let center = view.view_from_world.transform_point3(world(low + size * 0.5));
+    let slope = view.size * 0.5 / view.scale;
+    let beyond = Vec2::new(center.x, center.y).abs() + center.z * slope;
+    let aside = beyond.cmple(radius * (1.0 + slope * slope).map(f32::sqrt)).all();
+    let is_seen = aside && -center.z + radius >= view.near && -center.z - radius <= view.far;
+    let point =
+        |i: u32| world(low + size * (lattice_cell(i).as_vec3() / (LATTICE_EDGE - 1) as f32));
+    is_seen.then(|| (0..LATTICE_POINTS).map(point).collect())
+}
