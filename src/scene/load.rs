@@ -179,14 +179,20 @@ fn load_all(
     }
     // Before the ground is added: the camera looks at the contents of the file.
     let bounds = defaults::contents(&scene);
-    let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
-    scene.camera = match &document.camera {
-        Some(table) => {
-            (scene.exposure, scene.samples) = (table.get_ref().exposure, table.get_ref().samples);
-            tables::placed_camera(&source, table, model_camera, &bounds)?
-        }
+    let alone = is_alone.then_some(&scene);
+    let usual = model_camera.unwrap_or_else(|| {
+        let usual = defaults::camera(&bounds);
+        alone.map_or(usual, |scene| defaults::framed(usual, scene, false))
+    });
+    let camera = match &document.camera {
+        Some(table) => tables::placed_camera(&source, table, model_camera, &bounds, alone)?,
         None => usual,
     };
+    scene.camera = camera;
+    scene.samples = defaults::SAMPLES;
+    if let Some(table) = &document.camera {
+        (scene.exposure, scene.samples) = (table.get_ref().exposure, table.get_ref().samples);
+    }
     if is_alone && options.ground {
         defaults::add_ground(&mut scene, model_camera.as_ref());
     }

@@ -1,6 +1,6 @@
 //! Tables of the scene file in the library's units.
 use super::{
-    Bounds, Camera, SceneError, defaults,
+    Bounds, Camera, Scene, SceneError, defaults,
     document::{CameraTable, MaterialTable, Shades, TextureSource},
     keys::{ABOVE_ZERO, Keys},
     noise::Noise,
@@ -167,28 +167,33 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         fov_y,
         size,
         exposure: exposure.unwrap_or(0.0),
-        samples: keys.whole("samples", 1, 1..=MAX_SAMPLES, &samples)?,
+        samples: keys.whole("samples", defaults::SAMPLES, 1..=MAX_SAMPLES, &samples)?,
     })
 }
 
-/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture.
+/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture, or the
+/// contents of a file alone.
 pub(super) fn placed_camera(
     source: &SceneText<'_>,
     table: &Spanned<CameraTable>,
     base: Option<Camera>,
     bounds: &Bounds,
+    alone: Option<&Scene>,
 ) -> Result<Camera, SceneError> {
     let given = table.get_ref();
     let mut camera = base.unwrap_or_else(|| defaults::camera(bounds));
     camera.fov_y = given.fov_y.unwrap_or(camera.fov_y);
     camera.size = given.size.unwrap_or(camera.size);
     camera.target = given.target.unwrap_or(camera.target);
-    camera.eye = match given.eye {
-        Some(eye) => eye,
-        None if base.is_none() => defaults::eye(&camera, bounds),
-        None => camera.eye,
-    };
     camera.up = given.up.unwrap_or(camera.up);
+    match (given.eye, base, alone) {
+        (Some(eye), ..) => camera.eye = eye,
+        (None, Some(_), _) => {}
+        (None, None, None) => camera.eye = defaults::eye(&camera, bounds),
+        (None, None, Some(scene)) => {
+            camera = defaults::framed(camera, scene, given.target.is_some());
+        }
+    }
     let fault = |key, message, help| Err(source.error_at(&table.span(), key, message, help));
     let Some(forward) = (camera.target - camera.eye).try_normalize() else {
         return fault("eye", "eye and target are the same", "move one of them");
