@@ -1,7 +1,7 @@
 //! The scene: everything a frame is made from.
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, Grid,
-    IRRADIANCE, Light, MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture,
+    IRRADIANCE, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped, Texture,
     Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
@@ -22,6 +22,8 @@ pub struct Scene {
     pub exposure: f32,
     /// Samples per pixel of the picture, clamped to 1..=[`MAX_SAMPLES`].
     pub samples: u32,
+    /// Occlusion of the picture's ambient light.
+    pub occlusion: Occlusion,
     /// Shadow settings, shared by all lights.
     pub shadow: ShadowSettings,
     /// Light clusters (froxels) of the picture.
@@ -216,6 +218,7 @@ impl Default for Scene {
             camera: Camera::default(),
             exposure: 0.0,
             samples: 1,
+            occlusion: Occlusion::None,
             shadow: ShadowSettings::default(),
             clusters: ClusterSettings::default(),
             mask: None,

@@ -20,7 +20,7 @@ use super::{
     splats::Cloud,
     tables,
 };
-use crate::model::{Environment, Gaussian, Motion, Sky};
+use crate::model::{Environment, Gaussian, Motion, Occlusion, Sky};
 use glam::Vec3;
 use std::{
     ops::Range,
@@ -189,9 +189,10 @@ fn load_all(
         None => usual,
     };
     scene.camera = camera;
-    scene.samples = defaults::SAMPLES;
+    (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
     if let Some(table) = &document.camera {
-        (scene.exposure, scene.samples) = (table.get_ref().exposure, table.get_ref().samples);
+        let &CameraTable { exposure, samples, occlusion, .. } = table.get_ref();
+        (scene.exposure, scene.samples, scene.occlusion) = (exposure, samples, occlusion);
     }
     if is_alone && options.ground {
         defaults::add_ground(&mut scene, model_camera.as_ref());

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     model::{
         Air, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES, MaskSettings,
-        Material, ShadowFilter, ShadowSettings, Transfer, dither::MAX_SCALE,
+        Material, Occlusion, ShadowFilter, ShadowSettings, Transfer, dither::MAX_SCALE,
     },
     records::MAX_TILE,
 };
@@ -160,6 +160,18 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
     }
     let samples = format!("a pixel has 1 to {MAX_SAMPLES} samples");
     let exposure = keys.number("exposure", -32.0..=32.0, "from -32 to 32 stops")?;
+    let occlusion = match keys.given::<toml::Value>("occlusion")? {
+        None | Some(toml::Value::Boolean(true)) => Occlusion::Usual,
+        Some(toml::Value::Boolean(false)) => Occlusion::None,
+        Some(toml::Value::Float(_) | toml::Value::Integer(_)) => {
+            let radius = keys.number("occlusion", ABOVE_ZERO..=1e7, "a radius above 0")?;
+            radius.map_or(Occlusion::None, Occlusion::Radius)
+        }
+        Some(other) => {
+            let help = "write true, false or a radius [m]";
+            return Err(keys.fault("occlusion", format!("occlusion is {other}"), help));
+        }
+    };
     Ok(CameraTable {
         eye: keys.vector("eye")?,
         target: keys.vector("target")?,
@@ -168,6 +180,7 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         size,
         exposure: exposure.unwrap_or(0.0),
         samples: keys.whole("samples", defaults::SAMPLES, 1..=MAX_SAMPLES, &samples)?,
+        occlusion,
     })
 }
 

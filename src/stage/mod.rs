@@ -16,6 +16,7 @@ pub mod llvmpipe;
 pub mod load;
 pub mod mask;
 pub mod occlude;
+pub mod occlusion;
 pub mod profile;
 pub mod project;
 pub mod resolve;
@@ -101,6 +102,9 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::MASKED_LIGHT_POINTS,
     &shade::AREA_MASKED_LIGHT_POINTS,
     &shade::COMPOSITE,
+    &shade::COMPOSITE_AMBIENT,
+    &occlusion::SEARCH,
+    &occlusion::APPLY,
     &occlude::SMALL,
     &occlude::TILES,
     &occlude::TRIANGLE_TILES,

@@ -1,5 +1,7 @@
 // Tone curve from linear light to the screen. CPU reference: src/reference/shading/tone.rs.
 
+import package::bind::uniform::picture_params;
+
 // Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
     const START: f32 = 0.76;
@@ -13,6 +15,11 @@ fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
     let share = 1.0 - 1.0 / (DESATURATION * (max(peak, START) - new_peak) + 1.0);
     let bright = mix(color * (new_peak / max(peak, START)), vec3(new_peak), share);
     return select(color, bright, peak >= START);
+}
+
+// Light on the screen, packed.
+fn on_screen(light: vec3<f32>) -> u32 {
+    return pack4x8unorm(vec4(to_srgb(tone_mapped(light * picture_params.exposure)), 1.0));
 }
 
 // sRGB (IEC 61966-2-1) of linear light.

@@ -1,0 +1,3 @@
+// The picture's ambient light is not kept apart.
+
+fn keep_ambient(pixel: vec2<u32>, index: u32, depth: f32, passed: vec3<f32>) {}
