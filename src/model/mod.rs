@@ -47,7 +47,7 @@ pub use grid::{
 };
 pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
-pub use look::Occlusion;
+pub use look::{Occlusion, Tone};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;

@@ -13,7 +13,7 @@ use super::{
     track::Mode,
 };
 use crate::model::{
-    Air, ClusterSettings, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky,
+    Air, ClusterSettings, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky, Tone,
     emission::Emitter,
 };
 use glam::{UVec2, Vec3};
@@ -62,6 +62,9 @@ pub(super) struct CameraTable {
     /// Samples per pixel.
     pub samples: u32,
     pub occlusion: Occlusion,
+    /// Share of the light that spreads.
+    pub bloom: f32,
+    pub tone: Tone,
 }
 
 #[derive(Clone, Debug)]

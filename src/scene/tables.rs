@@ -9,7 +9,7 @@ use super::{
 use crate::{
     model::{
         Air, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES, MaskSettings,
-        Material, Occlusion, ShadowFilter, ShadowSettings, Transfer, dither::MAX_SCALE,
+        Material, Occlusion, ShadowFilter, ShadowSettings, Tone, Transfer, dither::MAX_SCALE,
     },
     records::MAX_TILE,
 };
@@ -181,6 +181,8 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         exposure: exposure.unwrap_or(0.0),
         samples: keys.whole("samples", defaults::SAMPLES, 1..=MAX_SAMPLES, &samples)?,
         occlusion,
+        bloom: keys.share("bloom", 0.0)?,
+        tone: keys.value("tone", Tone::Neutral)?,
     })
 }
 

@@ -5,6 +5,7 @@
 pub mod accumulate;
 pub mod air;
 pub mod bin;
+pub mod bloom;
 pub mod blur;
 pub mod cluster;
 pub mod colored;
@@ -105,6 +106,9 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::COMPOSITE_AMBIENT,
     &occlusion::SEARCH,
     &occlusion::APPLY,
+    &bloom::DOWN,
+    &bloom::UP,
+    &bloom::APPLY,
     &occlude::SMALL,
     &occlude::TILES,
     &occlude::TRIANGLE_TILES,

@@ -239,6 +239,14 @@ pub struct PictureParams {
     pub colored: u32,
     /// Slices of the air; 0 without air.
     pub air_slices: u32,
+    /// [`Tone`](crate::model::Tone).
+    pub tone: u32,
+    /// Share of the light that spreads.
+    pub bloom: f32,
+    /// Radius of what occludes ambient light [m].
+    pub occlusion_radius: f32,
+    /// Added to it, times the distance along the axis.
+    pub occlusion_radius_per_distance: f32,
     /// Extinction of the air [1/m].
     pub extinction: Vec3,
     /// Edge of the sharp level of the environment [texels].
@@ -262,6 +270,10 @@ crate::gpu_layout!(PictureParams {
     slices_per_doubling,
     colored,
     air_slices,
+    tone,
+    bloom,
+    occlusion_radius,
+    occlusion_radius_per_distance,
     extinction,
     environment_size,
     irradiance

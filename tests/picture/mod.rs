@@ -1,10 +1,12 @@
 //! The lit picture.
 mod air;
+mod bloom;
 mod emitters;
 mod environment;
 mod golden;
 mod host_masks;
 mod masks;
+mod occlusion;
 mod renderer;
 mod samples;
 mod shade;

@@ -2,7 +2,6 @@
 
 import package::blur::window::BlurParams;
 import package::levels::level_blocks::LevelParams;
-import package::occlusion::seen_point::OcclusionParams;
 import package::records::air_params::AirParams;
 import package::records::bin::{BinParams, PartParams};
 import package::records::chunk::ProjectParams;
@@ -42,5 +41,4 @@ import package::sort::sort::SortPass;
 @group(0) @binding(110) var<uniform> blur_params: BlurParams;
 @group(0) @binding(98) var<uniform> emitter_params: EmitterParams;
 @group(0) @binding(120) var<uniform> emission_params: EmissionParams;
-@group(0) @binding(143) var<uniform> occlusion_params: OcclusionParams;
 @group(0) @binding(122) var<uniform> part_params: PartParams;

@@ -7,20 +7,20 @@
 import package::bind::sampled::ambients;
 import package::bind::stored::occlusions;
 import package::bind::uniform::views;
-import package::occlusion::seen_point::{radius_at, seen_normal, seen_point};
+import package::occlusion::seen_point::{Screen, radius_at, screen, seen_normal, seen_point};
 import package::records::surroundings::unpack_surroundings;
 
 const PI: f32 = 3.1415927;
 // Directions of a pixel; 2x2 pixels have others between them.
-const DIRECTIONS: u32 = 4u;
+const OCCLUDER_DIRECTIONS: u32 = 3u;
 // Places along a direction, to either side.
-const STEPS: u32 = 6u;
+const OCCLUDER_STEPS: u32 = 5u;
 // Farthest of them [heights of the picture].
-const MAX_REACH: f32 = 0.25;
+const OCCLUDER_REACH: f32 = 0.25;
 // Length of a normal in a slice that it is across.
-const MIN_FACING: f32 = 1e-3;
+const SLICE_FACING: f32 = 1e-3;
 // Distance of the sky, which is on no surface's plane [m].
-const FAR: f32 = 1e20;
+const SKY_DISTANCE: f32 = 1e20;
 // Instead of 0 in a divisor.
 const TINY: f32 = 1e-20;
 
@@ -41,29 +41,33 @@ fn slice_of(direction: vec2<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> Slice
     let flat = vec3(direction.x, -direction.y, 0.0);
     let across = normalize(cross(flat, to_eye));
     let inside = normal - across * dot(normal, across);
-    let facing = max(length(inside), MIN_FACING);
+    let facing = max(length(inside), SLICE_FACING);
     let up = inside / facing;
     let along = cross(up, across);
     let tilt = atan2(-dot(along, to_eye), dot(up, to_eye));
     return Slice(normal / facing, along, facing, tilt);
 }
 
+struct Around {
+    last: vec2<f32>, // pixel of the picture
+    reach: f32,      // [pixels]
+    per_square: f32, // 1 / radius^2 [1/m^2]
+}
+
 // Angle above the surface's plane below which no light comes, on one side of a slice.
-fn risen(pixel: vec2<i32>, point: vec3<f32>, slice: Slice, step: vec2<f32>, per_radius: f32, reach: f32) -> f32 {
-    let last = vec2<i32>(views[0].size) - 1;
+fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec2<f32>, around: Around) -> f32 {
     var least = 1.0; // cosine of the highest angle
-    for (var i = 0u; i < STEPS; i += 1u) {
-        let part = (f32(i) + 0.7) / f32(STEPS);
-        let offset = step * max(part * part * reach, f32(i) + 1.0);
-        let place = pixel + vec2<i32>(round(offset));
-        let inside = clamp(place, vec2(0), last);
-        let depth = bitcast<f32>(textureLoad(ambients, inside, 0).x);
-        let away = seen_point(inside, depth) - point;
+    for (var i = 0u; i < OCCLUDER_STEPS; i += 1u) {
+        let part = (f32(i) + 0.7) / f32(OCCLUDER_STEPS);
+        let place = pixel + round(step * max(part * part * around.reach, f32(i) + 1.0));
+        let inside = clamp(place, vec2(0.0), around.last);
+        let depth = bitcast<f32>(textureLoad(ambients, vec2<i32>(inside), 0).x);
+        let away = seen_point(on, inside, depth) - point;
         let above = dot(away, slice.above);
         let along = dot(away, slice.along);
         let cosine = along * inverseSqrt(max(along * along + above * above, TINY));
-        // What is near counts in full, what is at the radius not at all.
-        let share = saturate(2.0 - 2.0 * length(away) * per_radius);
+        // Up to half the radius it counts in full, at the radius not at all.
+        let share = saturate((1.0 - dot(away, away) * around.per_square) * (4.0 / 3.0));
         let counts = all(inside == place) && depth < 1.0 && above > 0.0;
         least = min(least, select(1.0, mix(1.0, cosine, share), counts));
     }
@@ -76,27 +80,28 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let view = views[0];
-    let pixel = vec2<i32>(id.xy * 2u);
-    let own = unpack_surroundings(textureLoad(ambients, pixel, 0));
-    let point = seen_point(pixel, own.depth);
+    let on = screen();
+    let pixel = vec2<f32>(id.xy * 2u);
+    let own = unpack_surroundings(textureLoad(ambients, id.xy * 2u, 0));
+    let point = seen_point(on, pixel, own.depth);
     let normal = seen_normal(own.normal, point);
     let to_eye = -normalize(point);
     let radius = radius_at(point);
-    let per_radius = 1.0 / radius;
-    let reach = min(radius * view.scale / -point.z, MAX_REACH * view.size.y);
+    let reach = min(radius * view.scale / -point.z, OCCLUDER_REACH * view.size.y);
+    let around = Around(view.size - 1.0, reach, 1.0 / (radius * radius));
     let turn = f32((id.x & 1u) | ((id.y & 1u) << 1u)) * 0.25;
     var seen = 0.0;
     var whole = 0.0;
-    for (var i = 0u; i < DIRECTIONS && own.depth < 1.0; i += 1u) {
-        let angle = (f32(i) + turn) * (PI / f32(DIRECTIONS));
+    for (var i = 0u; i < OCCLUDER_DIRECTIONS && own.depth < 1.0; i += 1u) {
+        let angle = (f32(i) + turn) * (PI / f32(OCCLUDER_DIRECTIONS));
         let step = vec2(cos(angle), sin(angle));
         let slice = slice_of(step, normal, to_eye);
-        let right = max(slice.tilt + 0.5 * PI - risen(pixel, point, slice, step, per_radius, reach), 0.0);
+        let right = max(slice.tilt + 0.5 * PI - risen(on, pixel, point, slice, step, around), 0.0);
         let back = Slice(slice.above, -slice.along, slice.facing, slice.tilt);
-        let left = min(slice.tilt - 0.5 * PI + risen(pixel, point, back, -step, per_radius, reach), 0.0);
+        let left = min(slice.tilt - 0.5 * PI + risen(on, pixel, point, back, -step, around), 0.0);
         seen += slice.facing * max(arc(slice.tilt, left) + arc(slice.tilt, right), 0.0);
         whole += slice.facing * (cos(slice.tilt) + slice.tilt * sin(slice.tilt));
     }
     let share = select(1.0, seen / whole, whole > 0.0);
-    textureStore(occlusions, id.xy, vec4(bitcast<u32>(share), bitcast<u32>(select(FAR, -point.z, own.depth < 1.0)), 0u, 0u));
+    textureStore(occlusions, id.xy, vec4(bitcast<u32>(share), bitcast<u32>(select(SKY_DISTANCE, -point.z, own.depth < 1.0)), 0u, 0u));
 }

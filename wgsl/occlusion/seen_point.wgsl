@@ -1,19 +1,24 @@
 // Surfaces of the picture in view space. CPU reference: src/reference/occlusion.rs.
 
-import package::bind::uniform::{occlusion_params, picture_params, views};
+import package::bind::uniform::{picture_params, views};
 
-// Rust: `OcclusionParams` in src/stage/occlusion.rs.
-struct OcclusionParams {
-    radius: f32,              // of the surroundings that occlude [m]
-    radius_per_distance: f32, // added to it, times the distance along the axis
+// From pixels and light depths to view space.
+struct Screen {
+    first: vec2<f32>, // slopes of the middle of the first pixel, upwards
+    step: vec2<f32>,  // from pixel to pixel
+    near: f32,        // [m]
+    range: f32,       // from the near to the far plane [m]
+}
+
+fn screen() -> Screen {
+    let view = views[0];
+    let step = vec2(1.0, -1.0) / view.scale;
+    return Screen((0.5 - view.size * 0.5) * step, step, view.near, view.far - view.near);
 }
 
 // Position in view space [m] of light depth `depth` in the middle of a pixel.
-fn seen_point(pixel: vec2<i32>, depth: f32) -> vec3<f32> {
-    let view = views[0];
-    let slope = (vec2<f32>(pixel) + 0.5 - view.size * 0.5) / view.scale;
-    let distance = view.near + depth * (view.far - view.near);
-    return vec3(slope.x, -slope.y, -1.0) * distance;
+fn seen_point(on: Screen, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
+    return vec3(on.first + pixel * on.step, -1.0) * (on.near + depth * on.range);
 }
 
 // Unit normal in view space of a surface at `point`; zero faces the eye.
@@ -27,5 +32,5 @@ fn seen_normal(normal: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
 }
 
 fn radius_at(point: vec3<f32>) -> f32 {
-    return occlusion_params.radius - occlusion_params.radius_per_distance * point.z;
+    return picture_params.occlusion_radius - picture_params.occlusion_radius_per_distance * point.z;
 }

@@ -4,7 +4,7 @@
 import package::bind::changed::pixels;
 import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};
 import package::bind::stored::radiance;
-import package::bind::uniform::{band, picture_params, views};
+import package::bind::uniform::{band, views};
 import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
 import package::records::light::cluster_list;
 import package::records::point::{POINT_NONE, load_point};
@@ -14,7 +14,7 @@ import package::shade::air::air_at;
 import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::on_screen;
-import choice::ambient::keep_ambient;
+import choice::ambient::{IS_LAST, keep_ambient};
 import package::traversal::lane::LANES;
 
 fn light_of(point: u32) -> vec3<f32> {
@@ -80,10 +80,12 @@ fn shade_composite(
     }
     keep_ambient(at.pixel, at.index, depth, passed);
     textureStore(radiance, at.pixel, vec4(light, depth));
-    var shown = on_screen(light);
-    if COUNT_COST {
-        cost = min(cost, vec2(0xffffu));
-        shown = cost.x | (cost.y << 16u);
+    if IS_LAST {
+        var shown = on_screen(light);
+        if COUNT_COST {
+            cost = min(cost, vec2(0xffffu));
+            shown = cost.x | (cost.y << 16u);
+        }
+        pixels[at.pixel.y * size.x + at.pixel.x] = shown;
     }
-    pixels[at.pixel.y * size.x + at.pixel.x] = shown;
 }

@@ -2,8 +2,25 @@
 
 import package::bind::uniform::picture_params;
 
-// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
+const TONE_LINEAR: u32 = 1u;
+const TONE_FILMIC: u32 = 2u;
+// Light past which film is white: squares stay finite.
+const FILM_WHITE: f32 = 1e6;
+
+// All curves: llvmpipe would recompile kernels for a branch by a uniform.
 fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
+    let tone = picture_params.tone;
+    return select(select(neutral(light), light, tone == TONE_LINEAR), filmic(light), tone == TONE_FILMIC);
+}
+
+// The curve of a film (Narkowicz 2015, "ACES Filmic Tone Mapping Curve"), with the exposure of the original.
+fn filmic(light: vec3<f32>) -> vec3<f32> {
+    let x = min(light * 0.6, vec3(FILM_WHITE));
+    return (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
+}
+
+// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
+fn neutral(light: vec3<f32>) -> vec3<f32> {
     const START: f32 = 0.76;
     const DESATURATION: f32 = 0.01; // far less than the original: fire stays orange
     let least = min(light.r, min(light.g, light.b));

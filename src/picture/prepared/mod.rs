@@ -9,7 +9,7 @@ use super::{
     band_memory::BandMemory,
     bands::{TileRect, band_tiles},
     clusters::Clusters,
-    finish::Finish,
+    finish::{Finish, ToFinish},
     lighting::Lighting,
     lists::CameraList,
     shading::{ShadeFeatures, Shading, ToShade},
@@ -142,11 +142,12 @@ impl Shadows {
         let cost = self.config().toggles.count_cost;
         let of_finish = resources.clone();
         // Costs are no light.
-        let finish = (!cost)
-            .then(|| {
-                Finish::new(&mut allocator, queue, kernels, scene, &targets.radiance, &of_finish)
-            })
-            .transpose()?;
+        let finish = if cost {
+            None
+        } else {
+            let to = ToFinish { allocator: &mut allocator, kernels, resources: &of_finish };
+            Some(Finish::new(to, scene, &targets.radiance)?)
+        };
         let resources = finish.iter().fold(resources, |all, finish| finish.with(all));
         let shading = Shading::new(
             ToShade {
