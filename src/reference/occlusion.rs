@@ -13,6 +13,8 @@ pub const OCCLUDER_STEPS: u32 = 5;
 pub const OCCLUDER_REACH: f32 = 0.25;
 /// Length of a normal in a slice that it is across.
 pub const SLICE_FACING: f32 = 1e-3;
+/// Square of the slope up to which what is around is flat: depths are rounded.
+pub const FLAT_SQUARE: f32 = 4e-6;
 /// Distance of the sky, which is on no surface's plane [m].
 pub const SKY_DISTANCE: f32 = 1e20;
 /// Distance off a pixel's plane at which another surface does not count [radii].
@@ -157,7 +159,8 @@ impl Search<'_> {
             let depth = self.of(place.as_uvec2()).depth;
             let away = self.point(place, depth) - point;
             let (above, along) = (away.dot(slice.above), away.dot(slice.along) * side);
-            if depth >= 1.0 || above <= 0.0 {
+            let risen = above * slice.facing;
+            if depth >= 1.0 || risen * risen.abs() < FLAT_SQUARE * away.length_squared() {
                 continue;
             }
             let cosine = along / (along * along + above * above).max(TINY).sqrt();

@@ -231,6 +231,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("MAX_BLOOM", bloom::MAX_BLOOM),
         ("FILM_WHITE", shading::FILM_WHITE),
         ("PI", std::f32::consts::PI),
+        ("FLAT_SQUARE", occlusion::FLAT_SQUARE),
         ("OCCLUDER_REACH", occlusion::OCCLUDER_REACH),
         ("SLICE_FACING", occlusion::SLICE_FACING),
         ("SKY_DISTANCE", occlusion::SKY_DISTANCE),

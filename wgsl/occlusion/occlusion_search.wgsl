@@ -21,6 +21,8 @@ const OCCLUDER_REACH: f32 = 0.25;
 const SLICE_FACING: f32 = 1e-3;
 // Distance of the sky, which is on no surface's plane [m].
 const SKY_DISTANCE: f32 = 1e20;
+// Square of the slope up to which what is around is flat: depths are rounded.
+const FLAT_SQUARE: f32 = 4e-6;
 // Instead of 0 in a divisor.
 const TINY: f32 = 1e-20;
 
@@ -68,7 +70,9 @@ fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec
         let cosine = along * inverseSqrt(max(along * along + above * above, TINY));
         // Up to half the radius it counts in full, at the radius not at all.
         let share = saturate((1.0 - dot(away, away) * around.per_square) * (4.0 / 3.0));
-        let counts = all(inside == place) && depth < 1.0 && above > 0.0;
+        let risen = above * slice.facing;
+        let is_flat = risen * abs(risen) < FLAT_SQUARE * dot(away, away);
+        let counts = all(inside == place) && depth < 1.0 && !is_flat;
         least = min(least, select(1.0, mix(1.0, cosine, share), counts));
     }
     return acos(clamp(least, -1.0, 1.0));
