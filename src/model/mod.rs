@@ -16,6 +16,7 @@ mod gaussian;
 mod grid;
 mod hash;
 mod light;
+mod look;
 mod look_up;
 mod mask;
 mod origin;
@@ -48,6 +49,7 @@ pub use grid::{
 };
 pub use hash::pcg;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use look::{Occlusion, Tone};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;

@@ -1,8 +1,8 @@
 //! The scene: everything a frame is made from.
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, Grid,
-    IRRADIANCE, Light, MaskSettings, Material, Particle, ShadowSettings, Skipped, Texture,
-    Triangle, emission::Emission,
+    IRRADIANCE, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped,
+    Texture, Tone, Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -22,6 +22,12 @@ pub struct Scene {
     pub exposure: f32,
     /// Samples per pixel of the picture, clamped to 1..=[`MAX_SAMPLES`].
     pub samples: u32,
+    /// Occlusion of the picture's ambient light.
+    pub occlusion: Occlusion,
+    /// Share of the picture's light that spreads around as in a lens, 0..=1.
+    pub bloom: f32,
+    /// Tone curve of the picture.
+    pub tone: Tone,
     /// Shadow settings, shared by all lights.
     pub shadow: ShadowSettings,
     /// Light clusters (froxels) of the picture.
@@ -216,6 +222,9 @@ impl Default for Scene {
             camera: Camera::default(),
             exposure: 0.0,
             samples: 1,
+            occlusion: Occlusion::None,
+            bloom: 0.0,
+            tone: Tone::Neutral,
             shadow: ShadowSettings::default(),
             clusters: ClusterSettings::default(),
             mask: None,

@@ -5,6 +5,7 @@ mod bands;
 mod clusters;
 pub mod debug;
 mod environment;
+mod finish;
 mod lighting;
 mod lists;
 mod prepared;

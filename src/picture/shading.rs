@@ -113,6 +113,7 @@ pub(super) struct ToShade<'a, 'b> {
     pub features: ShadeFeatures,
     /// Opaque and blended casters.
     pub lists: &'a [CameraList; 2],
+    pub composite: &'static KernelDesc,
     pub rounds: u32,
     pub memory: &'a BandMemory,
     /// Light of the particles.
@@ -189,7 +190,7 @@ impl ToShade<'_, '_> {
             pixels.push(self.run(&shade::PANES, features.panes, &of_panes, points)?);
         }
         pixels.extend_from_slice(light);
-        pixels.push(self.run(&shade::COMPOSITE, features.composite, &of_solid, groups)?);
+        pixels.push(self.run(self.composite, features.composite, &of_solid, groups)?);
         Ok(Band { surfaces, masks, pixels })
     }
 

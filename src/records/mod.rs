@@ -5,6 +5,7 @@
 //! a texture is not bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
 mod air;
 mod area;
+mod bloom;
 mod blue;
 mod brick;
 mod caster;
@@ -20,6 +21,7 @@ mod light;
 mod maps;
 mod mask;
 mod material;
+mod occlusion;
 mod owner;
 mod pack;
 mod sums;
@@ -33,6 +35,7 @@ pub use area::{
     LEVELED_TEXELS, LeveledView, LightRecords, MAX_AREAS, MAX_LEVELS, SKIRT, level_count,
     level_size,
 };
+pub use bloom::bloom_sizes;
 pub use blue::{BLUE_SIZE, blue_ranks};
 pub use brick::{
     BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, LATTICE_POINTS, SLOT_SIZE,
@@ -62,6 +65,7 @@ pub use mask::{
     NORMALS_SIGNED, NORMALS_UNORM, SLOTS, ScreenBounds, mask_size,
 };
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
+pub use occlusion::OcclusionRadius;
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub use pack::OPACITY_SCALE;
 pub(crate) use pack::{from_octahedral, octahedral};

@@ -14,6 +14,8 @@ pub struct AirVolume {
     extinction: Vec3,
     size: UVec2,
     slices: u32,
+    /// First column [pixels].
+    shift: Vec2,
     columns: Vec<Vec<Vec3>>,
 }
 
@@ -62,6 +64,14 @@ pub fn phase(cosine: f32, g: f32) -> f32 {
 struct Ray {
     eye: Vec3,
     direction: Vec3,
+    /// Offset of the samples in a slice, in their distances, -0.5 to 0.5.
+    phase: f32,
+}
+
+/// Offset of a picture's sample from the middles of its pixels [pixels]: the shear of the camera's axis.
+fn sample_offset(view: &GpuView, world_from_view: &Mat4) -> Vec2 {
+    let back = world_from_view.z_axis;
+    Vec2::new(-back.dot(world_from_view.x_axis), back.dot(world_from_view.y_axis)) * view.scale
 }
 
 impl Ray {
@@ -96,7 +106,7 @@ impl Ray {
         let most = (MAX_LIT_SAMPLES / lighting.lights().len() as u32).clamp(least, MAX_AIR_SAMPLES);
         let count = ((angle / SAMPLE_ANGLE).ceil() as u32).clamp(least, most);
         let sample = |i: u32| {
-            let part = (i as f32 + 0.5) / count as f32;
+            let part = (i as f32 + 0.5 + self.phase) / count as f32;
             let (at, share) = if is_local {
                 let turn = Vec2::new((angle * part).cos(), (angle * part).sin());
                 let turned =
@@ -152,13 +162,16 @@ impl AirVolume {
         params: &AirParams,
     ) -> Self {
         let size = air_columns(view.size.as_uvec2());
+        let offset = sample_offset(view, world_from_view);
+        let shift = offset * AIR_CELL as f32;
         let column = |i: usize| {
             let cell = UVec2::new(i as u32 % size.x, i as u32 / size.x);
-            let pixel = (cell.as_vec2() + 0.5) * AIR_CELL as f32;
+            let pixel = (cell.as_vec2() + 0.5) * AIR_CELL as f32 + shift;
             let slope = (pixel - view.size * 0.5) / view.scale;
             let direction = Vec3::new(slope.x, -slope.y, -1.0);
             let eye = world_from_view.transform_point3(Vec3::ZERO);
-            let ray = Ray { eye, direction: world_from_view.transform_vector3(direction) };
+            let direction = world_from_view.transform_vector3(direction);
+            let ray = Ray { eye, direction, phase: offset.x };
             let range = view.far - view.near;
             let length = range / params.slices as f32 * direction.length();
             let tau = params.extinction * length;
@@ -179,7 +192,7 @@ impl AirVolume {
         };
         let columns = each((size.x * size.y) as usize, column);
         let extinction = params.extinction;
-        Self { view: *view, extinction, size, slices: params.slices, columns }
+        Self { view: *view, extinction, size, slices: params.slices, shift, columns }
     }
 
     /// Air in front of light depth `depth` in the camera's view.
@@ -191,7 +204,7 @@ impl AirVolume {
 
     fn light(&self, pixel: Vec2, depth: f32) -> Vec3 {
         let last = (self.size - 1).as_vec2();
-        let at = (pixel / AIR_CELL as f32 - 0.5).clamp(Vec2::ZERO, last);
+        let at = ((pixel - self.shift) / AIR_CELL as f32 - 0.5).clamp(Vec2::ZERO, last);
         let low = at.floor().as_uvec2();
         let high = (low + 1).min(self.size - 1);
         let part = at - at.floor();

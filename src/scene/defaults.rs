@@ -5,7 +5,7 @@ use super::{
     shapes::{self, KindOfShape},
 };
 use crate::model::{Light, LightKind, Material, Transfer};
-use glam::{Mat4, UVec2, Vec3, Vec4};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 impl Scene {
     /// A scene without casters and lights; everything else has the defaults of a scene file.
@@ -73,6 +73,9 @@ pub(super) fn contents(scene: &Scene) -> Bounds {
     }
 }
 
+/// Samples per pixel of a scene file that does not say.
+pub(super) const SAMPLES: u32 = 4;
+
 /// A three-quarter view from slightly above that contains the whole box.
 pub(super) fn camera(bounds: &Bounds) -> Camera {
     let mut camera = Camera {
@@ -95,6 +98,62 @@ pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
     // Far from the origin a short distance would be lost in rounding.
     let distance = distance.max(camera.target.abs().max_element() * 1e-4);
     camera.target + Vec3::new(0.55, 0.45, 0.8).normalize() * distance
+}
+
+/// Share of the picture's width or height that the contents of a file alone fill.
+const FILLED: f32 = 0.75;
+
+/// The camera of a file alone, placed so that its contents fill [`FILLED`] of the picture's width or height: seen from
+/// 25 degrees above, so that the horizon is out of sight, and what is flat from up to 40. `keeps_target`: the target stays where it is, which need not be the
+/// middle.
+pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> Camera {
+    let bounds = contents(scene).or_unit();
+    let size = bounds.max - bounds.min;
+    let flatness = 1.0 - size.y / size.max_element().max(f32::MIN_POSITIVE);
+    let (sin, cos) = (25.0 + 15.0 * flatness).to_radians().sin_cos();
+    let aside = Vec3::new(0.55, 0.0, 0.8).normalize();
+    let away = aside * cos + Vec3::Y * sin;
+    let right =
+        camera.up.cross(away).try_normalize().unwrap_or_else(|| away.any_orthonormal_vector());
+    let up = away.cross(right);
+    if !keeps_target {
+        camera.target = bounds.center();
+    }
+    let slope = (camera.fov_y * 0.5).tan() * FILLED;
+    let slopes = Vec2::new(slope * camera.size.x as f32 / camera.size.y as f32, slope);
+    // Distances at which all is within the right and upper, and within the left and lower border.
+    let (mut high, mut low) = (Vec2::NEG_INFINITY, Vec2::NEG_INFINITY);
+    for_each_sphere(scene, &bounds, |center, radius| {
+        let at = center - camera.target;
+        let place = Vec2::new(at.dot(right), at.dot(up)) / slopes;
+        let reach = radius * (1.0 + slopes.powf(-2.0)).map(f32::sqrt) + at.dot(away);
+        high = high.max(reach + place);
+        low = low.max(reach - place);
+    });
+    if !keeps_target {
+        let shift = (high - low) * 0.5 * slopes;
+        camera.target += right * shift.x + up * shift.y;
+        high = (high + low) * 0.5;
+        low = high;
+    }
+    // Far from the origin a short distance would be lost in rounding.
+    let least = camera.target.abs().max_element() * 1e-4;
+    let distance = high.max(low).max_element().max(least).max(1e-3);
+    camera.eye = camera.target + away * distance;
+    camera
+}
+
+/// Calls `visit` with spheres that hold what is to be seen: corners of triangles and particles, or else the corners
+/// of `bounds`.
+fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f32)) {
+    let Scene { gaussians, particles, triangles, emissions, grids, .. } = scene;
+    if particles.is_empty() && triangles.is_empty()
+        || !(gaussians.is_empty() && emissions.is_empty() && grids.is_empty())
+    {
+        return bounds.corners().into_iter().for_each(|corner| visit(corner, 0.0));
+    }
+    particles.iter().for_each(|particle| visit(particle.center, particle.radius));
+    triangles.iter().flat_map(|triangle| triangle.positions).for_each(|corner| visit(corner, 0.0));
 }
 
 /// Extent of the ground [sizes of the scene]: the camera sees its edge less than a degree below the

@@ -13,7 +13,8 @@ use super::{
     track::Mode,
 };
 use crate::model::{
-    Air, ClusterSettings, Light, MaskSettings, Material, ShadowSettings, Sky, emission::Emitter,
+    Air, ClusterSettings, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky, Tone,
+    emission::Emitter,
 };
 use glam::{UVec2, Vec3};
 use serde::{
@@ -60,6 +61,10 @@ pub(super) struct CameraTable {
     pub exposure: f32,
     /// Samples per pixel.
     pub samples: u32,
+    pub occlusion: Occlusion,
+    /// Share of the light that spreads.
+    pub bloom: f32,
+    pub tone: Tone,
 }
 
 #[derive(Clone, Debug)]

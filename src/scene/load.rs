@@ -20,7 +20,7 @@ use super::{
     splats::Cloud,
     tables,
 };
-use crate::model::{Environment, Gaussian, Motion, Sky};
+use crate::model::{Environment, Gaussian, Motion, Occlusion, Sky};
 use glam::Vec3;
 use std::{
     ops::Range,
@@ -179,14 +179,22 @@ fn load_all(
     }
     // Before the ground is added: the camera looks at the contents of the file.
     let bounds = defaults::contents(&scene);
-    let usual = model_camera.unwrap_or_else(|| defaults::camera(&bounds));
-    scene.camera = match &document.camera {
-        Some(table) => {
-            (scene.exposure, scene.samples) = (table.get_ref().exposure, table.get_ref().samples);
-            tables::placed_camera(&source, table, model_camera, &bounds)?
-        }
+    let alone = is_alone.then_some(&scene);
+    let usual = model_camera.unwrap_or_else(|| {
+        let usual = defaults::camera(&bounds);
+        alone.map_or(usual, |scene| defaults::framed(usual, scene, false))
+    });
+    let camera = match &document.camera {
+        Some(table) => tables::placed_camera(&source, table, model_camera, &bounds, alone)?,
         None => usual,
     };
+    scene.camera = camera;
+    (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
+    if let Some(table) = &document.camera {
+        let &CameraTable { exposure, samples, occlusion, bloom, tone, .. } = table.get_ref();
+        (scene.exposure, scene.samples, scene.occlusion) = (exposure, samples, occlusion);
+        (scene.bloom, scene.tone) = (bloom, tone);
+    }
     if is_alone && options.ground {
         defaults::add_ground(&mut scene, model_camera.as_ref());
     }

@@ -1,6 +1,6 @@
 //! Tables of the scene file in the library's units.
 use super::{
-    Bounds, Camera, SceneError, defaults,
+    Bounds, Camera, Scene, SceneError, defaults,
     document::{CameraTable, MaterialTable, Shades, TextureSource},
     keys::{ABOVE_ZERO, Keys},
     noise::Noise,
@@ -9,7 +9,7 @@ use super::{
 use crate::{
     model::{
         Air, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES, MaskSettings,
-        Material, ShadowFilter, ShadowSettings, Transfer, dither::MAX_SCALE,
+        Material, Occlusion, ShadowFilter, ShadowSettings, Tone, Transfer, dither::MAX_SCALE,
     },
     records::MAX_TILE,
 };
@@ -160,6 +160,18 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
     }
     let samples = format!("a pixel has 1 to {MAX_SAMPLES} samples");
     let exposure = keys.number("exposure", -32.0..=32.0, "from -32 to 32 stops")?;
+    let occlusion = match keys.given::<toml::Value>("occlusion")? {
+        None | Some(toml::Value::Boolean(true)) => Occlusion::Usual,
+        Some(toml::Value::Boolean(false)) => Occlusion::None,
+        Some(toml::Value::Float(_) | toml::Value::Integer(_)) => {
+            let radius = keys.number("occlusion", ABOVE_ZERO..=1e7, "a radius above 0")?;
+            radius.map_or(Occlusion::None, Occlusion::Radius)
+        }
+        Some(other) => {
+            let help = "write true, false or a radius [m]";
+            return Err(keys.fault("occlusion", format!("occlusion is {other}"), help));
+        }
+    };
     Ok(CameraTable {
         eye: keys.vector("eye")?,
         target: keys.vector("target")?,
@@ -167,28 +179,36 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         fov_y,
         size,
         exposure: exposure.unwrap_or(0.0),
-        samples: keys.whole("samples", 1, 1..=MAX_SAMPLES, &samples)?,
+        samples: keys.whole("samples", defaults::SAMPLES, 1..=MAX_SAMPLES, &samples)?,
+        occlusion,
+        bloom: keys.share("bloom", 0.0)?,
+        tone: keys.value("tone", Tone::Neutral)?,
     })
 }
 
-/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture.
+/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture, or the
+/// contents of a file alone.
 pub(super) fn placed_camera(
     source: &SceneText<'_>,
     table: &Spanned<CameraTable>,
     base: Option<Camera>,
     bounds: &Bounds,
+    alone: Option<&Scene>,
 ) -> Result<Camera, SceneError> {
     let given = table.get_ref();
     let mut camera = base.unwrap_or_else(|| defaults::camera(bounds));
     camera.fov_y = given.fov_y.unwrap_or(camera.fov_y);
     camera.size = given.size.unwrap_or(camera.size);
     camera.target = given.target.unwrap_or(camera.target);
-    camera.eye = match given.eye {
-        Some(eye) => eye,
-        None if base.is_none() => defaults::eye(&camera, bounds),
-        None => camera.eye,
-    };
     camera.up = given.up.unwrap_or(camera.up);
+    match (given.eye, base, alone) {
+        (Some(eye), ..) => camera.eye = eye,
+        (None, Some(_), _) => {}
+        (None, None, None) => camera.eye = defaults::eye(&camera, bounds),
+        (None, None, Some(scene)) => {
+            camera = defaults::framed(camera, scene, given.target.is_some());
+        }
+    }
     let fault = |key, message, help| Err(source.error_at(&table.span(), key, message, help));
     let Some(forward) = (camera.target - camera.eye).try_normalize() else {
         return fault("eye", "eye and target are the same", "move one of them");

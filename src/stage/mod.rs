@@ -5,6 +5,7 @@
 pub mod accumulate;
 pub mod air;
 pub mod bin;
+pub mod bloom;
 pub mod blur;
 pub mod cluster;
 pub mod colored;
@@ -16,6 +17,7 @@ pub mod llvmpipe;
 pub mod load;
 pub mod mask;
 pub mod occlude;
+pub mod occlusion;
 pub mod profile;
 pub mod project;
 pub mod resolve;
@@ -102,6 +104,12 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::MASKED_LIGHT_POINTS,
     &shade::AREA_MASKED_LIGHT_POINTS,
     &shade::COMPOSITE,
+    &shade::COMPOSITE_AMBIENT,
+    &occlusion::SEARCH,
+    &occlusion::APPLY,
+    &bloom::DOWN,
+    &bloom::UP,
+    &bloom::APPLY,
     &occlude::SMALL,
     &occlude::TILES,
     &occlude::TRIANGLE_TILES,

@@ -58,6 +58,8 @@ pub(super) const SEEN_STATE: Choice = Choice::new("accumulator", "accumulator/se
 const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
 const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
 const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
+const AMBIENT_NONE: Choice = Choice::new("ambient", "shade/ambient_none.wgsl");
+const AMBIENT_KEPT: Choice = Choice::new("ambient", "shade/ambient_kept.wgsl");
 const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
 const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
 
@@ -92,7 +94,20 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
 }
 
 pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl");
-pub const COMPOSITE: KernelDesc = of_pixels("shade_composite", "shade/shade_composite.wgsl");
+pub const COMPOSITE: KernelDesc = KernelDesc {
+    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE],
+    ..of_pixels("shade_composite", "shade/shade_composite.wgsl")
+};
+/// [`COMPOSITE`], which keeps the ambient light for [`occlusion`](super::occlusion).
+pub const COMPOSITE_AMBIENT: KernelDesc = KernelDesc {
+    name: "shade_composite_ambient",
+    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT],
+    ..COMPOSITE
+};
+/// The kernel that blends a picture; `keeps_ambient`: for [`occlusion`](super::occlusion).
+pub fn composite(keeps_ambient: bool) -> &'static KernelDesc {
+    if keeps_ambient { &COMPOSITE_AMBIENT } else { &COMPOSITE }
+}
 
 /// A kernel over points or footprints, one invocation each.
 const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
@@ -225,6 +240,14 @@ pub struct PictureParams {
     pub colored: u32,
     /// Slices of the air; 0 without air.
     pub air_slices: u32,
+    /// [`Tone`](crate::model::Tone).
+    pub tone: u32,
+    /// Share of the light that spreads.
+    pub bloom: f32,
+    /// Radius of what occludes ambient light [m].
+    pub occlusion_radius: f32,
+    /// Added to it, times the distance along the axis.
+    pub occlusion_radius_per_distance: f32,
     /// Extinction of the air [1/m].
     pub extinction: Vec3,
     /// Edge of the sharp level of the environment [texels].
@@ -248,6 +271,10 @@ crate::gpu_layout!(PictureParams {
     slices_per_doubling,
     colored,
     air_slices,
+    tone,
+    bloom,
+    occlusion_radius,
+    occlusion_radius_per_distance,
     extinction,
     environment_size,
     irradiance

@@ -45,7 +45,12 @@ fn sunny() -> Scene {
 }
 
 fn volume(scene: &Scene) -> (AirVolume, View) {
-    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    volume_through(scene, Vec2::ZERO)
+}
+
+/// The air of a sample whose offset in its pixels is `offset`.
+fn volume_through(scene: &Scene, offset: Vec2) -> (AirVolume, View) {
+    let camera = View::from_camera(&scene.camera, &scene.bounds()).through(offset);
     let views = shadow_views(scene);
     let maps = reference::render_maps(scene, &views).0;
     let lighting = Lighting::new(scene, &views, &maps);
@@ -198,8 +203,10 @@ fn beams_are_as_bright_as_a_fine_march() {
 const MARCHED: f64 = 0.04;
 
 fn small(name: &str) -> Scene {
-    let set = [("camera.size", "[160, 90]"), ("shadow.size", "256"), ("air.steps", "24")]
-        .map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let size = [("camera.size", "[160, 90]"), ("shadow.size", "256"), ("air.steps", "24")];
+    let set = [&size[..], &[("camera.samples", "2")]].concat();
+    let set: Vec<_> =
+        set.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
     let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     scene::load_with(path.as_ref(), &set).unwrap()
 }
@@ -237,6 +244,35 @@ fn share_apart(a: &Picture, b: &Picture) -> f64 {
 
 /// Share of pixels that rounding may decide, where a ray grazes an edge.
 const GRAZED: f64 = 3e-3;
+
+/// Columns and places of samples are between each other's: the mean of four is far nearer to air of sixteen times the
+/// columns and four times the slices than one is.
+#[test]
+fn the_mean_of_samples_is_finer() {
+    let mut scene = shafts();
+    scene.samples = 4;
+    let mut fine = scene.clone();
+    fine.camera.size *= 4;
+    fine.air.as_mut().expect("air").steps *= 4;
+    let (truth, _) = volume(&fine);
+    let volumes: Vec<_> =
+        scene.sample_offsets().map(|offset| (volume_through(&scene, offset).0, offset)).collect();
+    let one = [(volume(&scene).0, Vec2::ZERO)];
+    // Pixels of the middle, as the mean of the truth over the places that the samples have in them.
+    let error = |samples: &[(AirVolume, Vec2)]| {
+        let pixels =
+            (20..70).flat_map(|y| (20..140).map(move |x| Vec2::new(x as f32, y as f32) + 0.5));
+        let of = |pixel: Vec2| {
+            let apart = samples.iter().map(|(volume, offset)| {
+                volume.at(pixel, 1.0).light - truth.at((pixel + *offset) * 4.0, 1.0).light
+            });
+            f64::from((apart.sum::<Vec3>() / samples.len() as f32).abs().max_element())
+        };
+        pixels.map(of).sum::<f64>()
+    };
+    let (single, mean) = (error(&one), error(&volumes));
+    assert!(single > 0.0 && mean < 0.6 * single, "{mean} of {single}");
+}
 
 /// Panes, particles and additive fire in the air.
 #[test]

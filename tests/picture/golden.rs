@@ -24,7 +24,7 @@ fn file(path: &str) -> PathBuf {
 
 /// Small, so that the CPU reference is quick.
 fn small(name: &str) -> Scene {
-    let set = [("camera.size", "[240, 135]"), ("shadow.size", "256")]
+    let set = [("camera.size", "[240, 135]"), ("camera.samples", "1"), ("shadow.size", "256")]
         .map(|(key, value)| (key.to_owned(), value.to_owned()));
     scene::load_with(&file(&format!("data/{name}.toml")), &set)
         .unwrap_or_else(|error| panic!("{error}"))

@@ -1,11 +1,13 @@
 //! The lit picture.
 mod air;
+mod bloom;
 mod bricks;
 mod emitters;
 mod environment;
 mod golden;
 mod host_masks;
 mod masks;
+mod occlusion;
 mod renderer;
 mod samples;
 mod shade;

@@ -60,6 +60,47 @@ fn the_shadow_falls_into_view_beside_what_casts_it() {
     assert_eq!(sun(&set), direction);
 }
 
+/// Wide, tall and flat contents, at several shapes of the picture: three quarters of its width or height, in the
+/// middle, and a flat one is seen from higher above.
+#[test]
+fn contents_fill_the_picture() {
+    let card = model(&[[Vec3::ZERO, Vec3::new(3.0, 0.0, 2.0)]], None);
+    let tower = model(&[[Vec3::ZERO, Vec3::new(1.0, 6.0, 1.0)]], None);
+    let mut heights = Vec::new();
+    for (name, file) in [("dots.csv", &column()), ("card.gltf", &card), ("tower.gltf", &tower)] {
+        for size in ["[960, 540]", "[300, 300]", "[200, 700]"] {
+            let scene = load(name, file, &[("camera.size", size)], false);
+            let corners = scene.triangles.iter().flat_map(|t| t.positions);
+            let particles = scene.particles.iter().map(|p| p.center);
+            let places = corners.chain(particles).map(|point| seen(&scene, point));
+            let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+            for (x, y) in places {
+                (low, high) = ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]);
+            }
+            let filled = [0, 1].map(|axis| (high[axis] - low[axis]) * 0.5);
+            // Centres of particles are a radius inside.
+            let slack = if name == "dots.csv" { 0.07 } else { 0.001 };
+            let most = filled[0].max(filled[1]);
+            assert!(most > 0.75 - slack && most < 0.751, "{name} {size}: {filled:?}");
+            let middle = [0, 1].map(|axis| (high[axis] + low[axis]).abs() * 0.5);
+            assert!(middle[0].max(middle[1]) < 0.25 * slack, "{name} {size}: {middle:?}");
+            let away = (scene.camera.eye - scene.camera.target).normalize();
+            heights.push(away.y.asin().to_degrees());
+        }
+    }
+    assert!(heights[0] > 24.9 && heights[0] < 26.0 && heights[3] > 39.9, "{heights:?}");
+    // What is given stays.
+    let set = [("camera.target", "[1, 2, 3]"), ("camera.samples", "2")];
+    let scene = load("tower.gltf", &tower, &set, false);
+    assert_eq!((scene.camera.target, scene.samples), (Vec3::new(1.0, 2.0, 3.0), 2));
+    let inside = |point: Vec3| {
+        let (x, y) = seen(&scene, point);
+        x.abs().max(y.abs()) < 0.751
+    };
+    assert!(scene.triangles.iter().flat_map(|t| t.positions).all(inside));
+    assert_eq!(load("tower.gltf", &tower, &[], false).samples, 4);
+}
+
 #[test]
 fn the_ground_reaches_the_horizon() {
     let scene = load("dots.csv", &column(), &[], true);

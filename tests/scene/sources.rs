@@ -125,7 +125,8 @@ fn what_is_no_filter_is_refused_with_a_remedy() {
 #[test]
 fn samples_are_1_to_16() {
     assert_eq!(read("[camera]\nsamples = 16\n").unwrap().samples, 16);
-    assert_eq!(read("[camera]\n").unwrap().samples, 1);
+    assert_eq!(read("[camera]\n").unwrap().samples, 4);
+    assert_eq!(read("").unwrap().samples, 4);
     for wrong in [0, 17] {
         let error = read(&format!("[camera]\nsamples = {wrong}\n")).unwrap_err().to_string();
         assert!(error.contains("samples is"), "{error}");

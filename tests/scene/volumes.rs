@@ -196,7 +196,8 @@ fn a_vdb_file_alone_is_framed_and_stands_on_a_ground() {
     assert_eq!(scene.triangles.len(), 2);
     let ground = scene.triangles[0].positions[0].y;
     assert!(ground < bounds.min.y && ground > bounds.min.y - 1.0, "{ground}");
-    assert_eq!(scene.camera.target, bounds.center());
+    // The middle of the picture, which for a body seen from near is not that of the body.
+    assert!((scene.camera.target - bounds.center()).length() < 0.2 * bounds.radius());
     assert!(matches!(scene.lights[0].kind, LightKind::Directional { .. }));
     assert!(scene.environment.is_some());
     // An optical depth of 4, in the mean of the columns that have bricks.

@@ -28,5 +28,8 @@
 @group(0) @binding(100) var mask_surfaces: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(101) var half_surfaces: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(102) var light_masks: texture_storage_2d_array<rgba8unorm, read>;
+@group(0) @binding(140) var ambients: texture_storage_2d<rgba32uint, read>;
+@group(0) @binding(141) var occlusions: texture_storage_2d<rg32uint, read>;
+@group(0) @binding(142) var composited: texture_storage_2d<rgba32float, read>;
 @group(0) @binding(105) var mask_slots: texture_storage_2d<r32uint, read>;
 @group(0) @binding(106) var mask_points: texture_storage_2d<rgba32uint, read>;

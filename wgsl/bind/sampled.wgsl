@@ -40,5 +40,10 @@
 @group(0) @binding(100) var mask_surfaces: texture_2d<u32>;
 @group(0) @binding(101) var half_surfaces: texture_2d<u32>;
 @group(0) @binding(102) var light_masks: texture_2d_array<f32>;
+@group(0) @binding(140) var ambients: texture_2d<u32>;
+@group(0) @binding(141) var occlusions: texture_2d<u32>;
+@group(0) @binding(142) var composited: texture_2d<f32>;
+@group(0) @binding(143) var bloom_from: texture_2d<f32>;
+@group(0) @binding(145) var bloom_level: texture_2d<f32>;
 @group(0) @binding(105) var mask_slots: texture_2d<u32>;
 @group(0) @binding(106) var mask_points: texture_2d<u32>;

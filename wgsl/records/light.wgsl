@@ -47,6 +47,10 @@ struct PictureParams {
     slices_per_doubling: f32,
     colored: u32,     // 1: opaque depths are per channel
     air_slices: u32,  // 0: no air
+    tone: u32,        // TONE_*
+    bloom: f32,       // share of the light that spreads
+    occlusion_radius: f32,              // of what occludes ambient light [m]
+    occlusion_radius_per_distance: f32, // added to it, times the distance along the axis
     extinction: vec3<f32>, // of the air [1/m]
     environment_size: u32,            // edge of its sharp level [texels]
     irradiance: array<vec4<f32>, 9>,  // of the environment, spherical harmonics (rgb)

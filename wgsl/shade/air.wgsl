@@ -6,6 +6,7 @@ import package::bind::sampled::air;
 import package::bind::uniform::picture_params;
 import package::records::air_params::AIR_CELL;
 import package::records::view::GpuView;
+import package::shade::sample_offset::air_shift;
 
 struct AirBefore {
     light: vec3<f32>, // scattered to the eye
@@ -16,9 +17,10 @@ struct AirBefore {
 fn air_at(view: GpuView, pixel: vec2<f32>, depth: f32) -> AirBefore {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let length = clamp(depth, 0.0, 1.0) * picture_params.depth_range * sqrt(1.0 + dot(slope, slope));
-    return AirBefore(air_light(pixel, depth), exp(-picture_params.extinction * length));
+    return AirBefore(air_light(pixel - air_shift(view), depth), exp(-picture_params.extinction * length));
 }
 
+// `pixel`: from the first column on.
 fn air_light(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     let size = vec2<i32>(textureDimensions(air));
     let slices = i32(picture_params.air_slices);

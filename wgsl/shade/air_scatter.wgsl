@@ -9,6 +9,7 @@ import package::records::air_params::AIR_CELL;
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
 import package::shade::phase::phase;
 import package::shade::receive::{incoming, shadow};
+import package::shade::sample_offset::{air_shift, sample_offset};
 
 // Angle at a lamp between two samples [radians]: half a degree.
 const SAMPLE_ANGLE: f32 = 0.0087266;
@@ -53,7 +54,15 @@ fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<
 // Radiance that the air between two distances along the camera's axis, `ends`, scatters back along `ray`,
 // per unit of scattering optical depth: the mean. Samples of a lamp are at even angles seen from it (Kulla
 // and Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
-fn scattered(light: GpuLight, eye: vec3<f32>, direction: vec3<f32>, ray: vec3<f32>, ends: vec2<f32>) -> vec3<f32> {
+// `offset`: of the samples, in their distances, -0.5 to 0.5.
+fn scattered(
+    light: GpuLight,
+    eye: vec3<f32>,
+    direction: vec3<f32>,
+    ray: vec3<f32>,
+    ends: vec2<f32>,
+    offset: f32,
+) -> vec3<f32> {
     let origin = eye - light.position;
     let metres = length(direction);
     let lit = select(ends, in_cone(light, origin, direction, ends), light.kind == LIGHT_SPOT);
@@ -70,7 +79,7 @@ fn scattered(light: GpuLight, eye: vec3<f32>, direction: vec3<f32>, ray: vec3<f3
     let count = select(0u, wanted, is_lit);
     var sum = vec3(0.0);
     for (var i = 0u; i < count; i += 1u) {
-        let part = (f32(i) + 0.5) / f32(count);
+        let part = (f32(i) + 0.5 + offset) / f32(count);
         let turn = vec2(cos(angle * part), sin(angle * part));
         let turned = apart * dot(vec2(low, apart), turn) / dot(vec2(apart, -low), turn);
         let at = select(mix(low, high, part), clamp(turned, low, high), is_local);
@@ -94,18 +103,19 @@ fn air_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let view = views[0];
-    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL);
+    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) + air_shift(view);
     let slope = (pixel - view.size * 0.5) / view.scale;
     let eye = picture_params.world_from_view[3].xyz;
     let direction = (picture_params.world_from_view * vec4(slope.x, -slope.y, -1.0, 0.0)).xyz;
     let ray = normalize(direction);
     let parts = vec2(f32(id.z), f32(id.z) + 1.0) / f32(air_params.slices);
     let ends = view.near + parts * (view.far - view.near);
+    let offset = sample_offset(view);
     var sum = air_params.ambient;
     // The loop's end depends on more than the uniform: llvmpipe would recompile the kernel for its value.
     let count = min(picture_params.light_count, textureDimensions(lights).x);
     for (var i = 0u; i < count; i += 1u) {
-        sum += scattered(light_record(i), eye, direction, ray, ends);
+        sum += scattered(light_record(i), eye, direction, ray, ends, offset.x);
     }
     textureStore(sources, id.xy, id.z, vec4(sum, 1.0));
 }

@@ -5,6 +5,7 @@ import package::bind::sampled::sources;
 import package::bind::stored::air;
 import package::bind::uniform::{air_params, views};
 import package::records::air_params::AIR_CELL;
+import package::shade::sample_offset::air_shift;
 
 const THIN: f32 = 1e-3; // optical depth; the next term of the series is a sixth of its square
 
@@ -14,7 +15,8 @@ fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let view = views[0];
-    let slope = ((vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) - view.size * 0.5) / view.scale;
+    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) + air_shift(view);
+    let slope = (pixel - view.size * 0.5) / view.scale;
     let length = (view.far - view.near) / f32(air_params.slices) * sqrt(1.0 + dot(slope, slope));
     let tau = air_params.extinction * length;
     let passed = exp(-tau);

@@ -4,7 +4,7 @@
 import package::bind::changed::pixels;
 import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};
 import package::bind::stored::radiance;
-import package::bind::uniform::{band, picture_params, views};
+import package::bind::uniform::{band, views};
 import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
 import package::records::light::cluster_list;
 import package::records::point::{POINT_NONE, load_point};
@@ -13,7 +13,8 @@ import package::records::tile::tile_of;
 import package::shade::air::air_at;
 import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
-import package::shade::tone::{to_srgb, tone_mapped};
+import package::shade::tone::on_screen;
+import choice::ambient::{IS_LAST, keep_ambient};
 import package::traversal::lane::LANES;
 
 fn light_of(point: u32) -> vec3<f32> {
@@ -42,9 +43,12 @@ fn shade_composite(
     let depth = bitcast<f32>(seen.x);
     var cost = vec2(seen.w, 0u);
     var light = light_of(at.index);
+    // Share of the surface's light that reaches the eye.
+    var passed = vec3(1.0);
     if HAS_AIR {
         let before = air_at(view, pixel, depth);
         light = light * before.left + before.light;
+        passed = before.left;
     }
     if COUNT_COST {
         cost.y += lights_asked(at.index);
@@ -70,14 +74,18 @@ fn shade_composite(
                 }
             }
         }
-        let passed = textureLoad(layers, record_texel(first + 1u), 0).xyz;
-        light = color + bitcast<vec3<f32>>(passed) * light;
+        let through = bitcast<vec3<f32>>(textureLoad(layers, record_texel(first + 1u), 0).xyz);
+        light = color + through * light;
+        passed *= through;
     }
+    keep_ambient(at.pixel, at.index, depth, passed);
     textureStore(radiance, at.pixel, vec4(light, depth));
-    var shown = pack4x8unorm(vec4(to_srgb(tone_mapped(light * picture_params.exposure)), 1.0));
-    if COUNT_COST {
-        cost = min(cost, vec2(0xffffu));
-        shown = cost.x | (cost.y << 16u);
+    if IS_LAST {
+        var shown = on_screen(light);
+        if COUNT_COST {
+            cost = min(cost, vec2(0xffffu));
+            shown = cost.x | (cost.y << 16u);
+        }
+        pixels[at.pixel.y * size.x + at.pixel.x] = shown;
     }
-    pixels[at.pixel.y * size.x + at.pixel.x] = shown;
 }

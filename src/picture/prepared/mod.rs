@@ -9,6 +9,7 @@ use super::{
     band_memory::BandMemory,
     bands::{TileRect, band_tiles},
     clusters::Clusters,
+    finish::{Finish, ToFinish},
     lighting::Lighting,
     lists::CameraList,
     shading::{ShadeFeatures, Shading, ToShade},
@@ -23,7 +24,11 @@ use crate::{
         Shadows,
         batch::{context::view_uniform, plan::Plan},
     },
-    stage::{bin::BatchCounters, features::Flags, shade::PictureParams},
+    stage::{
+        bin::BatchCounters,
+        features::Flags,
+        shade::{PictureParams, composite},
+    },
 };
 use glam::UVec2;
 use parts::Parts;
@@ -65,6 +70,7 @@ struct Targets {
 }
 
 impl Targets {
+    /// The radiance is what the bands write, before what is done to the whole picture.
     fn new(
         allocator: &mut Allocator<'_>,
         size: UVec2,
@@ -125,7 +131,7 @@ impl Shadows {
         let params = allocator.uniform::<PictureParams>("picture_params");
         let values = request.params(&records, &clusters.grid, lists[1].setup_origin);
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
-        let targets = Targets::new(&mut allocator, size, lit_count, bricks.end, rects.len())?;
+        let mut targets = Targets::new(&mut allocator, size, lit_count, bricks.end, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         let resources = self
             .casters()?
@@ -141,12 +147,22 @@ impl Shadows {
         let lighting =
             Lighting::new(&mut allocator, self, request, kept, &records, resources.clone())?;
         let cost = self.config().toggles.count_cost;
+        let of_finish = resources.clone();
+        // Costs are no light.
+        let finish = if cost {
+            None
+        } else {
+            let to = ToFinish { allocator: &mut allocator, kernels, resources: &of_finish };
+            Some(Finish::new(to, scene, &targets.radiance)?)
+        };
+        let resources = finish.iter().fold(resources, |all, finish| finish.with(all));
         let shading = Shading::new(
             ToShade {
                 allocator: &mut allocator,
                 queue,
                 kernels,
                 features: ShadeFeatures::new(&lists, &lighting, cost, scene),
+                composite: composite(finish.as_ref().is_some_and(Finish::keeps_ambient)),
                 lists: &lists,
                 rounds: capacity.rounds,
                 memory: &band,
@@ -163,6 +179,10 @@ impl Shadows {
         commands.append(lighting.before_lists.clone());
         commands.append(parts.commands(&lighting.masking));
         let counting = parts.counting();
+        if let Some(finish) = finish {
+            commands.append(finish.commands);
+            targets.radiance = finish.radiance;
+        }
         let pair_capacity = lists.each_ref().map(|list| list.scratch.pair_capacity);
         let pair_capacity = pair_capacity[0].min(pair_capacity[1]);
         let tile_count = tiles.element_product();

@@ -2,7 +2,7 @@
 use crate::{
     model::{Environment, Scene, View},
     picture::band_memory::BandMemory,
-    records::{FormerSlots, Grid, LightRecords},
+    records::{FormerSlots, Grid, LightRecords, OcclusionRadius},
     shadows::{Prepared, masks::MaskTextures},
     stage::shade::PictureParams,
 };
@@ -36,6 +36,7 @@ impl PictureRequest<'_> {
         first_setup: u32,
     ) -> PictureParams {
         let Self { scene, camera, prepared, .. } = self;
+        let radius = OcclusionRadius::new(scene.occlusion, scene.camera.fov_y);
         PictureParams {
             world_from_view: camera.view_from_world.inverse(),
             ambient: scene.mean_ambient(),
@@ -51,6 +52,10 @@ impl PictureRequest<'_> {
             colored: u32::from(prepared.maps().colored.is_some()),
             air_slices: scene.air.map_or(0, |air| air.steps),
             exposure: scene.exposure.exp2(),
+            tone: scene.tone as u32,
+            bloom: scene.bloom,
+            occlusion_radius: radius.map_or(0.0, |radius| radius.metres),
+            occlusion_radius_per_distance: radius.map_or(0.0, |radius| radius.per_distance),
             first_area: records.first_area(),
             extinction: scene.air.map_or(Vec3::ZERO, |air| air.extinction),
             environment_size: scene.environment.as_ref().map_or(0, |sky| sky.size()),

@@ -338,8 +338,7 @@ fn walk(
                 if modes.over || modes.volumes {
                     let change = face.map_or(Vec3::ZERO, |face| texel.inside.count(&face));
                     if let Some(depth) = face.map(|face| face.depth).or(hit.map(|hit| hit.start))
-                        && let Some((depth, event)) =
-                            texel.order.push(depth, Event { hit, change })
+                        && let Some((depth, event)) = texel.order.push(depth, Event { hit, change })
                     {
                         placed = texel.follow_order(depth, &event, modes);
                     }

@@ -1,6 +1,6 @@
 //! Blending of particles and panes over opaque surfaces.
 use super::{
-    Eye, FAINT, Lit,
+    Behind, Eye, FAINT, Lit,
     layers::{Face, Layer, Pixel},
     seen::Seen,
 };
@@ -19,15 +19,16 @@ use glam::{Vec2, Vec3};
 const ENDS: usize = 256;
 
 impl Eye<'_> {
-    /// Blends translucent casters over the opaque surfaces of a tile.
+    /// Blends translucent casters over the opaque surfaces of a tile: their light, and the surfaces' ambient light that
+    /// is left.
     pub(super) fn composite(
         &self,
         blended: &Seen<'_>,
         lit: &Lit,
         index: usize,
         tile: &Tile,
-        surfaces: &TileTexels<(Vec3, f32)>,
-    ) -> TileTexels<Vec3> {
+        surfaces: &TileTexels<Behind>,
+    ) -> TileTexels<(Vec3, Vec3)> {
         let mut pixels = TileTexels::filled(Pixel::empty(0.0));
         for (place, at) in tile.texels() {
             pixels[place] = Pixel::empty(metres_per_depth(&self.view, at));
@@ -41,7 +42,7 @@ impl Eye<'_> {
             let target = Target::new(blended.records(), footprint);
             let material = target.material;
             for (place, at) in target.texels(tile) {
-                let (_, opaque) = surfaces[place];
+                let opaque = surfaces[place].own.depth;
                 let pixel = &mut pixels[place];
                 if is_faint(pixel) {
                     continue;
@@ -73,9 +74,10 @@ impl Eye<'_> {
                 pixel.lay(covered * own * before.left + veil, passed);
             }
         }
-        let mut colors = TileTexels::filled(Vec3::ZERO);
+        let mut colors = TileTexels::filled((Vec3::ZERO, Vec3::ZERO));
         for (place, at) in tile.texels() {
-            let (behind, opaque) = surfaces[place];
+            let Behind { light: behind, own } = surfaces[place];
+            let opaque = own.depth;
             let pixel = &mut pixels[place];
             pixel.lay_waiting(f32::INFINITY);
             pixel.passed *= pixel.fog.to(opaque);
@@ -85,7 +87,7 @@ impl Eye<'_> {
                 let before = self.air_before(at, hit.depth);
                 color += passed * self.lighting.light(&point, None) * before.left;
             }
-            colors[place] = color + pixel.passed * behind;
+            colors[place] = (color + pixel.passed * behind, pixel.passed * own.light);
         }
         colors
     }

@@ -7,21 +7,23 @@ mod seen;
 use super::{
     air::{AirBefore, AirVolume},
     area::{Fit, mean_over_points},
+    bloom::bloomed,
     brick_light::{Lattice, lattice_cell, points_of},
     caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
+    occlusion::{Surroundings, occluded},
     shading::{Gloss, Lighting, Point, PointKind, Receiver, shown, to_srgb, world_point},
     threads::each,
     tile::{Tile, TileTexels},
 };
 use crate::{
     model::{
-        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Triangle, View, black_body,
+        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Tone, Triangle, View, black_body,
     },
     records::{
-        AirParams, Footprint, FormerSlots, GpuView, LATTICE_POINTS, MaskSlots, Picture,
-        TRIANGLE_BIT, ViewMaps,
+        AirParams, Footprint, FormerSlots, GpuView, LATTICE_POINTS, MaskSlots, OcclusionRadius,
+        Picture, TRIANGLE_BIT, ViewMaps,
     },
 };
 use composite::seen_color;
@@ -44,7 +46,10 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps], fit: Fit
     });
     let mut mean = MeanPicture::new(scene);
     for sample in light.chunks(scene.camera.size.element_product() as usize) {
-        mean.add(sample.iter().copied());
+        match scene.bloom {
+            0.0 => mean.add(sample.iter().copied()),
+            share => mean.add(bloomed(scene.camera.size, sample, share)),
+        }
     }
     mean.picture()
 }
@@ -57,6 +62,7 @@ pub struct MeanPicture {
     size: UVec2,
     /// Factor of light on the screen.
     exposure: f32,
+    tone: Tone,
     count: u32,
     /// Sums over the samples, row by row.
     light: Vec<Vec3>,
@@ -68,7 +74,14 @@ impl MeanPicture {
     pub fn new(scene: &Scene) -> Self {
         let size = scene.camera.size;
         let none = vec![Vec3::ZERO; size.element_product() as usize];
-        Self { size, exposure: scene.exposure.exp2(), count: 0, light: none.clone(), shown: none }
+        Self {
+            size,
+            exposure: scene.exposure.exp2(),
+            tone: scene.tone,
+            count: 0,
+            light: none.clone(),
+            shown: none,
+        }
     }
 
     /// Adds a sample of each pixel: linear light, row by row.
@@ -76,7 +89,7 @@ impl MeanPicture {
         self.count += 1;
         for ((sum, on_screen), light) in self.light.iter_mut().zip(&mut self.shown).zip(sample) {
             *sum += light;
-            *on_screen += shown(light * self.exposure);
+            *on_screen += shown(light * self.exposure, self.tone);
         }
     }
 
@@ -124,16 +137,31 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     let tiles = each(tile_count, |index| {
         let tile = Tile::new(&view, index as u32);
         let surfaces = eye.surfaces(&solid, index, &tile);
-        eye.composite(&blended, &lit, index, &tile, &surfaces)
+        (eye.composite(&blended, &lit, index, &tile, &surfaces), surfaces)
     });
-    let mut light = vec![Vec3::ZERO; size.element_product() as usize];
-    for (index, colors) in tiles.iter().enumerate() {
+    let count = size.element_product() as usize;
+    let (mut light, mut seen) = (vec![Vec3::ZERO; count], vec![Surroundings::NONE; count]);
+    for (index, (colors, surfaces)) in tiles.iter().enumerate() {
         for (place, pixel) in Tile::new(&view, index as u32).texels() {
             let at = pixel.as_uvec2();
-            light[(at.y * size.x + at.x) as usize] = colors[place];
+            let at = (at.y * size.x + at.x) as usize;
+            let (color, ambient) = colors[place];
+            light[at] = color;
+            seen[at] = Surroundings { light: ambient, ..surfaces[place].own };
         }
     }
-    light
+    match OcclusionRadius::new(scene.occlusion, scene.camera.fov_y) {
+        Some(radius) => occluded(&view, &world_from_view, radius, &seen, &light),
+        None => light,
+    }
+}
+
+/// What is behind the translucent casters of a pixel.
+#[derive(Clone, Copy)]
+struct Behind {
+    light: Vec3,
+    /// The opaque surface, with the ambient light that it sends to the eye.
+    own: Surroundings,
 }
 
 /// Light of translucent particles, and of the lattices of bricks by the index of their records.
@@ -308,21 +336,28 @@ impl Eye<'_> {
         points
     }
 
-    /// Colour and light depth of the opaque casters, or of the sky.
-    fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<(Vec3, f32)> {
+    /// The opaque casters, or the sky.
+    fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<Behind> {
         let points = self.solid_points(solid, index, tile);
-        let mut surfaces = TileTexels::filled((Vec3::ZERO, 1.0));
+        let mut surfaces =
+            TileTexels::filled(Behind { light: Vec3::ZERO, own: Surroundings::NONE });
         for (place, pixel) in tile.texels() {
             let SeenSurface { depth, point } = points[place];
+            let before = self.air_before(pixel, depth);
+            let mut own = Surroundings { depth, ..Surroundings::NONE };
             let color = match point {
-                Some(point) => self.lighting.light(&point, self.masks.as_ref()),
+                Some(point) => {
+                    // Spheres of particles are flat in the depths.
+                    own.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
+                    own.light = self.lighting.ambient_of(&point) * before.left;
+                    self.lighting.light(&point, self.masks.as_ref())
+                }
                 None => {
                     let away = self.point(pixel, 1.0) - self.position();
                     self.lighting.radiance_around(away.normalize(), 0.0)
                 }
             };
-            let before = self.air_before(pixel, depth);
-            surfaces[place] = (color * before.left + before.light, depth);
+            surfaces[place] = Behind { light: color * before.left + before.light, own };
         }
         surfaces
     }

@@ -4,7 +4,7 @@ pub mod receive;
 pub mod taps;
 mod tone;
 
-pub use tone::{shown, to_screen, to_srgb};
+pub use tone::{FILM_WHITE, shown, to_screen, to_srgb};
 
 use super::{air::phase, area::LightPoints, mask::Masks};
 use crate::{
@@ -207,6 +207,11 @@ impl<'a> Lighting<'a> {
             PointKind::Particle | PointKind::Brick { .. } => self.ambient,
             PointKind::Solid | PointKind::Pane => irradiance_at(&self.irradiance, point.normal),
         }
+    }
+
+    /// Ambient light that a surface sends to the eye.
+    pub fn ambient_of(&self, point: &Point) -> Vec3 {
+        point.albedo * (1.0 - point.metallic) * self.ambient_at(point)
     }
 
     /// Light that a point sends to the eye. `masks`: those of its picture.

@@ -1,8 +1,26 @@
 //! CPU reference of `wgsl/shade/tone.wgsl`: tone curve from linear light to the screen.
+use crate::model::Tone;
 use glam::Vec3;
 
+fn tone_mapped(light: Vec3, tone: Tone) -> Vec3 {
+    match tone {
+        Tone::Neutral => neutral(light),
+        Tone::Linear => light,
+        Tone::Filmic => filmic(light),
+    }
+}
+
+/// The curve of a film (Narkowicz 2015, "ACES Filmic Tone Mapping Curve"), with the exposure of the original.
+fn filmic(light: Vec3) -> Vec3 {
+    let x = (light * 0.6).min(Vec3::splat(FILM_WHITE));
+    (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
+}
+
+/// Light past which film is white: squares stay finite.
+pub const FILM_WHITE: f32 = 1e6;
+
 /// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
-fn tone_mapped(light: Vec3) -> Vec3 {
+fn neutral(light: Vec3) -> Vec3 {
     const START: f32 = 0.76;
     /// Far below the original's: fire stays orange.
     const DESATURATION: f32 = 0.01;
@@ -20,13 +38,13 @@ fn tone_mapped(light: Vec3) -> Vec3 {
 }
 
 /// Light after the tone curve, 0..=1, linear.
-pub fn shown(light: Vec3) -> Vec3 {
-    tone_mapped(light).clamp(Vec3::ZERO, Vec3::ONE)
+pub fn shown(light: Vec3, tone: Tone) -> Vec3 {
+    tone_mapped(light, tone).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// Light on the screen.
+/// Light on the screen, by the default curve.
 pub fn to_screen(light: Vec3) -> [u8; 3] {
-    to_srgb(tone_mapped(light))
+    to_srgb(neutral(light))
 }
 
 /// sRGB (IEC 61966-2-1) of linear light.

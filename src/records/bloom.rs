@@ -1,0 +1,20 @@
+//! Levels of bloom.
+use glam::UVec2;
+
+/// Most levels.
+const MAX_LEVELS: usize = 8;
+/// Shorter side of the coarsest level, at least [texels].
+const COARSEST: u32 = 4;
+
+/// Sizes of the levels of a picture's bloom, each half of the one before, rounded up; the first half of the picture's.
+pub fn bloom_sizes(picture: UVec2) -> Vec<UVec2> {
+    let halved = |size: &UVec2| Some((*size + 1) / 2);
+    let sizes = std::iter::successors(halved(&picture), halved);
+    let coarse = |size: &UVec2| size.min_element() >= COARSEST;
+    let first = (picture + 1) / 2;
+    let mut levels: Vec<UVec2> = sizes.take(MAX_LEVELS).take_while(coarse).collect();
+    if levels.is_empty() {
+        levels.push(first);
+    }
+    levels
+}

@@ -1,0 +1,18 @@
+// Offset of a picture's sample from the middles of its pixels. CPU reference: `sample_offset` in src/reference/air.rs.
+
+import package::bind::uniform::picture_params;
+import package::records::air_params::AIR_CELL;
+import package::records::view::GpuView;
+
+// [pixels]: the shear of the camera's axis (`View::through` in src/view/mod.rs).
+fn sample_offset(view: GpuView) -> vec2<f32> {
+    let right = picture_params.world_from_view[0].xyz;
+    let up = picture_params.world_from_view[1].xyz;
+    let back = picture_params.world_from_view[2].xyz;
+    return vec2(-dot(back, right), dot(back, up)) * view.scale;
+}
+
+// First column of air [pixels]: those of several samples are between each other, so that their mean is finer.
+fn air_shift(view: GpuView) -> vec2<f32> {
+    return sample_offset(view) * f32(AIR_CELL);
+}
