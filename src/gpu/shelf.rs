@@ -1,5 +1,5 @@
 //! Buffers, textures and bind groups that a frame takes over from the one before.
-use super::{kernel_error::KernelError, resource::OwnedResource, transfer::padded};
+use super::{kernel_error::KernelError, resource::OwnedResource};
 use std::{
     collections::HashMap,
     hash::Hash,
@@ -142,4 +142,12 @@ impl Shelf {
         contents.groups.insert(key, (group.clone(), true));
         Ok(group)
     }
+}
+
+/// Bytes up to the alignment of copies, at least one word.
+fn padded(bytes: &[u8]) -> Vec<u8> {
+    let alignment = wgpu::COPY_BUFFER_ALIGNMENT as usize;
+    let mut padded = bytes.to_vec();
+    padded.resize(bytes.len().next_multiple_of(alignment).max(alignment), 0);
+    padded
 }

@@ -27,14 +27,6 @@ pub(crate) fn filled<T: bytemuck::NoUninit>(
     buffer
 }
 
-/// Bytes up to the alignment of copies, at least one word.
-pub(super) fn padded(bytes: &[u8]) -> Vec<u8> {
-    let alignment = wgpu::COPY_BUFFER_ALIGNMENT as usize;
-    let mut padded = bytes.to_vec();
-    padded.resize(bytes.len().next_multiple_of(alignment).max(alignment), 0);
-    padded
-}
-
 impl Gpu {
     /// A buffer of these elements.
     pub fn upload<T: bytemuck::NoUninit>(

@@ -5,7 +5,8 @@ import package::bind::changed::counters;
 import package::bind::sampled::opaques;
 import package::curve::lights::{Lights, black, light_row, plus, scaled, white};
 import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, unrolled};
-import package::hit::caster_hit::{Faced, Hit, MISS, faced_hit, presence_of, set_up};
+import package::hit::caster_hit::{Faced, faced_hit, set_up};
+import package::hit::hit::{Hit, MISS, presence_of};
 import package::hit::crossing::crossing;
 import package::hit::hit_order::{
     Hits, WAITING, clear_order, late_hits, no_hits, pass_on, with_hit,

@@ -9,9 +9,9 @@ import package::bind::sampled::lit;
 import package::bind::uniform::materials;
 import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::brick_light::brick_light;
-import package::hit::caster_hit::{
-    Faced, Hit, faced_hit, faced_of, triangle_hit, triangle_weights,
-};
+import package::hit::caster_hit::{Faced, faced_hit, faced_of};
+import package::hit::hit::Hit;
+import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::footprint::{Footprint, setup_of};
 import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE};
 import package::records::record::record_texel;

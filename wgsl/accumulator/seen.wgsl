@@ -1,6 +1,7 @@
 // Accumulator: the nearest opaque caster of a pixel. CPU reference: src/reference/shade/mod.rs.
 
-import package::hit::caster_hit::{Faced, Hit, caster_hit, faced_hit};
+import package::hit::caster_hit::{Faced, caster_hit, faced_hit};
+import package::hit::hit::Hit;
 import package::hit::solid::is_solid;
 import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::view::GpuView;

@@ -2,10 +2,10 @@
 
 import package::bind::uniform::materials;
 import package::features::{HAS_DITHER, HAS_GAUSSIANS, HAS_PARTICLES, HAS_TRIANGLES};
-import package::hit::caster_hit::{Hit, edge};
+import package::hit::triangle::edge;
 import package::hit::dither::{PATTERN_HASHED, cell_threshold, hashed_threshold, pattern_cell};
 import package::hit::gaussian::approach;
-import package::hit::hit::{facing, facing_hit};
+import package::hit::hit::{Hit, facing, facing_hit};
 import package::hit::object::object_of;
 import package::hit::solid::is_solid;
 import package::records::caster::caster_rotation;

@@ -3,7 +3,7 @@
 
 import package::bind::uniform::materials;
 import package::hit::blocks::{threshold_at, threshold_place};
-import package::hit::caster_hit::Hit;
+import package::hit::hit::Hit;
 import package::hit::object::object_of;
 import package::hit::solid::is_solid;
 import package::records::footprint::Footprint;

@@ -2,7 +2,8 @@
 
 import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;
-import package::hit::caster_hit::{Hit, triangle_weights};
+import package::hit::hit::Hit;
+import package::hit::triangle::triangle_weights;
 import package::records::footprint::{Footprint, setup_of};
 import package::records::material::TRANSFER_OVER;
 import package::records::setup::{BACK_BIT, setup_texel};

@@ -1,10 +1,32 @@
 // Geometry and optics of one ray's hit. CPU reference: src/reference/hit.rs.
 
+import package::bind::uniform::materials;
 import package::records::material::{
     MAX_GAIN, PROFILE_SOFT, SHAPE_DISC, SHAPE_QUAD, TRANSFER_DITHER, TRANSFER_FILTER,
     TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE, TRANSFER_STAIN,
 };
 import package::records::view::{GpuView, MIN_DISTANCE, is_beside};
+
+struct Hit {
+    light: vec3<f32>, // transmittance
+    color: vec3<f32>,
+    opacity: f32,
+    depth: f32,       // light depth; -1 for a miss
+    start: f32,       // ramp of a curve, in light depth: up to where the whole hit is in front
+    end: f32,
+    material: u32,
+    absorbed: vec3<f32>, // 1 - light, with full precision where light is next to 1
+}
+
+const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, -1.0, 0u, vec3(0.0));
+
+// What a hit must have to set depths: its opacity, or the light that `stain` and `gain` change without any.
+fn presence_of(hit: Hit) -> f32 {
+    let transfer = materials[hit.material].transfer;
+    let changes = transfer == TRANSFER_STAIN || transfer == TRANSFER_GAIN;
+    let changed = abs(hit.absorbed);
+    return select(hit.opacity, max(hit.opacity, max(max(changed.r, changed.g), changed.b)), changes);
+}
 
 // A particle set up for texels: q = (frame * delta + offset) / (start + tilt . delta), where delta is the
 // vector from the reference to the texel's centre [texels]. The reference is the particle's centre, where q

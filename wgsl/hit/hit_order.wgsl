@@ -3,7 +3,7 @@
 // src/reference/order.rs.
 
 import package::curve::lights::{Lights, black, white, with_light};
-import package::hit::caster_hit::{Hit, presence_of};
+import package::hit::hit::{Hit, presence_of};
 import package::hit::crossing::added_light;
 import choice::rows::{Rows, count_rows, with_row};
 import choice::waiting::{clear_waiting, exchange_hits};

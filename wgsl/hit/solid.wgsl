@@ -2,7 +2,7 @@
 // src/reference/occlude.rs.
 
 import package::bind::uniform::materials;
-import package::hit::caster_hit::Hit;
+import package::hit::hit::Hit;
 import package::records::material::TRANSFER_CUTOUT;
 
 fn is_solid(hit: Hit) -> bool {

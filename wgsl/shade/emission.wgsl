@@ -2,7 +2,7 @@
 
 import package::bind::sampled::images;
 import package::features::HAS_TEXTURES;
-import package::hit::caster_hit::triangle_uv;
+import package::hit::triangle::triangle_uv;
 import package::hit::texture::sample_texture;
 import package::records::material::{GpuMaterial, NO_TEXTURE};
 

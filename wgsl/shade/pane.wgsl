@@ -1,7 +1,7 @@
 // Panes: thin surfaces that filter what is behind them, scatter some light and mirror some. CPU reference:
 // src/reference/shade/mod.rs.
 
-import package::hit::caster_hit::Hit;
+import package::hit::hit::Hit;
 import package::records::material::{GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER};
 import package::shade::shading::{Gloss, mirrored_sky};
 

@@ -1,5 +1,5 @@
 // shade, bricks: the points of the bricks' lattices. One invocation per point. CPU reference:
-// src/reference/shade/bricks.rs. Rust: src/stage/shade.rs.
+// src/reference/brick_light.rs, src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::NODES;

@@ -3,7 +3,7 @@
 
 import package::bind::sampled::layers;
 import package::bind::uniform::{band, materials, views};
-import package::hit::caster_hit::{triangle_hit, triangle_weights};
+import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_PANE, Point, pixel_number};

@@ -5,7 +5,7 @@ import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
 import package::features::{HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
-import package::hit::caster_hit::{triangle_uv, triangle_weights};
+import package::hit::triangle::{triangle_uv, triangle_weights};
 import package::hit::texture::sample_texture;
 import package::records::caster::look_material;
 import package::records::light::cluster_of;

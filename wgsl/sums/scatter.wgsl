@@ -3,7 +3,8 @@
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::opaques;
 import package::features::{HAS_OVER, HAS_VOLUMES};
-import package::hit::caster_hit::{caster_hit, presence_of};
+import package::hit::caster_hit::caster_hit;
+import package::hit::hit::presence_of;
 import package::hit::crossing::{added_light, crossing};
 import package::hit::hash::unit_float;
 import package::records::caster::particle_object;

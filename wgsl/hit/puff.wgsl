@@ -1,0 +1,61 @@
+// Hit of a ray with a puff. CPU reference: src/reference/caster_hit.rs.
+
+import package::bind::uniform::materials;
+import package::hit::hit::{Hit, MISS, absorption, transmittance};
+import package::records::view::{GpuView, is_beside};
+import package::sums::faint::{tau_absorbed, whole_tau};
+
+// A puff absorbs along the chord of the ray through the sphere in front of the opaque
+// surface: the transfer along a whole diameter, to the power of the chord's share of it.
+fn puff_hit(
+    view: GpuView,
+    place: vec4<f32>,
+    color: vec3<f32>,
+    alpha: f32,
+    texel: vec2<f32>,
+    opaque_depth: f32,
+    material_id: u32,
+) -> Hit {
+    let range = view.far - view.near;
+    let center = view.near + place.w * range; // along the axis [m]
+    let w = vec3((texel - view.size * 0.5) / view.scale, 1.0);
+    let middle = (place.xy - view.size * 0.5) / view.scale;
+    // Squared distance of the ray from the centre [radii²], and metres along the axis per radius.
+    var miss2: f32;
+    var radius_axis: f32;
+    var closest: f32;
+    if is_beside(place) {
+        let apart = cross(place.xyw, w);
+        miss2 = dot(apart, apart) / dot(w, w) / (place.z * place.z);
+        radius_axis = -place.z / length(w);
+        closest = dot(place.xyw, w) / dot(w, w);
+    } else if view.perspective > 0.0 {
+        let c = vec3(middle, 1.0);
+        let distance = center * length(c);
+        let radius = place.z * distance;
+        let apart = cross(c, w - c);
+        miss2 = dot(apart, apart) / dot(w, w) * (center * center) / (radius * radius);
+        radius_axis = radius / length(w);
+        closest = center * dot(c, w) / dot(w, w);
+    } else {
+        let delta = (texel - place.xy) / place.z;
+        miss2 = dot(delta, delta);
+        radius_axis = place.z / view.scale;
+        closest = center;
+    }
+    if miss2 >= 1.0 {
+        return MISS;
+    }
+    let half_chord = sqrt(1.0 - miss2); // [radii]
+    let first = max(closest - half_chord * radius_axis, view.near);
+    let last = min(closest + half_chord * radius_axis, view.near + opaque_depth * range);
+    let share = clamp((last - first) / (2.0 * radius_axis), 0.0, 1.0);
+    let per_diameter = max(transmittance(materials[material_id].transfer, alpha, color), vec3(1e-9));
+    let opacity = 1.0 - pow(max(1.0 - alpha, 1e-9), share);
+    let entered = (first - view.near) / range;
+    let left = (last - view.near) / range;
+    let light = pow(per_diameter, vec3(share));
+    let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, alpha, color)) * share);
+    let depth = select(-1.0, entered, share > 0.0);
+    return Hit(light, color, opacity, depth, depth, left, material_id, absorbed);
+}
