@@ -292,7 +292,6 @@ const KERNELS_OWN: &[&str] = &[
     "METAL_STEPS",
     "NO_CASTER",
     "MISS",
-    "MOST_DENSITY",
     "NEVER",
     "NONE_WAITS",
     "NOWHERE",
