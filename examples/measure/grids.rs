@@ -6,7 +6,11 @@ use crate::{
     rays::{DEPTHS, Errors, Ray, depths, rays, under_a_sun},
     rivals::{Fourier, Hit},
 };
-use gobo::{glam::DVec3, internals::records::ViewMaps, scene::Scene};
+use gobo::{
+    glam::{DVec3, Vec3},
+    internals::records::ViewMaps,
+    scene::Scene,
+};
 
 /// Parts of each crossed cell that methods which add up hits are given.
 const PARTS: u32 = 4;
@@ -152,7 +156,7 @@ fn light_of<'a>(
         Method::Curve(_) => {
             let (curve, texel) = (maps.and_then(|maps| maps.curve.as_ref()), ray.texel);
             let light = move |z: f64| curve.map(|curve| curve.light_at(texel, z as f32));
-            Box::new(move |z| light(z).map_or(DVec3::NAN, |light| light.as_dvec3()))
+            Box::new(move |z| light(z).map_or(DVec3::NAN, Vec3::as_dvec3))
         }
     }
 }

@@ -100,11 +100,11 @@ fn solved(moments: &[f64], z: f64, size: usize) -> Vec<f64> {
     let mut rows: Vec<Vec<f64>> = (0..size).map(row).collect();
     let mut right: Vec<f64> = (0..size as i32).map(|i| z.powi(i)).collect();
     for i in 0..size {
-        for j in i + 1..size {
-            let share = rows[j][i] / rows[i][i];
-            for k in i..size {
-                rows[j][k] -= share * rows[i][k];
-            }
+        let (done, rest) = rows.split_at_mut(i + 1);
+        let pivot = &done[i];
+        for (j, row) in (i + 1..).zip(rest) {
+            let share = row[i] / pivot[i];
+            row.iter_mut().zip(pivot).for_each(|(to, from)| *to -= share * from);
             right[j] -= share * right[i];
         }
     }

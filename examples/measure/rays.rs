@@ -82,11 +82,11 @@ pub(crate) fn rays<T>(
 ) -> Vec<(Ray, T)> {
     let view = &shadow_views(scene)[0];
     let mut chance = Chance::new(7);
-    let mut random = || {
+    let random = || {
         let [x, y] = [view.size.x, view.size.y].map(|size| chance.below(size as usize) as u32);
         Ray::new(view, UVec2::new(x, y))
     };
-    let all = std::iter::repeat_with(|| random()).take(count * TRIES);
+    let all = std::iter::repeat_with(random).take(count * TRIES);
     all.filter_map(|ray| meet(&ray).map(|met| (ray, met))).take(count).collect()
 }
 

@@ -68,10 +68,10 @@ pub(super) fn lattice_cell(i: u32) -> UVec3 {
 pub(super) fn points_of(bricks: &Bricks, brick: &BrickRecord, view: &GpuView) -> Option<Vec<Vec3>> {
     let grid = bricks.grid(brick);
     let (low, size) = (brick.origin.as_vec3(), brick.size());
-    let edges = grid.edges.map(|edge| edge.truncate());
+    let edges = grid.edges.map(glam::Vec4::truncate);
     let anchor = Vec3::from_array(grid.rows.map(|row| row.w));
     let world = |at: Vec3| anchor + edges[0] * at.x + edges[1] * at.y + edges[2] * at.z;
-    let lengths = Vec3::from_array(edges.map(|edge| edge.length()));
+    let lengths = Vec3::from_array(edges.map(Vec3::length));
     let radius = 0.5 * (lengths * size).element_sum();
     let center = view.view_from_world.transform_point3(world(low + size * 0.5));
     let slope = view.size * 0.5 / view.scale;

@@ -284,7 +284,7 @@ impl Eye<'_> {
         let grid = bricks.grid(brick);
         let material = &blended.records.materials[grid.material as usize];
         let points = points_of(bricks, brick, &self.view)?;
-        let [x, y, z] = bricks.half_edges(record as u32).map(|edge| edge.length());
+        let [x, y, z] = bricks.half_edges(record as u32).map(Vec3::length);
         let temperatures = bricks.temperatures_of(brick);
         let mut lattice = Box::new([Vec3::ZERO; LATTICE_POINTS as usize]);
         for ((i, light), position) in (0..).zip(lattice.iter_mut()).zip(points) {
