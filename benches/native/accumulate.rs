@@ -6,7 +6,7 @@
 //! termination: at opacity 0.02 no texel is saturated before its list ends.
 use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
 use gobo::{
-    internals::{records::Footprint, reference::accumulate::VISIBLE_OPACITY},
+    internals::{records::Footprint, reference::accumulate::VISIBLE_PRESENCE},
     model::TILE_SIZE,
 };
 use std::sync::Mutex;
@@ -100,7 +100,7 @@ fn visit<S: Simd>(simd: S, footprint: &Footprint, corner: [f32; 2], rows: &mut [
     };
     let disc = Disc {
         absorbed: absorbed.map(|v| f32x8::splat(simd, -v)),
-        visible: f32x8::splat(simd, VISIBLE_OPACITY / slope),
+        visible: f32x8::splat(simd, VISIBLE_PRESENCE / slope),
         depth: f32x8::splat(simd, footprint.depth),
     };
     let halves = (along(0), along(1));
