@@ -160,7 +160,7 @@ fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f
 /// horizon.
 const GROUND: f32 = 100.0;
 
-/// Adds a light-grey floor just under a bare model or particle file, to receive its shadow; none if it
+/// Adds a grey floor just under a bare model or particle file, to receive its shadow; none if it
 /// would hide the model from its own camera, or the model has a floor. It casts no shadow, so that shadow
 /// maps fit the model.
 pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
@@ -183,7 +183,7 @@ pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
     scene.materials.push(Material {
         name: "ground".to_owned(),
         transfer: Transfer::Opaque,
-        tint: Vec4::new(0.72, 0.72, 0.70, 1.0),
+        tint: Vec4::new(0.42, 0.415, 0.405, 1.0),
         casts: false,
         ..Material::default()
     });

@@ -144,7 +144,8 @@ fn load_all(
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let mut document = document(&source)?;
     if extension == "vdb" {
-        document.volume.iter_mut().for_each(|table| table.get_mut().file = Some(path.into()));
+        let file = path.file_name().map(Into::into);
+        document.volume.iter_mut().for_each(|table| table.get_mut().file.clone_from(&file));
     }
     let mut loader = Loader::new(&source, path);
     loader.share = options.share;

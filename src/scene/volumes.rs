@@ -128,7 +128,8 @@ impl Loader<'_> {
         let materials = self.scene.materials.len();
         self.check_limit(Limit::Materials, materials, 1, (span, key))?;
         // A file that is the scene has no key that names it.
-        let is_alone = given.file.as_deref() == Some(self.source.path());
+        let is_alone =
+            given.file.as_ref().is_some_and(|file| self.folder.join(file) == self.source.path());
         let named = |error| if is_alone { error } else { self.named_by(span, key, error) };
         let start = content.at(0.0).map_err(named)?;
         let have = self.scene.grids.iter().map(|grid| grid.bricks.len()).sum();

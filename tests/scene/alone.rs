@@ -161,7 +161,7 @@ fn the_ground_is_lit_wherever_no_shadow_falls() {
     let world_from_clip = camera.clip_from_world().inverse();
     let ground = scene.triangles[0].positions[0].y;
     let (mut lit, mut shadowed) = (0, 0);
-    let full = 0.72 * 3.0 * -sun(&scene).y / std::f32::consts::PI;
+    let full = 0.42 * 3.0 * -sun(&scene).y / std::f32::consts::PI;
     for (i, light) in picture.light.iter().enumerate() {
         let (x, y) = (i as u32 % 128, i as u32 / 128);
         let ndc = Vec3::new((x as f32 + 0.5) / 64.0 - 1.0, 1.0 - (y as f32 + 0.5) / 36.0, 0.5);

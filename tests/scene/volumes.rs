@@ -8,6 +8,7 @@ use gobo::{
     model::{LightKind, Shape, Voxels},
     scene::{self, LoadOptions, Scene, SceneError},
 };
+use std::process::Command;
 
 /// Line, message and remedy of a refusal.
 fn refused(scene: Result<Scene, SceneError>) -> (usize, String) {
@@ -185,6 +186,18 @@ fn bricks_are_summed_up_before_they_are_made() {
     let path = folder.write("scene.toml", table.repeat(600));
     let (line, message) = refused(scene::load(&path));
     assert!(line == 525 * 2 && message.contains("525000 bricks"), "{line}: {message}");
+}
+
+#[test]
+fn a_vdb_file_alone_is_found_by_a_relative_path() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.0.join("smoke")).unwrap();
+    folder.write("smoke/cube.vdb", cube(3.0));
+    for name in ["smoke/cube.vdb", "./smoke/cube.vdb", "smoke/../smoke/cube.vdb"] {
+        let mut gobo = Command::new(env!("CARGO_BIN_EXE_gobo"));
+        let output = gobo.args(["check", name]).current_dir(&folder.0).output().unwrap();
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    }
 }
 
 #[test]
