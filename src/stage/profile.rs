@@ -13,8 +13,8 @@ pub struct Profile {
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four texels, with the nodes of their curves in registers. On
-    /// software adapters, which load workgroup memory slowly.
+    /// Whether invocations hold columns of four texels, with the nodes of their curves in registers, as what
+    /// look-ups lay aside. On software adapters, which load workgroup memory slowly.
     pub columns: bool,
     /// Whether loops over what lies in registers are written out. Not on SwiftShader, whose compiler takes a
     /// minute for such a kernel and a second for loops.

@@ -8,6 +8,8 @@ import package::records::owner::NO_OWNER;
 import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
 
+const OWN_ASIDES: u32 = 0u;
+
 // `light`: index among the bound lights; `position` [m] and unit `normal` in world space. The normal
 // offsets the point towards the light, off its own surface's shadow; zero for a point on no surface.
 fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
@@ -15,7 +17,7 @@ fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
     let toward = incoming(source, position).toward;
     let face = normal * select(-1.0, 1.0, dot(normal, toward) > 0.0);
     set_receiver(RECEIVES_CURVE, NO_OWNER, false);
-    return shadow(source, position, face, toward, 0.0);
+    return shadow(source, light, position, face, toward, 0.0);
 }
 
 // For a point without a normal: smoke, fog.
