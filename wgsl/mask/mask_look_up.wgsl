@@ -9,12 +9,14 @@ import package::mask::mask_group::{MASKS, even_group, store_group};
 import package::mask::mask_pixel::shown_pixel;
 import package::records::light::{cluster_list, cluster_of, light_record, listed_index};
 import package::records::mask::{
-    JOINED_BIT, mask_slot, slot_channels, slot_mask, surface_depth, surface_offset, unpack_mask_point, unpack_surface,
+    JOINED_BIT, mask_slot, slot_channels, slot_mask, surface_depth, surface_offset, unpack_mask_point,
+    unpack_surface,
 };
 import package::records::point::pixel_number;
-import package::shade::asides::ASIDE_OWN;
-import package::shade::receive::{incoming, shadow};
+import package::shade::asides::{ASIDE_OWN, floats_of};
+import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
+import package::shade::shadow::shadow;
 import package::shade::taps::set_turn;
 
 // Laid aside: the pixel, and what the lights of the first mask let through.
@@ -81,7 +83,7 @@ fn mask_look_up(
         }
         let own = max(after.w, 1u);
         let mask = select(MASKS, slot_mask(own) - first, after.w != 0u);
-        let passed = bitcast<vec4<f32>>(aside(ASIDE_PASSED_FIRST));
+        let passed = floats_of(aside(ASIDE_PASSED_FIRST));
         lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(lowered(passed, own, mask == 0u, share)));
         if MASKS > 1u {
             rest.second = lowered(rest.second, own, mask == 1u, share);
@@ -91,6 +93,6 @@ fn mask_look_up(
             rest.fourth = lowered(rest.fourth, own, mask == 3u, share);
         }
     }
-    rest.first = bitcast<vec4<f32>>(aside(ASIDE_PASSED_FIRST));
+    rest.first = floats_of(aside(ASIDE_PASSED_FIRST));
     store_group(aside(ASIDE_PLACE).xy, id.z, rest);
 }

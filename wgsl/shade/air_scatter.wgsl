@@ -8,10 +8,11 @@ import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
 import package::records::air_params::AIR_CELL;
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
-import package::shade::asides::ASIDE_OWN;
+import package::shade::asides::{ASIDE_OWN, bits_of, floats_of};
+import package::shade::incoming::incoming;
 import package::shade::phase::phase;
-import package::shade::receive::{bits_of, floats_of, incoming, shadow};
 import package::shade::sample_offset::{air_shift, sample_offset};
+import package::shade::shadow::shadow;
 
 // Angle at a lamp between two samples [radians]: half a degree.
 const SAMPLE_ANGLE: f32 = 0.0087266;

@@ -11,3 +11,11 @@ const ASIDE_PASSED: u32 = 5u;  // ... see `through_levels`
 const ASIDE_HIDDEN: u32 = 6u;
 const ASIDE_OWN: u32 = 7u;     // from here on: the kernel's own
 const ASIDE_COUNT: u32 = ASIDE_OWN + OWN_ASIDES;
+
+fn bits_of(xyz: vec3<f32>, w: f32) -> vec4<u32> {
+    return bitcast<vec4<u32>>(vec4(xyz, w));
+}
+
+fn floats_of(bits: vec4<u32>) -> vec4<f32> {
+    return bitcast<vec4<f32>>(bits);
+}

@@ -138,7 +138,6 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
     // Where floats are too coarse to count rows and columns, no more than these.
     var left = u32((floor(2.0 * half.x) + 1.0) * (high - low + 1.0));
     let reach = select(BLOCK_REACH * map.edge, 1.0, map.edge == 2.0);
-    let slack = slack_within(reach);
     level_light = LevelLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
     // Row and column are counted: division of integers is slow on llvmpipe. A sheared row starts anywhere
     // between two blocks.
@@ -151,7 +150,7 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
         let between = window_cover(off, windows.middle);
         let change = vec2(between - wide, window_cover(off, windows.narrow) - between);
         let at = turned(vec2(column, row));
-        let end = receiver_end((at + 0.5) * map.edge, slack);
+        let end = receiver_end((at + 0.5) * map.edge, slack_within(reach));
         let block = block_number(map, vec2<i32>(at));
         node_left = vec3(1.0);
         level_light.before += wide;

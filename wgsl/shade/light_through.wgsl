@@ -5,8 +5,9 @@
 import package::records::light::light_record;
 import package::records::material::RECEIVES_CURVE;
 import package::records::owner::NO_OWNER;
-import package::shade::receive::{incoming, shadow};
+import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
+import package::shade::shadow::shadow;
 
 const OWN_ASIDES: u32 = 0u;
 

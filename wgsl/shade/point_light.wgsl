@@ -8,11 +8,12 @@ import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
     POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, Point, load_point,
 };
-import package::shade::asides::ASIDE_OWN;
+import package::shade::asides::{ASIDE_OWN, bits_of, floats_of};
+import package::shade::incoming::incoming;
 import package::shade::phase::phase_of_orders;
-import package::shade::receive::{bits_of, floats_of, incoming, shadow};
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
+import package::shade::shadow::shadow;
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
 

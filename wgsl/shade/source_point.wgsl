@@ -2,7 +2,8 @@
 
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
-import package::shade::receive::{Lifted, receive};
+import package::shade::lifted::Lifted;
+import package::shade::receive::receive;
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
     return receive(light, view, lifted);
