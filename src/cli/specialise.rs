@@ -1,11 +1,12 @@
 //! Overrides that stay open: names of SPIR-V's specialisation constants, which naga does not write.
-use gobo::internals::stage::{features::Features, profile::Profile, sort::Shape};
+use gobo::internals::stage::{bin::WIDE_DISC_SEGMENT, features::Features, profile::Profile, sort::Shape};
 use std::collections::{BTreeMap, HashMap};
 
 /// `SpecId` of each flag, the same in every kernel.
 pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
     let profile = Profile {
         shape: Shape::Wide,
+        disc_segment: WIDE_DISC_SEGMENT,
         scatter_tiny: true,
         columns: false,
         unrolled: false,

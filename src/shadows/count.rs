@@ -31,7 +31,7 @@ impl Request<'_> {
         let listed = &plan.lists[i];
         let may_overflow = listed.may_overflow(self.config.profile.shape, scratch.pair_capacity);
         // The contents of the host's buffers say nothing about later frames.
-        if listed.host.is_some() || !(may_overflow || listed.has_segments()) {
+        if listed.host.is_some() || !(may_overflow || listed.has_segments(&self.config.profile)) {
             return Ok(0);
         }
         let mut memory = Memory::default();

@@ -1,4 +1,5 @@
 //! Pair capacity of a frame, and its growth.
+use crate::model::Counters;
 
 /// Pair capacity of a batch: a guess at first, then what a frame needed.
 #[derive(Clone, Copy, Debug)]
@@ -7,11 +8,13 @@ pub struct PairCapacity {
     pub pairs: Option<u32>,
     /// Largest capacity that the host allows [pairs].
     pub budget: u32,
+    /// Most pairs that a frame needed; `None` before any was counted.
+    seen: Option<u32>,
 }
 
 impl PairCapacity {
     pub fn new(budget: u32) -> Self {
-        Self { pairs: None, budget }
+        Self { pairs: None, budget, seen: None }
     }
 
     /// Grows to what a frame needed. Returns whether the frame should be rendered again: its capacity was
@@ -23,6 +26,26 @@ impl PairCapacity {
             self.pairs = Some(needed);
         }
         grows
+    }
+
+    /// Takes note of a frame of casters that the CPU does not know. Once more than [`Self::expected`] would not
+    /// fit, the capacity grows to half as much again as was needed.
+    pub fn see(&mut self, counters: &Counters) {
+        let &Counters { pairs_needed, pair_capacity, overflowed, .. } = counters;
+        // Too many pairs of neighbours in the list, whatever the capacity.
+        let is_crowded = overflowed > 0 && pairs_needed <= pair_capacity;
+        let needed = if is_crowded { u32::MAX } else { pairs_needed };
+        let seen = self.seen.unwrap_or(0).max(needed);
+        self.seen = Some(seen);
+        if !is_crowded && self.expected().is_some_and(|pairs| pairs > pair_capacity) {
+            let roomy = seen.saturating_add(seen / 2).min(self.budget);
+            self.pairs = self.pairs.max(Some(roomy));
+        }
+    }
+
+    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so far.
+    pub fn expected(&self) -> Option<u32> {
+        self.seen.map(|pairs| pairs.saturating_add(pairs / 4))
     }
 
     /// Renders until the pairs fit, or the budget is spent. `frame` renders once with a pair capacity, and

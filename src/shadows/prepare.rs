@@ -66,6 +66,8 @@ pub(super) struct Request<'a> {
     pub views: &'a [View],
     /// Expected number of pairs of the largest batch; the budget bounds it.
     pub pairs: Option<u32>,
+    /// Pairs that casters of the host are expected to need at most, by earlier frames.
+    pub expected: Option<u32>,
     /// The host's depth maps by view; empty if there are none.
     pub depths: &'a [Option<DepthInput>],
 }
@@ -147,6 +149,8 @@ impl<'a> Request<'a> {
             Relocation::new(old.maps, raw, cache.kept(), views, &set.maps)
         });
         let mut plans = plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
+        let hosts = plans.iter_mut().flat_map(|plan| &mut plan.lists);
+        hosts.filter_map(|list| list.host.as_mut()).for_each(|host| host.expected = self.expected);
         let culled = culled_count(casters, cache.pending.len(), &plans);
         let scratch = self.scratch(reuse.scratch, &mut plans)?;
         let pair_capacity = scratch.0.pair_capacity;

@@ -207,6 +207,7 @@ impl Shadows {
             casters: set,
             views,
             pairs: self.capacity.pairs,
+            expected: self.capacity.expected(),
             depths: &depths,
         };
         let frame = request.frame(earlier)?;
@@ -258,6 +259,9 @@ impl Shadows {
     /// slower scatter path, and the next [`Self::prepare`] has the capacity for them.
     pub fn grow_from(&mut self, counters: &Counters) -> bool {
         let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity);
+        if self.casters.as_ref().is_some_and(|set| set.host().is_some()) {
+            self.capacity.see(counters);
+        }
         if let Some(maps) = self.maps.as_mut().filter(|_| grows) {
             maps.cache.forget();
         }
@@ -269,7 +273,7 @@ impl Shadows {
         (self.casters, self.maps) = (None, None);
         self.shelf = Shelf::new(&self.queue);
         self.frame.fetch_add(1, Ordering::Relaxed);
-        self.capacity.pairs = None;
+        self.capacity = PairCapacity::new(self.capacity.budget);
     }
 
     /// Changes the configuration of the next frames beyond [`ShadowSettings`]: for tests and measurements.

@@ -6,7 +6,7 @@
 //! read it at their own depth (`shade`).
 use super::{
     features::{Features, Flags},
-    levels::{OF_AREA, OF_POINT},
+    levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
 };
 use crate::gpu::{KernelDesc, Tier};
 
@@ -17,14 +17,14 @@ pub const SCATTER: KernelDesc = KernelDesc {
     name: "air_scatter",
     entry: "air_scatter",
     root: "shade/air_scatter.wgsl",
-    with: &[OF_POINT],
+    with: &[OF_POINT, IN_REGISTERS],
     constants: &[],
     tiers: &[Tier::Core],
 };
 
 /// [`SCATTER`] with area lights.
 pub const AREA_SCATTER: KernelDesc =
-    KernelDesc { name: "area_air_scatter", with: &[OF_AREA], ..SCATTER };
+    KernelDesc { name: "area_air_scatter", with: &[OF_AREA, IN_WORKGROUP], ..SCATTER };
 
 /// The kernel that scatters the light of a scene.
 pub fn scatter(features: Features) -> &'static KernelDesc {

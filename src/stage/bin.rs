@@ -13,10 +13,14 @@ use bytemuck::{Pod, Zeroable};
 /// stays below the 65,535 iterations that llvmpipe allows it.
 pub const SEGMENT_LENGTH: u32 = 2048;
 
-/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair. It is
-/// longer, because the sums of several segments are added with atomics, which cost more than a better
+/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair, on software adapters.
+/// It is longer, because the sums of several segments are added with atomics, which cost more than a better
 /// balance saves.
 pub const DISC_SEGMENT: u32 = 8192;
+/// [`DISC_SEGMENT`] on GPUs, where a subgroup alone would walk 8,192 pairs for a millisecond or two, while others have
+/// none, and atomics are cheap. Of the most pairs of a tile, 16 million, more segments than add to a texel at a time
+/// without wrapping (2^32 / (7 * 65,536)) are not in flight on any GPU.
+pub const WIDE_DISC_SEGMENT: u32 = 1024;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups, on software adapters: a subgroup of llvmpipe.

@@ -25,6 +25,11 @@ pub const OF_POINT: Choice = Choice::new("source", "shade/source_point.wgsl");
 /// Look-up for scenes with area lights.
 pub const OF_AREA: Choice = Choice::new("source", "shade/source_area.wgsl");
 
+/// What a look-up lays aside stays in registers.
+pub const IN_REGISTERS: Choice = Choice::new("aside", "shade/aside_private.wgsl");
+/// What a look-up lays aside is in workgroup memory: an area light's needs more registers than GPUs have.
+pub const IN_WORKGROUP: Choice = Choice::new("aside", "shade/aside_workgroup.wgsl");
+
 /// Makes the first level.
 pub const FIRST: KernelDesc =
     of("level_of_maps", &[Choice::new("below", "levels/below_maps.wgsl"), OF_POINT]);

@@ -2,6 +2,7 @@
 //! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS},
+    levels::IN_REGISTERS,
     walk::SUMS,
 };
 use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
@@ -11,11 +12,13 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleave
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the tier
 /// has.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
-/// Invocations hold four texels in a column; nodes of curves, and hits that wait for late ones, are registers.
-pub const COLUMNS: [Choice; 3] = [
+/// Invocations hold four texels in a column; nodes of curves, hits that wait for late ones, and what look-ups lay
+/// aside are registers.
+pub const COLUMNS: [Choice; 4] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
     Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl"),
+    IN_REGISTERS,
 ];
 /// Loops over what lies in registers are written out.
 pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");

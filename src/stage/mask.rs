@@ -6,7 +6,7 @@
 //! `light_points` reads.
 use super::{
     features::{Features, Flags},
-    levels::{OF_AREA, OF_POINT},
+    levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
     shade::{SEEN_STATE, of_pixels},
     walk::IN_ORDER,
 };
@@ -49,11 +49,16 @@ pub const HALF_HOST_SURFACES: KernelDesc =
 pub const JOINED: &str = "joined";
 const NOT_JOINED: Choice = Choice::new(JOINED, "mask/joined_none.wgsl");
 
-pub const LOOK_UP: KernelDesc =
-    KernelDesc { with: &[OF_POINT, NOT_JOINED], ..of("mask_look_up", "mask/mask_look_up.wgsl") };
+pub const LOOK_UP: KernelDesc = KernelDesc {
+    with: &[OF_POINT, IN_REGISTERS, NOT_JOINED],
+    ..of("mask_look_up", "mask/mask_look_up.wgsl")
+};
 /// [`LOOK_UP`] with area lights.
-pub const AREA_LOOK_UP: KernelDesc =
-    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, NOT_JOINED], ..LOOK_UP };
+pub const AREA_LOOK_UP: KernelDesc = KernelDesc {
+    name: "area_mask_look_up",
+    with: &[OF_AREA, IN_WORKGROUP, NOT_JOINED],
+    ..LOOK_UP
+};
 /// The kernel that looks masks up.
 pub fn look_up(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }

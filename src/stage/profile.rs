@@ -1,20 +1,26 @@
 //! Tuning for a device, decided here and nowhere else. Kernels read it by overrides and `choice::` imports;
 //! code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`], and without it only speed
 //! is lost.
-use super::{llvmpipe, sort::Shape};
+use super::{
+    bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+    llvmpipe,
+    sort::Shape,
+};
 use crate::gpu::{Choice, Constant, KernelDesc};
 
-/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny`, which
-/// changes their rounding.
+/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and `disc_segment`, which
+/// change their rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Profile {
     /// Shape of the work of sort and bin.
     pub shape: Shape,
+    /// Pairs of a segment of soft discs.
+    pub disc_segment: u32,
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four texels, with the nodes of their curves in registers. On
-    /// software adapters, which load workgroup memory slowly.
+    /// Whether invocations hold columns of four texels, with the nodes of their curves in registers, as what
+    /// look-ups lay aside. On software adapters, which load workgroup memory slowly.
     pub columns: bool,
     /// Whether loops over what lies in registers are written out. Not on SwiftShader, whose compiler takes a
     /// minute for such a kernel and a second for loops.
@@ -44,6 +50,7 @@ impl Profile {
         let lanes = [adapter.subgroup_min_size, adapter.subgroup_max_size];
         Self {
             shape: if is_software { Shape::Serial } else { Shape::Wide },
+            disc_segment: if is_software { DISC_SEGMENT } else { WIDE_DISC_SEGMENT },
             scatter_tiny: !is_software,
             columns: is_software,
             unrolled: is_software && !adapter.driver.starts_with("SwiftShader"),

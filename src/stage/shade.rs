@@ -6,7 +6,7 @@
 //! light that reaches them.
 use super::{
     features::{Features, Flags},
-    levels::{OF_AREA, OF_POINT},
+    levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
     walk::{FACED_CANDIDATE, IN_ORDER, WALK},
 };
 use crate::{
@@ -123,26 +123,32 @@ pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.
 pub const BRICKS: KernelDesc = of_points("shade_bricks", "shade/shade_bricks.wgsl");
 /// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc = KernelDesc {
-    with: &[RADIANCE, UNMASKED, OF_POINT],
+    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
 /// Share of each light that reaches the points of a host.
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
     entry: LIGHT_POINTS.entry,
-    with: &[SHARES, OF_POINT],
+    with: &[SHARES, OF_POINT, IN_REGISTERS],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
 /// [`LIGHT_POINTS`] with area lights.
-pub const AREA_LIGHT_POINTS: KernelDesc =
-    KernelDesc { name: "area_light_points", with: &[RADIANCE, UNMASKED, OF_AREA], ..LIGHT_POINTS };
+pub const AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "area_light_points",
+    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP],
+    ..LIGHT_POINTS
+};
 /// [`LIGHT_POINTS`] with shadow masks.
-pub const MASKED_LIGHT_POINTS: KernelDesc =
-    KernelDesc { name: "masked_light_points", with: &[RADIANCE, MASKED, OF_POINT], ..LIGHT_POINTS };
+pub const MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "masked_light_points",
+    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS],
+    ..LIGHT_POINTS
+};
 /// [`MASKED_LIGHT_POINTS`] with area lights.
 pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
     name: "area_masked_light_points",
-    with: &[RADIANCE, MASKED, OF_AREA],
+    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP],
     ..LIGHT_POINTS
 };
 /// The kernel that evaluates the light of a picture's points.
@@ -156,8 +162,11 @@ pub fn light_points(features: Features) -> &'static KernelDesc {
 }
 
 /// [`LIGHT_SHARES`] with area lights.
-pub const AREA_LIGHT_SHARES: KernelDesc =
-    KernelDesc { name: "area_light_shares", with: &[SHARES, OF_AREA], ..LIGHT_SHARES };
+pub const AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "area_light_shares",
+    with: &[SHARES, OF_AREA, IN_WORKGROUP],
+    ..LIGHT_SHARES
+};
 pub const CLIP: KernelDesc = of_points("shade_clip", "shade/shade_clip.wgsl");
 
 /// Workgroup grid for `count` points or footprints.

@@ -9,7 +9,7 @@ use gobo::{
         },
         stage::{
             KERNELS, bin, curve,
-            levels::{OF_AREA, OF_POINT},
+            levels::{IN_REGISTERS, OF_AREA, OF_POINT},
             llvmpipe::{COLUMNS, LOADED, WRITTEN_OUT},
             sort::SERIAL_SCATTER,
             variants,
@@ -104,8 +104,8 @@ fn every_declaration_is_some_kernels() {
     // Code that hosts link into shaders of their own.
     let library = Library::embedded().unwrap();
     for source in [OF_POINT, OF_AREA] {
-        let choice = (source.name, source.files[0]);
-        linked.push(library.link("shade/light_through.wgsl", "light_at", &[choice]).unwrap());
+        let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
+        linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
     linked.extend(KERNELS.iter().map(|desc| desc.link_with(Tier::Native, &COLUMNS).unwrap()));
     let items = linked.iter().flat_map(|linked| &linked.items);
@@ -220,8 +220,8 @@ fn loops_of_look_ups_end_with_their_test() {
 fn loops_of_area_look_ups_end_with_their_test() {
     let library = Library::embedded().unwrap();
     let of = |source: Choice| {
-        let choice = (source.name, source.files[0]);
-        library.link("shade/light_through.wgsl", "light_at", &[choice]).unwrap().items
+        let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
+        library.link("shade/light_through.wgsl", "light_at", &choices).unwrap().items
     };
     let (mut files, mut loops, mut early) = (HashSet::new(), 0, Vec::new());
     // What look-ups of points have too is as short as theirs.

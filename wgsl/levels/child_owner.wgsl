@@ -5,7 +5,7 @@ import package::curve::node::DEPTHS;
 import package::records::area::leveled_view;
 import package::records::light::shadow_view;
 import package::records::view::{GpuView, PART_FACE};
-import package::shade::receive::cube_face;
+import package::shade::incoming::cube_face;
 
 // Its depths become this face's by `shift`: times x, plus y, in fixed point.
 struct ChildOwner {

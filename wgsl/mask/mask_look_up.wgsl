@@ -1,6 +1,7 @@
 // mask, look up: the share of each light of some masks that reaches a pixel. One invocation per pixel and
 // group of masks. CPU reference: src/reference/mask.rs. Rust: src/stage/mask.rs.
 
+import choice::aside::{aside, lay_aside, open_asides};
 import choice::joined::host_shadow;
 import package::bind::sampled::{mask_points, mask_surfaces};
 import package::bind::uniform::mask_params;
@@ -8,12 +9,20 @@ import package::mask::mask_group::{MASKS, even_group, store_group};
 import package::mask::mask_pixel::shown_pixel;
 import package::records::light::{cluster_list, cluster_of, light_record, listed_index};
 import package::records::mask::{
-    JOINED_BIT, mask_slot, slot_channels, slot_mask, unpack_mask_point, unpack_surface,
+    JOINED_BIT, mask_slot, slot_channels, slot_mask, surface_depth, surface_offset, unpack_mask_point,
+    unpack_surface,
 };
 import package::records::point::pixel_number;
-import package::shade::receive::{incoming, shadow};
+import package::shade::asides::{ASIDE_OWN, floats_of};
+import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
+import package::shade::shadow::shadow;
 import package::shade::taps::set_turn;
+
+// Laid aside: the pixel, and what the lights of the first mask let through.
+const ASIDE_PLACE: u32 = ASIDE_OWN;
+const ASIDE_PASSED_FIRST: u32 = ASIDE_OWN + 1u;
+const OWN_ASIDES: u32 = 2u;
 
 fn lowered(passed: vec4<f32>, slot: u32, is_own: bool, share: vec3<f32>) -> vec4<f32> {
     let channels = slot_channels(slot) & vec4(is_own);
@@ -23,22 +32,30 @@ fn lowered(passed: vec4<f32>, slot: u32, is_own: bool, share: vec3<f32>) -> vec4
 }
 
 @compute @workgroup_size(8, 8)
-fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
+fn mask_look_up(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    let surface = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
-    let point = unpack_mask_point(textureLoad(mask_points, id.xy, 0));
-    let pixel = shown_pixel(id.xy, mask_params.step, surface.offset);
-    let list = cluster_list(cluster_of(pixel, surface.depth));
-    let count = select(0u, list.count, surface.depth < 1.0);
+    open_asides(lane);
+    lay_aside(ASIDE_PLACE, vec4(id.xy, 0u, 0u));
+    lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(vec4(1.0)));
+    let depth = surface_depth(textureLoad(mask_surfaces, id.xy, 0));
+    let offset = surface_offset(textureLoad(mask_surfaces, id.xy, 0));
+    let receiver = unpack_mask_point(textureLoad(mask_points, id.xy, 0));
+    let pixel = shown_pixel(id.xy, mask_params.step, offset);
+    let list = cluster_list(cluster_of(pixel, depth));
+    let count = select(0u, list.count, depth < 1.0);
     set_turn(pixel_number(pixel));
-    set_receiver(point.receives, point.tag, true);
+    set_receiver(receiver.receives, receiver.tag, true);
     let first = id.z * MASKS;
-    var passed = even_group(1.0);
-    var next = 0u;
-    while next < count {
+    var rest = even_group(1.0); // the first mask is laid aside
+    while aside(ASIDE_PLACE).z < count {
         // Skips the lights of other masks, for which the rest of the loop would be wasted.
+        let before = aside(ASIDE_PLACE);
+        var next = before.z;
         var index = 0u;
         var slot = 0u;
         while slot == 0u && next < count {
@@ -47,28 +64,35 @@ fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
             slot = select(0u, found, found != 0u && slot_mask(max(found, 1u)) / MASKS == id.z);
             next += 1u;
         }
+        let place = before.xy;
+        lay_aside(ASIDE_PLACE, vec4(place, next, slot));
+        let surface = unpack_surface(textureLoad(mask_surfaces, place, 0));
+        let position = unpack_mask_point(textureLoad(mask_points, place, 0)).position;
         var light = light_record(index);
-        let arriving = incoming(light, point.position);
+        let arriving = incoming(light, position);
         let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
         // As `point_light` does for opaque points.
         let faces = dot(surface.face, arriving.toward) > 0.0;
         let face = select(surface.normal, surface.face, faces);
         // A light without views reads no map.
         light.view_count = select(0u, light.view_count, is_lit && slot != 0u);
-        var share = shadow(light, point.position, face, arriving.toward, surface.reach);
-        if (slot & JOINED_BIT) != 0u && is_lit {
-            share *= host_shadow(index, point.position, surface.normal);
+        var share = shadow(light, index, position, face, arriving.toward, surface.reach);
+        let after = aside(ASIDE_PLACE);
+        if (after.w & JOINED_BIT) != 0u && is_lit {
+            share *= host_shadow(index, position, surface.normal);
         }
-        let own = max(slot, 1u);
-        let mask = select(MASKS, slot_mask(own) - first, slot != 0u);
-        passed.first = lowered(passed.first, own, mask == 0u, share);
+        let own = max(after.w, 1u);
+        let mask = select(MASKS, slot_mask(own) - first, after.w != 0u);
+        let passed = floats_of(aside(ASIDE_PASSED_FIRST));
+        lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(lowered(passed, own, mask == 0u, share)));
         if MASKS > 1u {
-            passed.second = lowered(passed.second, own, mask == 1u, share);
+            rest.second = lowered(rest.second, own, mask == 1u, share);
         }
         if MASKS > 2u {
-            passed.third = lowered(passed.third, own, mask == 2u, share);
-            passed.fourth = lowered(passed.fourth, own, mask == 3u, share);
+            rest.third = lowered(rest.third, own, mask == 2u, share);
+            rest.fourth = lowered(rest.fourth, own, mask == 3u, share);
         }
     }
-    store_group(id.xy, id.z, passed);
+    rest.first = floats_of(aside(ASIDE_PASSED_FIRST));
+    store_group(aside(ASIDE_PLACE).xy, id.z, rest);
 }

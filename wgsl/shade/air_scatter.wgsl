@@ -2,14 +2,17 @@
 // scattering optical depth. One invocation per column and slice. CPU reference: src/reference/air.rs. Rust:
 // src/stage/air.rs.
 
+import choice::aside::{aside, lay_aside, open_asides};
 import package::bind::sampled::lights;
 import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
 import package::records::air_params::AIR_CELL;
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
+import package::shade::asides::{ASIDE_OWN, bits_of, floats_of};
+import package::shade::incoming::incoming;
 import package::shade::phase::phase;
-import package::shade::receive::{incoming, shadow};
 import package::shade::sample_offset::{air_shift, sample_offset};
+import package::shade::shadow::shadow;
 
 // Angle at a lamp between two samples [radians]: half a degree.
 const SAMPLE_ANGLE: f32 = 0.0087266;
@@ -19,6 +22,12 @@ const MAX_AIR_SAMPLES: u32 = 16u;
 const MAX_LIT_SAMPLES: u32 = 256u;
 // Distance from a lamp below which its light does not rise [m]: that of `incoming`.
 const NEAREST: f32 = 0.01;
+// Laid aside: the slice, the light of a sample with its share, its samples' sum, and that of all lights.
+const ASIDE_SLICE: u32 = ASIDE_OWN;
+const ASIDE_ARRIVING: u32 = ASIDE_OWN + 1u;
+const ASIDE_RADIANCE: u32 = ASIDE_OWN + 2u;
+const ASIDE_ALL: u32 = ASIDE_OWN + 3u;
+const OWN_ASIDES: u32 = 4u;
 // Instead of 0 in a divisor.
 const TINY: f32 = 1e-20;
 
@@ -51,71 +60,127 @@ fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<
     return select(lit, vec2(1.0, 0.0), is_missed);
 }
 
-// Radiance that the air between two distances along the camera's axis, `ends`, scatters back along `ray`,
-// per unit of scattering optical depth: the mean. Samples of a lamp are at even angles seen from it (Kulla
-// and Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
-// `offset`: of the samples, in their distances, -0.5 to 0.5.
-fn scattered(
-    light: GpuLight,
-    eye: vec3<f32>,
-    direction: vec3<f32>,
-    ray: vec3<f32>,
-    ends: vec2<f32>,
-    offset: f32,
-) -> vec3<f32> {
-    let origin = eye - light.position;
-    let metres = length(direction);
-    let lit = select(ends, in_cone(light, origin, direction, ends), light.kind == LIGHT_SPOT);
-    // Along the ray, from the point nearest to the lamp [m].
-    let nearest = dot(origin, ray);
+// A column of pixels, and the part of it that a slice takes.
+struct Column {
+    direction: vec3<f32>, // of its ray, as long as a metre along the camera's axis is on it
+    ray: vec3<f32>,       // unit
+    ends: vec2<f32>,      // of the slice, distances along the camera's axis [m]
+}
+
+fn eye_position() -> vec3<f32> {
+    return picture_params.world_from_view[3].xyz;
+}
+
+fn column_of(id: vec3<u32>) -> Column {
+    let view = views[0];
+    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) + air_shift(view);
+    let slope = (pixel - view.size * 0.5) / view.scale;
+    let direction = (picture_params.world_from_view * vec4(slope.x, -slope.y, -1.0, 0.0)).xyz;
+    let parts = vec2(f32(id.z), f32(id.z) + 1.0) / f32(air_params.slices);
+    return Column(direction, normalize(direction), view.near + parts * (view.far - view.near));
+}
+
+// The part of a slice that a light reaches, and its samples: for a lamp at even angles seen from it (Kulla and
+// Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
+struct Stretch {
+    metres: f32,  // of the ray per metre along the camera's axis
+    nearest: f32, // along the ray, where it is nearest to the lamp [m]
+    low: f32,     // ends, from there [m]
+    high: f32,
+    apart: f32,   // distance of ray and lamp [m]
+    angle: f32,   // between the ends, seen from the lamp [radians]
+    count: u32,   // of samples
+}
+
+fn stretch_of(light: GpuLight, column: Column) -> Stretch {
+    let origin = eye_position() - light.position;
+    let metres = length(column.direction);
+    let lit = select(
+        column.ends,
+        in_cone(light, origin, column.direction, column.ends),
+        light.kind == LIGHT_SPOT,
+    );
+    let nearest = dot(origin, column.ray);
     let low = lit.x * metres + nearest;
     let high = lit.y * metres + nearest;
-    let apart = max(length(origin - ray * nearest), NEAREST);
+    let apart = max(length(origin - column.ray * nearest), NEAREST);
     let is_local = light.kind != LIGHT_DIRECTIONAL;
     let angle = select(0.0, atan2(apart * (high - low), apart * apart + low * high), is_local);
     let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, air_params.samples, MAX_AIR_SAMPLES);
     let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), air_params.samples, most);
     let is_lit = high > low && (light.traits & SHAFTS_BIT) != 0u;
-    let count = select(0u, wanted, is_lit);
-    var sum = vec3(0.0);
-    for (var i = 0u; i < count; i += 1u) {
-        let part = (f32(i) + 0.5 + offset) / f32(count);
-        let turn = vec2(cos(angle * part), sin(angle * part));
-        let turned = apart * dot(vec2(low, apart), turn) / dot(vec2(apart, -low), turn);
-        let at = select(mix(low, high, part), clamp(turned, low, high), is_local);
-        // Length of the ray that the sample stands for, in slices.
-        let share = select(high - low, (apart + at * at / apart) * angle, is_local)
-            / (metres * (ends.y - ends.x) * f32(count));
-        let point = eye + ray * (at - nearest);
-        let arriving = incoming(light, point);
-        if any(arriving.color > vec3(0.0)) {
-            let passed = shadow(light, point, vec3(0.0), arriving.toward, 0.0);
-            sum += arriving.color * passed * (share * phase(dot(arriving.toward, ray), air_params.anisotropy));
+    return Stretch(metres, nearest, low, high, apart, angle, select(0u, wanted, is_lit));
+}
+
+// Distance of sample `i` along the ray, from where that is nearest to the lamp [m], and the length of the ray that
+// it stands for, in slices. Samples are offset by -0.5 to 0.5 in their distances.
+fn sample_of(light: GpuLight, column: Column, own: Stretch, i: u32) -> vec2<f32> {
+    let is_local = light.kind != LIGHT_DIRECTIONAL;
+    let part = (f32(i) + 0.5 + sample_offset(views[0]).x) / f32(own.count);
+    let turn = vec2(cos(own.angle * part), sin(own.angle * part));
+    let turned = own.apart * dot(vec2(own.low, own.apart), turn) / dot(vec2(own.apart, -own.low), turn);
+    let at = select(mix(own.low, own.high, part), clamp(turned, own.low, own.high), is_local);
+    let share = select(own.high - own.low, (own.apart + at * at / own.apart) * own.angle, is_local)
+        / (own.metres * (column.ends.y - column.ends.x) * f32(own.count));
+    return vec2(at, share);
+}
+
+// Radiance that the air of a slice scatters back along the ray from a light, per unit of scattering optical depth:
+// the mean. What samples need is read anew for each.
+fn scattered(slice: vec3<u32>, number: u32) -> vec3<f32> {
+    let count = stretch_of(light_record(number), column_of(slice)).count;
+    lay_aside(ASIDE_SLICE, vec4(slice.x | (slice.y << 16u), slice.z, number, 0u));
+    lay_aside(ASIDE_RADIANCE, bits_of(vec3(0.0), bitcast<f32>(count)));
+    if count > 0u {
+        loop {
+            let place = aside(ASIDE_SLICE);
+            let column = column_of(slice_of(place));
+            let light = light_record(place.z);
+            let own = stretch_of(light, column);
+            let along = sample_of(light, column, own, place.w);
+            let point = eye_position() + column.ray * (along.x - own.nearest);
+            let arriving = incoming(light, point);
+            if any(arriving.color > vec3(0.0)) {
+                let share = along.y * phase(dot(arriving.toward, column.ray), air_params.anisotropy);
+                lay_aside(ASIDE_ARRIVING, bits_of(arriving.color, share));
+                let passed = shadow(light, place.z, point, vec3(0.0), arriving.toward, 0.0);
+                let whole = floats_of(aside(ASIDE_ARRIVING));
+                let before = aside(ASIDE_RADIANCE);
+                let sum = floats_of(before).xyz + whole.xyz * passed * whole.w;
+                lay_aside(ASIDE_RADIANCE, vec4(bits_of(sum, 0.0).xyz, before.w));
+            }
+            let after = aside(ASIDE_SLICE);
+            lay_aside(ASIDE_SLICE, after + vec4(0u, 0u, 0u, 1u));
+            if after.w + 1u >= aside(ASIDE_RADIANCE).w {
+                break;
+            }
         }
     }
-    return sum;
+    return floats_of(aside(ASIDE_RADIANCE)).xyz;
+}
+
+fn slice_of(place: vec4<u32>) -> vec3<u32> {
+    return vec3(place.x & 0xffffu, place.x >> 16u, place.y);
 }
 
 @compute @workgroup_size(8, 8)
-fn air_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
+fn air_scatter(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
     let size = textureDimensions(sources);
     if any(id.xy >= size) {
         return;
     }
-    let view = views[0];
-    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) + air_shift(view);
-    let slope = (pixel - view.size * 0.5) / view.scale;
-    let eye = picture_params.world_from_view[3].xyz;
-    let direction = (picture_params.world_from_view * vec4(slope.x, -slope.y, -1.0, 0.0)).xyz;
-    let ray = normalize(direction);
-    let parts = vec2(f32(id.z), f32(id.z) + 1.0) / f32(air_params.slices);
-    let ends = view.near + parts * (view.far - view.near);
-    let offset = sample_offset(view);
-    var sum = air_params.ambient;
+    open_asides(lane);
+    var slice = id;
+    lay_aside(ASIDE_ALL, bits_of(air_params.ambient, 0.0));
     // The loop's end depends on more than the uniform: llvmpipe would recompile the kernel for its value.
     let count = min(picture_params.light_count, textureDimensions(lights).x);
-    for (var i = 0u; i < count; i += 1u) {
-        sum += scattered(light_record(i), eye, direction, ray, ends, offset.x);
+    for (var i = 0u; i < count; i = aside(ASIDE_SLICE).z + 1u) {
+        let own = scattered(slice, i);
+        lay_aside(ASIDE_ALL, bits_of(floats_of(aside(ASIDE_ALL)).xyz + own, 0.0));
+        slice = slice_of(aside(ASIDE_SLICE));
     }
-    textureStore(sources, id.xy, id.z, vec4(sum, 1.0));
+    textureStore(sources, slice.xy, slice.z, vec4(floats_of(aside(ASIDE_ALL)).xyz, 1.0));
 }

@@ -136,23 +136,21 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
     let low = ceil(middle.y - half.y);
     let high = floor(middle.y + half.y);
     // Where floats are too coarse to count rows and columns, no more than these.
-    let most = u32((floor(2.0 * half.x) + 1.0) * (high - low + 1.0));
+    var left = u32((floor(2.0 * half.x) + 1.0) * (high - low + 1.0));
     let reach = select(BLOCK_REACH * map.edge, 1.0, map.edge == 2.0);
-    let slack = slack_within(reach);
     level_light = LevelLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
     // Row and column are counted: division of integers is slow on llvmpipe. A sheared row starts anywhere
     // between two blocks.
     var row = low;
     var sheared = spot_shear * (row - middle.y);
     var column = ceil(middle.x + sheared - half.x);
-    var i = 1u;
     loop {
         let off = vec2(column - sheared, row) - middle;
         let wide = window_cover(off, windows.wide);
         let between = window_cover(off, windows.middle);
         let change = vec2(between - wide, window_cover(off, windows.narrow) - between);
         let at = turned(vec2(column, row));
-        let end = receiver_end((at + 0.5) * map.edge, slack);
+        let end = receiver_end((at + 0.5) * map.edge, slack_within(reach));
         let block = block_number(map, vec2<i32>(at));
         node_left = vec3(1.0);
         level_light.before += wide;
@@ -173,10 +171,10 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
         row += select(0.0, 1.0, is_last);
         sheared = spot_shear * (row - middle.y);
         column = select(column + 1.0, ceil(middle.x + sheared - half.x), is_last);
-        if i >= most || row > high {
+        if left <= 1u || row > high {
             break;
         }
-        i += 1u;
+        left -= 1u;
     }
     // The light left in a narrower window is part of that in the widest: at most as much per area.
     level_light.most = level_light.behind * (windows.narrow.per_area / windows.wide.per_area);

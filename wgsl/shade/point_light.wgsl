@@ -1,20 +1,26 @@
 // Light that a point scatters, mirrors and emits to the eye. CPU reference: src/reference/shading/mod.rs.
 
+import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
 import package::bind::uniform::picture_params;
 import package::features::{HAS_BRICKS, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, Point,
+    POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, Point, load_point,
 };
+import package::shade::asides::{ASIDE_OWN, bits_of, floats_of};
+import package::shade::incoming::incoming;
 import package::shade::phase::phase_of_orders;
-import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
+import package::shade::shadow::shadow;
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
 
 const PER_TWO_PI: f32 = 0.15915494;
+// Sums of the lights, laid aside; with the second the point's number.
+const ASIDE_DIFFUSE: u32 = ASIDE_OWN;
+const ASIDE_SHINE: u32 = ASIDE_OWN + 1u;
 
 // Share of the light from `toward` that a point of albedo 1 sends to the eye.
 fn scattered(point: Point, cosine: f32) -> f32 {
@@ -45,53 +51,38 @@ fn ambient(point: Point) -> vec3<f32> {
     return select(picture_params.ambient, irradiance(point.normal), upright);
 }
 
-fn point_light(point: Point) -> vec3<f32> {
-    let is_solid = point.kind == POINT_SOLID;
-    let shines = is_solid || point.kind == POINT_PANE;
-    let gloss = Gloss(point.reflectivity, point.polish);
-    let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
-    let to_eye = normalize(eye() - point.position);
-    let list = cluster_list(point.cluster);
-    let count = select(list.count, 0u, point.kind == POINT_NONE);
-    set_turn(point.pixel);
-    set_receiver(point.receives, point.tag, is_solid);
-    var diffuse = ambient(point);
-    var shine = vec3(0.0);
+// Light of the point `number`. Around a look-up, what is needed behind it is laid aside or read anew.
+fn point_light(number: u32) -> vec3<f32> {
+    let first = load_point(number);
+    let list = cluster_list(first.cluster);
+    let count = select(list.count, 0u, first.kind == POINT_NONE);
+    set_turn(first.pixel);
+    set_receiver(first.receives, first.tag, first.kind == POINT_SOLID);
+    lay_aside(ASIDE_DIFFUSE, bits_of(ambient(first), 0.0));
+    lay_aside(ASIDE_SHINE, vec4(vec3(0u), number));
     var i = 0u;
     // Loops over lights and views are tested at their end: llvmpipe executes a body once more where the test
     // comes first.
     if count > 0u {
         loop {
             let index = listed_index(list, i);
+            let point = load_point(aside(ASIDE_SHINE).w);
+            let is_solid = point.kind == POINT_SOLID;
             var light = light_record(index);
             let arriving = incoming(light, point.position);
-            let cosine = dot(point.normal, arriving.toward);
-            let side = dot(point.face, arriving.toward);
-            let is_behind = is_solid && cosine <= 0.0;
+            let is_behind = is_solid && dot(point.normal, arriving.toward) <= 0.0;
             if !is_behind && any(arriving.color > vec3(0.0)) {
                 // Normal on the light's side. A facet that looks away but whose interpolated normal does not is
                 // part of a round surface.
+                let side = dot(point.face, arriving.toward);
                 let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
-                let mask = masked(index, point);
                 // A light without views reads no map.
-                light.view_count = select(light.view_count, 0u, mask.is_masked);
-                var through = mask.share;
+                light.view_count = select(light.view_count, 0u, masked(index, point).is_masked);
+                var through = vec3(1.0);
                 if HAS_SHADOWS {
-                    through *= shadow(light, point.position, face, arriving.toward, point.reach);
+                    through = shadow(light, index, point.position, face, arriving.toward, point.reach);
                 }
-                let passed = arriving.color * through;
-                if HAS_BRICKS {
-                    let ahead = dot(arriving.toward, -to_eye);
-                    let often = phase_of_orders(through, ahead, 2.0 * point.roughness - 1.0, point.albedo);
-                    let once = through * scattered(point, cosine);
-                    diffuse += arriving.color * select(once, often, point.kind == POINT_BRICK);
-                } else {
-                    diffuse += passed * scattered(point, cosine);
-                }
-                let middle = normalize(arriving.toward + to_eye);
-                let lobe = highlight(point.normal, middle, point.roughness)
-                    * mirrored(gloss, dot(to_eye, middle), head_on);
-                shine += select(vec3(0.0), passed * (cosine * lobe), shines && cosine > 0.0);
+                add_light(listed_index(list, i), through);
             }
             i += 1u;
             if i >= count {
@@ -99,5 +90,34 @@ fn point_light(point: Point) -> vec3<f32> {
             }
         }
     }
+    let point = load_point(aside(ASIDE_SHINE).w);
+    let diffuse = floats_of(aside(ASIDE_DIFFUSE)).xyz;
+    let shine = floats_of(aside(ASIDE_SHINE)).xyz;
     return point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine;
+}
+
+// Adds a light, of which the maps let a share through, to the sums that are laid aside.
+fn add_light(index: u32, by_maps: vec3<f32>) {
+    let shine = aside(ASIDE_SHINE);
+    let point = load_point(shine.w);
+    let arriving = incoming(light_record(index), point.position);
+    let cosine = dot(point.normal, arriving.toward);
+    let through = masked(index, point).share * by_maps;
+    let passed = arriving.color * through;
+    let to_eye = normalize(eye() - point.position);
+    var diffuse = passed * scattered(point, cosine);
+    if HAS_BRICKS {
+        let ahead = dot(arriving.toward, -to_eye);
+        let often = phase_of_orders(through, ahead, 2.0 * point.roughness - 1.0, point.albedo);
+        let once = through * scattered(point, cosine);
+        diffuse = arriving.color * select(once, often, point.kind == POINT_BRICK);
+    }
+    lay_aside(ASIDE_DIFFUSE, bits_of(floats_of(aside(ASIDE_DIFFUSE)).xyz + diffuse, 0.0));
+    let gloss = Gloss(point.reflectivity, point.polish);
+    let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
+    let middle = normalize(arriving.toward + to_eye);
+    let lobe = highlight(point.normal, middle, point.roughness) * mirrored(gloss, dot(to_eye, middle), head_on);
+    let shines = (point.kind == POINT_SOLID || point.kind == POINT_PANE) && cosine > 0.0;
+    let added = select(vec3(0.0), passed * (cosine * lobe), shines);
+    lay_aside(ASIDE_SHINE, vec4(bits_of(floats_of(shine).xyz + added, 0.0).xyz, shine.w));
 }

@@ -1,150 +1,52 @@
-// Transmittance from an area light to a point, from the widest spots to the sharpest, from the light on.
-// Truth: tests/common/area_truth.rs.
+// Transmittance from an area light to a point: through the levels of a map, and through the map itself.
 
-import package::curve::node::DEPTHS;
+import choice::aside::{aside, forget_asides, lay_aside};
 import package::features::HAS_GAIN;
-import package::records::area::{area_of, has_area, level_map, leveled_view};
-import package::records::light::GpuLight;
+import package::records::area::has_area;
+import package::records::light::{GpuLight, light_record, shadow_view};
 import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
+import package::shade::asides::{ASIDE_HIDDEN, ASIDE_PASSED, ASIDE_VIEWS, bits_of, floats_of};
 import package::shade::fade::{fade_between, light_before};
-import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder};
+import package::shade::lifted::{Lifted, lifted_point, set_own_plane};
 import package::shade::nearest_lit::nearest_lit;
 import package::shade::receive::receive_texel;
-import package::shade::receiver::{is_solid, receives};
-import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
+import package::shade::receiver::receives;
 import package::shade::taps::{
     FILTER_SPLINE, Filter, SPLINE_REACH, filter_of, filter_tap, map_taps, next_rotation, pixel_rotation,
 };
-import package::sums::sums::blackened;
+import package::shade::through_levels::{Leveled, MIN, relied_on, through_levels};
 
-// Weight of a level's result per light before the level, up to a weight of 1.
-const EVIDENCE: f32 = 300.0;
-// Least light that a search for occluders relies on.
-const MIN_OPEN: f32 = 0.25;
-// Distance of texels' centres from the middle of a block of the first level [blocks].
-const AROUND: f32 = 0.25;
-// Least light to divide by.
-const MIN: f32 = 1e-4;
-
-fn relied_on(before: vec3<f32>) -> vec3<f32> {
-    return clamp(before * EVIDENCE, vec3(0.0), vec3(1.0));
-}
-
-// The smallest level whose blocks are large enough for a spot; 0 for the map.
-fn level_of(texels: f32, last: u32) -> u32 {
-    let near = u32(clamp(ceil(log2(max(texels, SHARP) / WIDEST)), 1.0, 12.0));
-    // Corrects the rounding of the logarithm.
-    let up = select(near, near + 1u, texels > WIDEST * f32(1u << near));
-    let enough = select(up, up - 1u, up > 1u && texels <= WIDEST * f32(1u << (up - 1u)));
-    return select(min(enough, last), 0u, texels <= SHARP);
-}
-
-// What the levels leave to the map.
-struct Leveled {
-    passed: vec3<f32>,       // share of the light behind the levels' occluders
-    since: vec2<f32>,        // fade into the map
-    is_near: bool,           // the map has occluders behind that
-    hidden: vec3<f32>,       // light that gets past occluders behind which levels hold nothing
-    hidden_since: vec2<f32>, // fade behind which the first of them holds nothing
-    hidden_level: u32,       // last of them
-    number: u32,             // of the leveled view
-    last: u32,               // its coarsest level
-}
-
-// `is_lit`: the levels are asked at all.
-fn through_levels(light: GpuLight, index: u32, view: GpuView, point: vec3<f32>, normal: vec3<f32>, bias: f32, is_lit: bool) -> Leveled {
-    let area = area_of(light);
-    let leveled = area.first_leveled + index - light.first_view;
-    let last = select(0u, leveled_view(leveled).y, is_lit);
-    set_spot(view, light, area, point, normal, bias);
-    // Loop counts are not constant, so that compilers do not unroll.
-    let four = select(0u, 4u, last > 0u);
-    var passed = vec3(1.0);
-    var hidden = vec3(0.0);
-    var hidden_since = vec2(0.0);
-    var hidden_level = 0u;
-    var since = vec2(-1.0); // fade of the level before
-    var number = last;
-    var rest_next = NEVER; // next occluder in the window of the level before
-    if number > 0u {
-        loop {
-            // What the level before left over is followed where it fades into the next one or into the map. Else
-            // ever finer levels are asked: coarse blocks mix what is before the receiver with what is behind it.
-            // Where no light is left, they know nothing, and the wider window is believed.
-            var cue = rest_next;
-            let rest = min(level_of(spot_at(cue), last), number);
-            var is_known = cue != NEVER && (rest == number || rest == 0u);
-            let blocks = select(four, 0u, is_known);
-            var above = min(select(rest, number, cue == NEVER) + 1u, last);
-            rest_next = select(NEVER, cue, is_known);
-            loop {
-                let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0);
-                is_known = is_known || (cue != NEVER && least_open < MIN_OPEN);
-                let is_none = next == NEVER && !is_known;
-                cue = select(cue, next, next != NEVER && !is_known);
-                let found = min(level_of(spot_at(cue), last), number);
-                number = select(found, select(above - 2u, 0u, cue == NEVER), is_none);
-                if is_known || number == 0u || (number + 1u >= above && !is_none) {
-                    break;
-                }
-                above = number + 1u;
-            }
-            if number == 0u {
-                break;
-            }
-            let map = level_map(view, leveled, number);
-            // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this window
-            // is far narrower than its spot.
-            since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
-            let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
-            evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
-            let known = relied_on(level_light.before);
-            let left = min(level_light.before - level_light.taken, level_light.most);
-            let share = max(left / max(level_light.before, vec3(MIN)), vec3(0.0));
-            let unknown = passed * (1.0 - known);
-            let is_hidden = any(unknown > vec3(0.0));
-            hidden_since = select(hidden_since, since, is_hidden && all(hidden == vec3(0.0)));
-            hidden_level = select(hidden_level, number, is_hidden);
-            hidden += unknown;
-            passed = blackened(passed * known * share);
-            rest_next = level_light.next;
-            since = to;
-            number = select(0u, number - 1u, any(passed > vec3(0.0)));
-            if number == 0u {
-                break;
-            }
-        }
-    }
-    // If levels were skipped, the rest of an occluder in the last one's fade has a spot far wider than the
-    // map's texels: it counts as before.
-    since = select(since, max(since, vec2(fade_at(SHARP).x)), since.x > 0.0);
-    let blocks = select(four, 0u, rest_next != NEVER);
-    // The map's look-up decides which filters within the bias tint an opaque receiver.
-    let beyond = select(0.0, 2.0 * bias / (view.far - view.near) * DEPTHS, is_solid);
-    let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND, beyond);
-    let is_near = min(rest_next, near_next) != NEVER && any(passed > vec3(0.0));
-    return Leveled(passed, since, is_near, hidden, hidden_since, hidden_level, leveled, last);
-}
-
-fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
+fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
     // Levels hold all casters: receivers that only some casters tint read the map.
     let takes_all = receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST;
     let is_soft = has_area(light) && takes_all;
-    let taps = map_taps(view, at);
-    let reach = bias / (view.far - view.near);
-    let is_lit = taps.reaches && taps.z <= 1.0 + reach;
     let none = vec3(0.0);
-    var leveled = Leveled(vec3(1.0), vec2(-1.0), is_lit, none, vec2(0.0), 0u, 0u, 0u);
-    var own = filter_of(light);
+    var leveled = Leveled(vec3(1.0), vec2(-1.0), false, none, vec2(0.0), 0u, 0u, 0u);
     if is_soft {
-        leveled = through_levels(light, index, view, point, normal, bias, is_lit);
+        leveled = through_levels(light, index, view, lifted);
+    }
+    return through_map(leveled, is_soft);
+}
+
+// Light through what is close to the receiver, from the map itself, and what gets past the occluders that hide
+// others. One loop for soft and hard lights, as branches cost llvmpipe what they skip.
+fn through_map(leveled: Leveled, is_soft: bool) -> vec3<f32> {
+    forget_asides(leveled.last);
+    let views = aside(ASIDE_VIEWS);
+    let view = shadow_view(views.x);
+    let lifted = lifted_point(view);
+    set_own_plane(view);
+    let taps = map_taps(view, lifted.point);
+    let reach = lifted.bias / (view.far - view.near);
+    let is_lit = taps.reaches && taps.z <= 1.0 + reach;
+    var own = filter_of(light_record(views.w));
+    if is_soft {
         own = Filter(FILTER_SPLINE, 9u, 3.0, SPLINE_REACH);
     }
-    // Occluders close to the receiver, from the map itself. One loop for soft and hard lights, as branches
-    // cost llvmpipe what they skip.
     let fade = fade_between(leveled.since);
-    let count = select(0u, own.count, select(taps.reaches, leveled.is_near, is_soft));
+    let is_near = select(is_lit, leveled.is_near, is_soft);
+    let count = select(0u, own.count, select(taps.reaches, is_near, is_soft));
     var before = vec3(0.0);
     var behind = vec3(0.0);
     var rotation = pixel_rotation;
@@ -162,16 +64,20 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, poin
         }
     }
     let share = behind / max(before, vec3(MIN));
-    let known = select(vec3(1.0), relied_on(before), leveled.is_near);
-    let at_map = select(vec3(1.0), select(min(share, vec3(1.0)), share, HAS_GAIN), leveled.is_near);
+    let known = select(vec3(1.0), relied_on(before), is_near);
+    let at_map = select(vec3(1.0), select(min(share, vec3(1.0)), share, HAS_GAIN), is_near);
     let unknown = leveled.passed * (1.0 - known);
     let is_hidden = any(unknown > vec3(0.0));
     let is_first = is_hidden && all(leveled.hidden == vec3(0.0));
     let hidden_since = select(leveled.hidden_since, leveled.since, is_first);
     // 0 where nothing is hidden: no level is asked.
     let first = select(leveled.hidden_level, 1u, is_hidden);
+    let straight = select(vec3(0.0), leveled.passed * known * at_map, is_lit);
+    let past = select(vec3(0.0), leveled.hidden + unknown, is_lit);
+    lay_aside(ASIDE_PASSED, bits_of(select(behind, straight, is_soft), 0.0));
+    lay_aside(ASIDE_HIDDEN, bits_of(select(vec3(0.0), past, is_soft), 0.0));
     let around = nearest_lit(view, leveled.number, first, leveled.last, hidden_since);
-    let soft = leveled.passed * known * at_map + (leveled.hidden + unknown) * around;
-    let lit = select(behind, select(vec3(0.0), soft, is_lit), is_soft);
+    forget_asides(first);
+    let lit = floats_of(aside(ASIDE_PASSED)).xyz + floats_of(aside(ASIDE_HIDDEN)).xyz * around;
     return select(vec3(1.0), lit, taps.reaches);
 }

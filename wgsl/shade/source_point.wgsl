@@ -2,8 +2,9 @@
 
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
+import package::shade::lifted::Lifted;
 import package::shade::receive::receive;
 
-fn receive_light(light: GpuLight, index: u32, view: GpuView, at: vec3<f32>, point: vec3<f32>, normal: vec3<f32>, bias: f32) -> vec3<f32> {
-    return receive(light, view, at, bias);
+fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
+    return receive(light, view, lifted);
 }

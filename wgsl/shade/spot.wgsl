@@ -25,7 +25,6 @@ const EDGE_ON_PLANE: f32 = 0.02;
 var<private> spot_view: GpuView;
 var<private> spot_center: vec2<f32>;   // [texels]
 var<private> spot_distance: f32;       // [m]
-var<private> spot_depth: f32;
 var<private> spot_bias: f32;
 // Hoisted by hand: compilers of llvmpipe leave divisions in loops.
 var<private> spot_inverse: f32;        // of the distance [1/m]
@@ -73,7 +72,6 @@ fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, nor
     spot_per_metre = DEPTHS / (view.far - view.near);
     let spread = view.scale / select(1.0, spot_distance, perspective);
     spot_center = vec2(p.x, -p.y) * spread + view.size * 0.5;
-    spot_depth = fixed_of(spot_distance);
     spot_bias = bias * spot_per_metre;
     let outline = outline_of(view, light, area, p, point);
     spot_turned = outline.turned;
@@ -114,7 +112,7 @@ fn receiver_end(texel: vec2<f32>, slack: f32) -> f32 {
     let linear = plane_middle + dot(plane_by_texel, texel - spot_view.size * 0.5);
     let by_distance = 1.0 / max(linear + slack, 1e-7);
     let distance = select(linear - slack, by_distance, spot_view.perspective > 0.0);
-    return min(fixed_of(distance), spot_depth) - spot_bias;
+    return min(fixed_of(distance), fixed_of(spot_distance)) - spot_bias;
 }
 
 // A window on blocks.

@@ -77,7 +77,7 @@ impl List {
             context.pair_capacity(plan),
             tile_count,
             view_count,
-            plan.segment_length(),
+            plan.segment_length(&context.config.profile),
         );
         let chunks = [
             (&project::GAUSSIANS, context.chunk_buffers(plan, &plan.gaussian_chunks)?),

@@ -7,8 +7,9 @@ use crate::{
     model::{Class, tiles_of},
     records::{BRICK_SEGMENT, CURVE_SEGMENT, GAUSSIAN_TEXELS, GpuView, SETUP_TEXELS},
     stage::{
-        bin::{self, DISC_SEGMENT, SEGMENT_LENGTH},
+        bin::{self, SEGMENT_LENGTH},
         features::{Features, Flags},
+        profile::Profile,
         project::Chunk,
         shade::ROUND_LENGTH,
         sort::Shape,
@@ -133,21 +134,21 @@ impl ListPlan {
     }
 
     /// Pairs that one workgroup walks at a time.
-    pub(crate) fn segment_length(&self) -> u32 {
+    pub(crate) fn segment_length(&self, profile: &Profile) -> u32 {
         match self.features {
             _ if self.camera => ROUND_LENGTH,
             Features { nodes: 1.., flags, .. } if flags.contains(Flags::HAS_BRICKS) => {
                 BRICK_SEGMENT
             }
             Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            features if features.is_plain() => DISC_SEGMENT,
+            features if features.is_plain() => profile.disc_segment,
             _ => SEGMENT_LENGTH,
         }
     }
 
     /// Whether a tile may have more pairs than a segment.
-    pub(crate) fn has_segments(&self) -> bool {
-        self.bound.of_tile > self.segment_length()
+    pub(crate) fn has_segments(&self, profile: &Profile) -> bool {
+        self.bound.of_tile > self.segment_length(profile)
     }
 
     /// Whether some footprints' pairs may not fit.
@@ -159,8 +160,12 @@ impl ListPlan {
 
     /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
     /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
+    /// Of the host's casters, whose pairs have no useful bound, neither while those of earlier frames fit with room to
+    /// spare: each part is recorded, needed or not.
     pub(crate) fn may_part(&self, shape: Shape, capacity: u32) -> bool {
-        self.filters && !self.camera && self.may_overflow(shape, capacity)
+        let expected = self.host.as_ref().and_then(|host| host.expected);
+        let fits = expected.is_some_and(|pairs| pairs <= capacity);
+        self.filters && !self.camera && !fits && self.may_overflow(shape, capacity)
     }
 
     /// Least room for the pairs of a part: for those of any tile, and so many that parts are few.
@@ -217,6 +222,7 @@ impl ListPlan {
             planes: planes(views),
             first_footprint: self.footprint_count,
             capacity: span.capacity,
+            expected: None,
         });
         self.footprint_count += span.capacity * views.len() as u32;
         // The casters may be anywhere, and of any size.
@@ -240,6 +246,8 @@ pub(crate) struct HostList {
     pub first_footprint: u32,
     /// Most casters that a view may see.
     pub capacity: u32,
+    /// Pairs that its list is expected to need at most, by earlier frames.
+    pub expected: Option<u32>,
 }
 
 impl HostList {

@@ -106,7 +106,7 @@ impl ScratchSizes {
         let changes = lists().any(|list| list.features.flags.intersects(changing));
         let segment_bytes = partial_bytes(nodes, changes);
         let curved = lists().filter(|list| list.features.nodes > 0);
-        let segment = curved.map(ListPlan::segment_length).min().unwrap_or(CURVE_SEGMENT);
+        let segment = curved.map(|list| list.segment_length(&config.profile)).min().unwrap_or(CURVE_SEGMENT);
         let limit = match nodes {
             0 => limit,
             _ => {
@@ -278,7 +278,7 @@ impl Scratch {
         let parts = (sizes.part_tiles > 0)
             .then(|| PartBuffers::new(allocator, sizes.part_tiles))
             .transpose()?;
-        let shortest = sizes.segment.min(bin::SEGMENT_LENGTH);
+        let shortest = sizes.segment.min(bin::SEGMENT_LENGTH).min(config.profile.disc_segment);
         let segments = u64::from(sizes.part_room / shortest) + sizes.tiles;
         let partials =
             curves * partial_count(sizes.part_room, sizes.segment) * sizes.segment_bytes / 16;

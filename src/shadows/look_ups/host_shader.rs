@@ -6,7 +6,7 @@ use crate::{
     model::Light,
     stage::{
         features::{Features, Flags},
-        levels::{OF_AREA, OF_POINT},
+        levels::{IN_REGISTERS, OF_AREA, OF_POINT},
     },
 };
 use std::sync::LazyLock;
@@ -38,8 +38,8 @@ impl LightBindings {
 /// The look-ups for point and area lights.
 static PARTS: LazyLock<[Result<Linked, KernelError>; 2]> = LazyLock::new(|| {
     [OF_POINT, OF_AREA].map(|source| {
-        let choice = (source.name, source.files[0]);
-        Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &[choice])?)
+        let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
+        Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &choices)?)
     })
 });
 

@@ -1,0 +1,136 @@
+// Light of an area light through the levels of a map, from the widest spots to the sharpest, from the light on.
+// Truth: tests/common/area_truth.rs.
+
+import choice::aside::{aside, forget_asides, lay_aside};
+import package::curve::node::DEPTHS;
+import package::records::area::{area_of, level_map, leveled_view};
+import package::records::light::GpuLight;
+import package::records::view::GpuView;
+import package::shade::asides::{
+    ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_POINT, bits_of, floats_of,
+};
+import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder};
+import package::shade::lifted::Lifted;
+import package::shade::receiver::is_solid;
+import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
+import package::shade::taps::map_taps;
+import package::sums::sums::blackened;
+
+// Weight of a level's result per light before the level, up to a weight of 1.
+const EVIDENCE: f32 = 300.0;
+// Least light that a search for occluders relies on.
+const MIN_OPEN: f32 = 0.25;
+// Distance of texels' centres from the middle of a block of the first level [blocks].
+const AROUND: f32 = 0.25;
+// Least light to divide by.
+const MIN: f32 = 1e-4;
+
+fn relied_on(before: vec3<f32>) -> vec3<f32> {
+    return clamp(before * EVIDENCE, vec3(0.0), vec3(1.0));
+}
+
+// The smallest level whose blocks are large enough for a spot; 0 for the map.
+fn level_of(texels: f32, last: u32) -> u32 {
+    let near = u32(clamp(ceil(log2(max(texels, SHARP) / WIDEST)), 1.0, 12.0));
+    // Corrects the rounding of the logarithm.
+    let up = select(near, near + 1u, texels > WIDEST * f32(1u << near));
+    let enough = select(up, up - 1u, up > 1u && texels <= WIDEST * f32(1u << (up - 1u)));
+    return select(min(enough, last), 0u, texels <= SHARP);
+}
+
+// What the levels leave to the map.
+struct Leveled {
+    passed: vec3<f32>,       // share of the light behind the levels' occluders
+    since: vec2<f32>,        // fade into the map
+    is_near: bool,           // the map has occluders behind that
+    hidden: vec3<f32>,       // light that gets past occluders behind which levels hold nothing
+    hidden_since: vec2<f32>, // fade behind which the first of them holds nothing
+    hidden_level: u32,       // last of them
+    number: u32,             // of the leveled view
+    last: u32,               // its coarsest level
+}
+
+fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> Leveled {
+    let area = area_of(light);
+    let leveled = area.first_leveled + index - light.first_view;
+    let taps = map_taps(view, lifted.point);
+    let is_lit = taps.reaches && taps.z <= 1.0 + lifted.bias / (view.far - view.near);
+    // 0: the levels are not asked at all.
+    let last = select(0u, leveled_view(leveled).y, is_lit);
+    set_spot(view, light, area, floats_of(aside(ASIDE_POINT)).xyz, floats_of(aside(ASIDE_NORMAL)).xyz, lifted.bias);
+    // Loop counts are not constant, so that compilers do not unroll.
+    let four = select(0u, 4u, last > 0u);
+    lay_aside(ASIDE_PASSED, bits_of(vec3(1.0), 0.0));
+    lay_aside(ASIDE_HIDDEN, vec4(0u));
+    var hidden_end = 0.0;
+    var since = vec2(-1.0); // fade of the level before
+    var number = last;
+    var rest_next = NEVER; // next occluder in the window of the level before
+    if number > 0u {
+        loop {
+            // What the level before left over is followed where it fades into the next one or into the map. Else
+            // ever finer levels are asked: coarse blocks mix what is before the receiver with what is behind it.
+            // Where no light is left, they know nothing, and the wider window is believed.
+            var cue = rest_next;
+            let rest = min(level_of(spot_at(cue), last), number);
+            var is_known = cue != NEVER && (rest == number || rest == 0u);
+            let blocks = select(four, 0u, is_known);
+            var above = min(select(rest, number, cue == NEVER) + 1u, last);
+            rest_next = select(NEVER, cue, is_known);
+            loop {
+                let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0);
+                is_known = is_known || (cue != NEVER && least_open < MIN_OPEN);
+                let is_none = next == NEVER && !is_known;
+                cue = select(cue, next, next != NEVER && !is_known);
+                let found = min(level_of(spot_at(cue), last), number);
+                number = select(found, select(above - 2u, 0u, cue == NEVER), is_none);
+                if is_known || number == 0u || (number + 1u >= above && !is_none) {
+                    break;
+                }
+                above = number + 1u;
+            }
+            if number == 0u {
+                break;
+            }
+            let map = level_map(view, leveled, number);
+            // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this window
+            // is far narrower than its spot.
+            since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
+            let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
+            evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
+            let known = relied_on(level_light.before);
+            let left = min(level_light.before - level_light.taken, level_light.most);
+            let share = max(left / max(level_light.before, vec3(MIN)), vec3(0.0));
+            forget_asides(number);
+            let lit = floats_of(aside(ASIDE_PASSED));
+            let shaded = aside(ASIDE_HIDDEN);
+            let hidden = floats_of(shaded).xyz;
+            let unknown = lit.xyz * (1.0 - known);
+            let is_hidden = any(unknown > vec3(0.0));
+            let is_first = is_hidden && all(hidden == vec3(0.0));
+            hidden_end = select(hidden_end, since.y, is_first);
+            let passed = blackened(lit.xyz * known * share);
+            lay_aside(ASIDE_PASSED, bits_of(passed, select(lit.w, since.x, is_first)));
+            let hidden_level = select(shaded.w, number, is_hidden);
+            lay_aside(ASIDE_HIDDEN, vec4(bits_of(hidden + unknown, 0.0).xyz, hidden_level));
+            rest_next = level_light.next;
+            since = to;
+            number = select(0u, number - 1u, any(passed > vec3(0.0)));
+            if number == 0u {
+                break;
+            }
+        }
+    }
+    // If levels were skipped, the rest of an occluder in the last one's fade has a spot far wider than the
+    // map's texels: it counts as before.
+    since = select(since, max(since, vec2(fade_at(SHARP).x)), since.x > 0.0);
+    let blocks = select(four, 0u, rest_next != NEVER);
+    // The map's look-up decides which filters within the bias tint an opaque receiver.
+    let beyond = select(0.0, 2.0 * lifted.bias / (view.far - view.near) * DEPTHS, is_solid);
+    let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND, beyond);
+    let lit = floats_of(aside(ASIDE_PASSED));
+    let shaded = aside(ASIDE_HIDDEN);
+    let is_near = min(rest_next, near_next) != NEVER && any(lit.xyz > vec3(0.0));
+    let hidden_since = vec2(lit.w, hidden_end);
+    return Leveled(lit.xyz, since, is_near, floats_of(shaded).xyz, hidden_since, shaded.w, leveled, last);
+}
