@@ -6,7 +6,7 @@ override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
-// Some particles are none: discs, quads and puffs, which face the light.
+// Some particles are discs or quads, which face the light.
 override HAS_FACING: bool = true;
 // Some Gaussians absorb along the ray, as media.
 override HAS_MEDIA: bool = true;
@@ -41,6 +41,10 @@ override COUNT_COST: bool = false;
 override KINDS_APART: bool = false;
 // Look-ups read filters after they have found a translucent caster.
 override BARE_FIRST: bool = false;
+// A lane sets a particle up once, for all lanes that visit it.
+override SET_UP_ONCE: bool = false;
+// Cells of a brick that a ray crosses in one turn of a loop.
+override CELLS_AT_ONCE: u32 = 1u;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
 // The picture has air, casters that are not solid, and panes among them.
@@ -53,6 +57,11 @@ override HAS_PANES: bool = true;
 override HAS_FILTERS: bool = false;
 // Some light of the picture reads maps, because it has no mask.
 override HAS_SHADOWS: bool = true;
+
+// Whether all particles are Gaussians.
+fn only_gaussians() -> bool {
+    return HAS_GAUSSIANS && !(HAS_FACING || HAS_PUFFS || HAS_BRICKS);
+}
 
 // Bound of a loop over what may lie in registers: the linker writes the loop out for drivers that keep no other
 // array there (src/gpu/link/unrolled.rs).

@@ -2,6 +2,9 @@
 use gobo::internals::stage::{bin::WIDE_DISC_SEGMENT, features::Features, profile::Profile, sort::Shape};
 use std::collections::{BTreeMap, HashMap};
 
+/// Overrides that are no flags: their values are written.
+const NUMBERS: [&str; 2] = ["NODES", "CELLS_AT_ONCE"];
+
 /// `SpecId` of each flag, the same in every kernel.
 pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
     let profile = Profile {
@@ -18,7 +21,7 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         bare_first: false,
     };
     let flags = Features::NONE.constants().into_iter().chain(profile.constants());
-    flags.map(|(name, _)| name).filter(|&name| name != "NODES").zip(0..)
+    flags.map(|(name, _)| name).filter(|name| !NUMBERS.contains(name)).zip(0..)
 }
 
 // Words of SPIR-V, by its specification 1.3, section 3.

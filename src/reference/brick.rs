@@ -1,6 +1,6 @@
 //! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth; and of
 //! `wgsl/project/brick_extent.wgsl`.
-use super::brick_light::{CONSTANT_PARTS, Weights};
+use super::brick_light::Thirds;
 use super::curve::taken::Taken;
 use crate::records::{BrickRecord, Bricks, GpuView, GridRecord};
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
@@ -26,8 +26,8 @@ pub(super) struct Passage {
     pub ramp: [f32; 2],
     /// Optical depth, per channel.
     pub tau: Vec3,
-    /// Where it absorbs.
-    pub weights: Weights,
+    /// What it absorbs for its light.
+    pub thirds: Thirds,
 }
 
 /// A ray in the grid's index space, from its anchor.
@@ -93,17 +93,13 @@ pub(super) fn passage(
         first += length * part as f32;
         last = if part + 1 == count { last } else { to };
     }
-    let ends = [first, last].map(|along| (ray.start + ray.way * along - low) / brick.size());
-    let mut weights = Weights::new(ends);
+    let along_box = [first, last].map(|along| (ray.start + ray.way * along - low) / brick.size());
     let of_density = Vec3::from_array(grid.edges.map(|edge| edge.w)) * ray.metres;
     if brick.density >= 0.0 {
         let tau = brick.density * (last - first) * of_density;
-        for i in 0..CONSTANT_PARTS {
-            let parts = CONSTANT_PARTS as f32;
-            weights.weigh(tau / parts, (i as f32 + 0.5) / parts);
-        }
+        let thirds = Thirds { ends: along_box, depths: [tau / 3.0; 3] };
         let ramp = [first, last];
-        return (tau.max_element() > 0.0).then_some(Passage { first, ramp, tau, weights });
+        return (tau.max_element() > 0.0).then_some(Passage { first, ramp, tau, thirds });
     }
     let voxels = bricks.voxels_of(brick);
     let value = |cell: Vec3, x: u32, y: u32, z: u32| {
@@ -122,6 +118,8 @@ pub(super) fn passage(
     // Where light is lost, in the mean of the channels.
     let dim = -of_density.element_sum() / 3.0;
     let (mut light, mut taken) = (1.0, Taken::from(first));
+    let at_third = [1.0, 2.0].map(|number| mix(first, last, number / 3.0));
+    let mut before_third = [0.0; 2];
     let mut t = first;
     while t < last {
         let faces = ray.meets(cell + ahead);
@@ -131,7 +129,9 @@ pub(super) fn passage(
         let [a, b] = [middle - apart, middle + apart].map(|at| at.clamp(Vec3::ZERO, Vec3::ONE));
         let own = (density(cell, a) + density(cell, b)) * (0.5 * (next - t));
         depth += own;
-        weights.weigh(own * of_density, (0.5 * (t + next) - first) / (last - first));
+        for (sum, at) in before_third.iter_mut().zip(at_third) {
+            *sum += own * ((at - t) / (next - t).max(LEAST_WAY)).clamp(0.0, 1.0);
+        }
         if own > 0.0 {
             (begins, ends) = (begins.min(t), next);
         }
@@ -144,7 +144,10 @@ pub(super) fn passage(
     }
     let tau = depth * of_density;
     let ramp = taken.fitted(begins, ends);
-    (tau.max_element() > 0.0).then_some(Passage { first: begins, ramp, tau, weights })
+    let [one, two] = before_third;
+    let depths = [one, two - one, depth - two].map(|own| own.max(0.0) * of_density);
+    let thirds = Thirds { ends: along_box, depths };
+    (tau.max_element() > 0.0).then_some(Passage { first: begins, ramp, tau, thirds })
 }
 
 fn mix(a: f32, b: f32, part: f32) -> f32 {

@@ -3,44 +3,43 @@
 use crate::records::{BrickRecord, Bricks, GpuView, LATTICE_EDGE, LATTICE_POINTS};
 use glam::{UVec3, Vec2, Vec3};
 
-/// Parts of a ray in a brick of constant density, for its light.
-pub const CONSTANT_PARTS: u32 = 8;
+/// Optical depth below which a series is more precise.
+pub const SERIES: f32 = 0.02;
 
 /// Light of the lattice of a brick, x first.
 pub type Lattice = [Vec3; LATTICE_POINTS as usize];
 
-/// Where a ray absorbs in a brick.
+/// What a ray meets in each third of its way through a brick, as if the density of each were even.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Weights {
-    /// Absorbed near each of four places of the ray, of the light from behind.
-    near: [Vec3; 4],
-    left: Vec3,
+pub(super) struct Thirds {
     /// Where the ray enters and leaves the box, 0..1.
-    ends: [Vec3; 2],
+    pub ends: [Vec3; 2],
+    /// Optical depths.
+    pub depths: [Vec3; 3],
 }
 
-impl Weights {
-    pub(super) fn new(ends: [Vec3; 2]) -> Self {
-        Self { near: [Vec3::ZERO; 4], left: Vec3::ONE, ends }
-    }
-
-    /// The next part of the ray, of optical depth `tau`, with its middle at `part` of the way through the box.
-    pub(super) fn weigh(&mut self, tau: Vec3, part: f32) {
-        let passed = (-tau).map(f32::exp);
-        let absorbed = self.left * (1.0 - passed);
-        for (near, place) in self.near.iter_mut().zip([0.0, 1.0, 2.0, 3.0]) {
-            *near += absorbed * (1.0 - (3.0 * part - place).abs()).max(0.0);
-        }
-        self.left *= passed;
-    }
-
+impl Thirds {
     /// Mean light of what the ray has met, by what was absorbed there.
     pub(super) fn light(&self, lattice: &Lattice) -> Vec3 {
-        let places = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
         let at = |part| interpolated(lattice, self.ends[0].lerp(self.ends[1], part));
-        let sum: Vec3 = self.near.iter().zip(places).map(|(near, part)| near * at(part)).sum();
-        sum / self.near.iter().sum::<Vec3>().max(Vec3::splat(1e-20))
+        let (mut left, mut all, mut sum) = (Vec3::ONE, Vec3::ZERO, Vec3::ZERO);
+        let mut before = at(0.0);
+        for (tau, end) in self.depths.into_iter().zip([1.0, 2.0, 3.0]) {
+            let behind = at(end / 3.0);
+            let passed = (-tau).map(f32::exp);
+            let absorbed = left * (1.0 - passed);
+            all += absorbed;
+            sum += absorbed * (before + (behind - before) * tau.map(mean_way));
+            left *= passed;
+            before = behind;
+        }
+        sum / all.max(Vec3::splat(1e-20))
     }
+}
+
+/// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its length.
+fn mean_way(tau: f32) -> f32 {
+    if tau < SERIES { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / (tau.min(80.0).exp() - 1.0) }
 }
 
 /// Trilinear between the points of a lattice; `place` in the box, 0..1.

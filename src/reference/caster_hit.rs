@@ -210,7 +210,7 @@ impl<'a> Target<'a> {
         let end = view.near + opaque_depth * (view.far - view.near);
         let lattice = lattices[self.id as usize].as_deref();
         let passage = passage(view, bricks, brick, texel, end, [0, 1]);
-        passage.zip(lattice).map_or(Vec3::ZERO, |(passage, lattice)| passage.weights.light(lattice))
+        passage.zip(lattice).map_or(Vec3::ZERO, |(passage, lattice)| passage.thirds.light(lattice))
     }
 
     /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end are moved

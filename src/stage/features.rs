@@ -49,7 +49,7 @@ bitflags::bitflags! {
         const HAS_AREAS = 1 << 24;
         /// Some casters are Gaussians.
         const HAS_GAUSSIANS = 1 << 28;
-        /// Some particles are discs, quads or puffs.
+        /// Some particles are discs or quads.
         const HAS_FACING = 1 << 30;
         /// Some Gaussians are media.
         const HAS_MEDIA = 1 << 29;

@@ -20,7 +20,8 @@ pub struct Profile {
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
     /// Whether invocations hold columns of four texels, with the nodes of their curves in registers, as what
-    /// look-ups lay aside. On software adapters, which load workgroup memory slowly.
+    /// look-ups lay aside, and lanes keep the particles that they have set up. On software adapters, which load
+    /// workgroup memory slowly.
     pub columns: bool,
     /// Whether loops over what lies in registers are written out. Not on SwiftShader, whose compiler takes a
     /// minute for such a kernel and a second for loops.
@@ -64,9 +65,16 @@ impl Profile {
     }
 
     /// Values of the overrides.
-    pub fn constants(&self) -> [Constant; 3] {
-        [("WIDE", self.wide), ("KINDS_APART", self.kinds_apart), ("BARE_FIRST", self.bare_first)]
-            .map(|(name, is)| (name, f64::from(u8::from(is))))
+    pub fn constants(&self) -> [Constant; 5] {
+        let flag = |is: bool| f64::from(u8::from(is));
+        [
+            ("WIDE", flag(self.wide)),
+            ("KINDS_APART", flag(self.kinds_apart)),
+            ("BARE_FIRST", flag(self.bare_first)),
+            ("SET_UP_ONCE", flag(self.columns)),
+            // Where that is written out.
+            ("CELLS_AT_ONCE", if self.unrolled { 5.0 } else { 1.0 }),
+        ]
     }
 
     /// Workgroups in z that share the texels of a kernel's tile. WGSL: `SHARES`.

@@ -23,7 +23,7 @@ pub const POINT_TEXELS: u32 = 4;
 /// Texels of a pixel's list of layers. WGSL: `wgsl/shade/layer.wgsl`.
 pub const LAYER_TEXELS: u32 = 4;
 /// Records of 16 bytes that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
-pub const CARRIED: u32 = 6;
+pub const CARRIED: u32 = 4;
 /// Points of a pixel: the opaque surface, and two panes.
 pub const PIXEL_POINTS: u32 = 3;
 /// Lists of the points of a band that are lit, in a buffer: for each list [`LIST_HEAD`] words, the

@@ -17,7 +17,7 @@ use gobo::{
             STEPS_AT_ONCE, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
         },
         reference::{
-            FAINT, accumulate, air, bloom, brick, brick_light,
+            FAINT, accumulate, air, bloom, brick,
             curve::{
                 self,
                 tile::{ROUNDING, SLAB_PAIRS, TRACE},
@@ -86,7 +86,6 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("GAUSSIAN_MARK", GAUSSIAN_MARK),
         ("GAUSSIAN_TEXELS", GAUSSIAN_TEXELS),
         ("INVISIBLE", INVISIBLE),
-        ("CONSTANT_PARTS", brick_light::CONSTANT_PARTS),
         ("LATTICE_EDGE", LATTICE_EDGE),
         ("LATTICE_POINTS", LATTICE_POINTS),
         ("ORDERS", shading::ORDERS),

@@ -6,9 +6,9 @@
 // panes scatter and mirror is evaluated after the walk; those behind only filter.
 
 import package::bind::sampled::lit;
-import package::bind::uniform::materials;
+import package::bind::stored::layers;
+import package::bind::uniform::{band, materials};
 import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
-import package::hit::brick_light::brick_light;
 import package::hit::caster_hit::{Faced, faced_hit, faced_of};
 import package::hit::hit::Hit;
 import package::hit::triangle::{triangle_hit, triangle_weights};
@@ -16,16 +16,20 @@ import package::records::footprint::{Footprint, setup_of};
 import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
+import package::records::point_list::PANE_LIST;
 import package::shade::air::air_at;
+import package::shade::append_point::append_point;
+import package::shade::camera::camera;
 import package::shade::cost::count_pair;
 import package::shade::emission::emission_at;
 import package::shade::fog::{cross_face, fog_to, start_fog};
-import package::shade::layer::{NOWHERE, NO_PANE, Pane};
+import package::shade::layer::{LAYER_TEXELS, NOWHERE, NO_PANE, Pane, packed_pane};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color};
 import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 
+const PANES: u32 = 2u; // of a pixel, whose light is evaluated
 const FAINT: f32 = 0.0009765625; // transmittance below which nothing behind is visible: 1/1024
 
 // A pane that waits.
@@ -43,19 +47,20 @@ var<private> color: vec3<f32>;
 var<private> near: Waiting;
 var<private> far: Waiting;
 var<private> third: Waiting;    // only while a pane is sorted in
-var<private> first_pane: Pane;
-var<private> second_pane: Pane;
+var<private> pixel_index: u32;  // in the band
+var<private> pane_count: u32;   // panes whose light is evaluated: 2 at most
 
-fn start(view: GpuView, pixel: vec2<u32>, opaque: f32) {
+// `index`: of the pixel, in the band.
+fn start(view: GpuView, pixel: vec2<u32>, index: u32, opaque: f32) {
     corner = vec2<f32>(pixel);
+    pixel_index = index;
     opaque_depth = opaque;
     passed = vec3(1.0);
     color = vec3(0.0);
     near = NONE_WAITS;
     far = NONE_WAITS;
     third = NONE_WAITS;
-    first_pane = NO_PANE;
-    second_pane = NO_PANE;
+    pane_count = 0u;
     if HAS_VOLUMES {
         start_fog(view, corner + 0.5);
     }
@@ -80,6 +85,16 @@ fn lay(view: GpuView, depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
     passed *= pass_on;
 }
 
+// Stores the next pane whose light is evaluated.
+fn store_pane(pane: Pane) {
+    let texel = pixel_index * LAYER_TEXELS + 2u + pane_count;
+    pane_count += 1u;
+    textureStore(layers, record_texel(texel), packed_pane(pane));
+    if pane.depth < NOWHERE && all(corner < camera().size) {
+        append_point(PANE_LIST, pane_count * band.pixel_count + pixel_index);
+    }
+}
+
 fn lay_pane(view: GpuView, pane: Waiting) {
     lay_fog(pane.depth);
     let hit = triangle_hit(pane.setup, corner + 0.5);
@@ -92,11 +107,8 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     let behind = (1.0 - mirror) * (1.0 - scattered_share(hit, material, false));
     // `gain` amplifies light sources, not the background.
     let light = select(hit.light, vec3(1.0), material.transfer == TRANSFER_GAIN);
-    let shown = Pane(pane.depth, pane.setup, passed);
-    if !adds && first_pane.depth == NOWHERE {
-        first_pane = shown;
-    } else if !adds && second_pane.depth == NOWHERE {
-        second_pane = shown;
+    if !adds && pane_count < PANES {
+        store_pane(Pane(pane.depth, pane.setup, passed));
     }
     let emission = emission_at(material, pane.setup, weights);
     let own = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
@@ -138,7 +150,7 @@ fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
     var covered = vec3(hit.opacity);
     if HAS_BRICKS {
         let is_brick = material.shape == SHAPE_BRICK;
-        own = select(own, brick_light(), is_brick && !adds);
+        own = select(own, hit.color, is_brick && !adds);
         // By channel.
         covered = select(covered, hit.absorbed, is_brick);
     }
@@ -182,6 +194,9 @@ fn finish(view: GpuView) {
     if HAS_TRIANGLES {
         lay_waiting(view, 2.0);
         lay_fog(opaque_depth);
+        while pane_count < PANES {
+            store_pane(NO_PANE);
+        }
     }
 }
 

@@ -4,19 +4,16 @@
 // src/reference/brick.rs.
 
 import package::bind::sampled::voxels;
-import package::features::{NODES, unrolled};
-import package::hit::brick_light::{SHADES_BRICKS, along_ray, weigh};
+import package::features::{CELLS_AT_ONCE, NODES, unrolled};
+import package::hit::brick_light::SHADES_BRICKS;
 import package::hit::hit::to_world;
-import package::records::brick::{Brick, Grid};
+import package::records::brick::{BRICK_SIZE, Brick, Grid};
 import package::records::view::GpuView;
 
-// Steps of the loops over cells: 5 x 5 are more than the 22 cells that a ray may cross. Drivers of software
-// adapters write the inner one out, and count the turns of the outer one.
-const TURNS: u32 = 5u;
-const CELLS: u32 = 5u;
+const CELLS: u32 = 25u; // more than the 22 cells that a ray may cross
+const LAST_CELL: f32 = 7.0; // along an axis
 const GAUSS: f32 = 0.28867513; // offset of the two points from the middle, of the length: 1 / sqrt(12)
 const VOXEL_PARTS: u32 = 3u; // ramps of a curve for a brick with voxels of its own
-const CONSTANT_PARTS: u32 = 8u; // of a ray in a brick of constant density, for its light
 const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
 
 // Which of how many equal parts of the way through a brick is met; the whole while there are none.
@@ -32,13 +29,17 @@ struct Passage {
     first: f32, // where density begins, along the axis [m]
     ramp: vec2<f32>, // along the axis, of the ramp that a curve takes [m]
     depth: f32, // integral of density along the ray [m]; 0 for a miss
+    thirds: vec2<f32>,  // of that up to a third and two thirds of the way through the box, for its light
+    enters: vec3<f32>,  // where the ray enters the box, 0..1
+    leaves: vec3<f32>,
 }
+
+const NO_PASSAGE: Passage = Passage(0.0, vec2(0.0), 0.0, vec2(0.0), vec3(0.0), vec3(0.0));
 
 // A ray in the grid's index space, from its anchor.
 struct IndexRay {
     start: vec3<f32>, // [voxels]
     way: vec3<f32>,   // for a metre along the axis
-    inverse: vec3<f32>,
     metres: f32,      // its length for a metre along the axis
 }
 
@@ -52,7 +53,7 @@ fn index_ray(view: GpuView, grid: Grid, texel: vec2<f32>) -> IndexRay {
     let along = select(aside + forward, forward, is_parallel);
     let way = to_world(view, along) * grid.index_from_world;
     let safe = select(way, vec3(LEAST_WAY), abs(way) < vec3(LEAST_WAY));
-    return IndexRay(to_world(view, start) * grid.index_from_world, safe, 1.0 / safe, length(along));
+    return IndexRay(to_world(view, start) * grid.index_from_world, safe, length(along));
 }
 
 // Sum of the density at two places in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
@@ -84,14 +85,14 @@ fn fitted_ramp(moments: vec3<f32>, first: f32, begins: f32, ends: f32) -> vec2<f
 // `end`: of the ray, along the axis [m].
 fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) -> Passage {
     let ray = index_ray(view, grid, texel);
-    let at_low = (brick.low - ray.start) * ray.inverse;
-    let at_high = (brick.high - ray.start) * ray.inverse;
+    let at_low = (brick.low - ray.start) * (1.0 / ray.way);
+    let at_high = (brick.high - ray.start) * (1.0 / ray.way);
     let enters = min(at_low, at_high);
     let leaves = max(at_low, at_high);
     var first = max(max(enters.x, enters.y), max(enters.z, view.near));
     var last = min(min(leaves.x, leaves.y), min(leaves.z, end));
     if !(first < last) {
-        return Passage(0.0, vec2(0.0), 0.0);
+        return NO_PASSAGE;
     }
     if part_count > 0u {
         let length = (last - first) / f32(part_count);
@@ -99,27 +100,19 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
         first += length * f32(part);
         last = select(to, last, part + 1u == part_count);
     }
-    if SHADES_BRICKS {
-        let size = brick.high - brick.low;
-        along_ray(
-            (ray.start + ray.way * first - brick.low) / size,
-            (ray.start + ray.way * last - brick.low) / size,
-        );
-    }
+    var all = NO_PASSAGE;
     if brick.density >= 0.0 {
-        if SHADES_BRICKS {
-            let tau = brick.density * (last - first) * ray.metres * grid.extinction / f32(CONSTANT_PARTS);
-            for (var i = 0u; i < CONSTANT_PARTS; i += 1u) {
-                weigh(tau, (f32(i) + 0.5) / f32(CONSTANT_PARTS));
-            }
-        }
-        return Passage(first, vec2(first, last), brick.density * (last - first) * ray.metres);
+        all.enters = (ray.start + ray.way * first - brick.low) / (brick.high - brick.low);
+        all.leaves = (ray.start + ray.way * last - brick.low) / (brick.high - brick.low);
+        all.first = first;
+        all.ramp = vec2(first, last);
+        all.depth = brick.density * (last - first) * ray.metres;
+        all.thirds = vec2(1.0 / 3.0, 2.0 / 3.0) * all.depth;
+        return all;
     }
-    let rises = ray.way > vec3(0.0);
-    let ahead = select(vec3(0.0), vec3(1.0), rises);
-    let step = select(vec3(-1.0), vec3(1.0), rises);
-    let highest = brick.high - 1.0;
-    var cell = clamp(floor(ray.start + ray.way * first), brick.low, highest);
+    let at_third = mix(vec2(first), vec2(last), vec2(1.0 / 3.0, 2.0 / 3.0));
+    // In the box.
+    var cell = clamp(floor(ray.start + ray.way * first) - brick.low, vec3(0.0), vec3(LAST_CELL));
     var t = first;
     var begins = last;
     var ends = first;
@@ -128,20 +121,21 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     let dim = -ray.metres * dot(grid.extinction, vec3(1.0 / 3.0));
     var light = 1.0;
     var moments = vec3(0.0);
-    for (var turn = 0u; turn < TURNS; turn += 1u) {
-        for (var n = 0u; n < unrolled(CELLS); n += 1u) {
+    for (var turn = 0u; turn < CELLS; turn += CELLS_AT_ONCE) {
+        for (var n = 0u; n < unrolled(CELLS_AT_ONCE); n += 1u) {
             if t < last {
-                let faces = (cell + ahead - ray.start) * ray.inverse;
+                let rises = ray.way > vec3(0.0);
+                let lowest = brick.low + cell;
+                let faces = (lowest + select(vec3(0.0), vec3(1.0), rises) - ray.start) * (1.0 / ray.way);
                 let next = max(min(min(faces.x, faces.y), min(faces.z, last)), t);
-                let middle = ray.start + ray.way * (0.5 * (t + next)) - cell;
+                let middle = ray.start + ray.way * (0.5 * (t + next)) - lowest;
                 let apart = ray.way * (GAUSS * (next - t));
                 let a = clamp(middle - apart, vec3(0.0), vec3(1.0));
                 let b = clamp(middle + apart, vec3(0.0), vec3(1.0));
-                let both = two_densities(brick.place + vec3<u32>(cell - brick.low), a, b);
-                let own = both * (0.5 * (next - t));
+                let own = two_densities(brick.place + vec3<u32>(cell), a, b) * (0.5 * (next - t));
                 depth += own;
                 if SHADES_BRICKS {
-                    weigh(own * ray.metres * grid.extinction, (0.5 * (t + next) - first) / (last - first));
+                    all.thirds += own * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
                 }
                 begins = select(begins, min(begins, t), own > 0.0);
                 ends = select(ends, next, own > 0.0);
@@ -152,7 +146,8 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                     moments += (light - behind) * vec3(1.0, off, square);
                     light = behind;
                 }
-                cell = select(cell, clamp(cell + step, brick.low, highest), faces <= vec3(next));
+                let following = clamp(cell + select(vec3(-1.0), vec3(1.0), rises), vec3(0.0), vec3(LAST_CELL));
+                cell = select(cell, following, faces <= vec3(next));
                 t = next;
             }
         }
@@ -160,6 +155,11 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
             break;
         }
     }
-    let ramp = fitted_ramp(moments, first, begins, ends);
-    return Passage(begins, ramp, depth * ray.metres);
+    all.enters = (ray.start + ray.way * first - brick.low) / BRICK_SIZE;
+    all.leaves = (ray.start + ray.way * last - brick.low) / BRICK_SIZE;
+    all.first = begins;
+    all.ramp = fitted_ramp(moments, first, begins, ends);
+    all.depth = depth * ray.metres;
+    all.thirds *= ray.metres;
+    return all;
 }

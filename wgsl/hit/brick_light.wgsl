@@ -1,5 +1,6 @@
 // Light that a brick sends along a ray to the eye: what its lattice of points scatters at four places of the ray, by
-// what the ray absorbs near each. CPU reference: src/reference/brick_light.rs.
+// what the ray absorbs near each, where the density of each third of the way is even. CPU reference:
+// src/reference/brick_light.rs.
 
 import package::bind::sampled::brick_lights;
 import package::records::brick::{LATTICE_EDGE, LATTICE_POINTS};
@@ -8,46 +9,17 @@ import package::records::record::record_texel;
 // The kernel shades bricks.
 override SHADES_BRICKS: bool = false;
 
-var<private> weights: array<vec3<f32>, 4>; // absorbed near each place, of the light from behind
-var<private> left: vec3<f32>;              // of that light, in front of what is weighed next
-var<private> enters: vec3<f32>;            // where the ray enters the box, 0..1
-var<private> leaves: vec3<f32>;
-var<private> first_point: u32;
-
-fn start_weights(id: u32) {
-    first_point = id * LATTICE_POINTS;
-    weights[0] = vec3(0.0);
-    weights[1] = vec3(0.0);
-    weights[2] = vec3(0.0);
-    weights[3] = vec3(0.0);
-    left = vec3(1.0);
-}
-
-fn along_ray(start: vec3<f32>, end: vec3<f32>) {
-    enters = start;
-    leaves = end;
-}
-
-// The next part of the ray, of optical depth `tau`, with its middle at `part` of the way through the box.
-fn weigh(tau: vec3<f32>, part: f32) {
-    let passed = exp(-tau);
-    let absorbed = left * (1.0 - passed);
-    let near = max(1.0 - abs(3.0 * part - vec4(0.0, 1.0, 2.0, 3.0)), vec4(0.0));
-    weights[0] += absorbed * near.x;
-    weights[1] += absorbed * near.y;
-    weights[2] += absorbed * near.z;
-    weights[3] += absorbed * near.w;
-    left *= passed;
-}
+const THIRDS: u32 = 3u;
+const SERIES: f32 = 0.02; // optical depth below which a series is more precise
 
 fn point_light_at(index: u32) -> vec3<f32> {
     return textureLoad(brick_lights, record_texel(index), 0).rgb;
 }
 
-// Trilinear between the points of the lattice.
-fn lattice_light(part: f32) -> vec3<f32> {
+// Trilinear between the points of a lattice; `place` in the box, 0..1.
+fn lattice_light(first_point: u32, place: vec3<f32>) -> vec3<f32> {
     let last = f32(LATTICE_EDGE - 1u);
-    let at = clamp(mix(enters, leaves, part), vec3(0.0), vec3(1.0)) * last;
+    let at = clamp(place, vec3(0.0), vec3(1.0)) * last;
     let low = min(floor(at), vec3(last - 1.0));
     let aside = at - low;
     let cell = vec3<u32>(low);
@@ -61,11 +33,39 @@ fn lattice_light(part: f32) -> vec3<f32> {
     return mix(mix(a, b, aside.y), mix(c, d, aside.y), aside.z);
 }
 
-// Mean light of what the ray has met, by what was absorbed there.
-fn brick_light() -> vec3<f32> {
-    let all = weights[0] + weights[1] + weights[2] + weights[3];
-    let third = 1.0 / 3.0;
-    let sum = weights[0] * lattice_light(0.0) + weights[1] * lattice_light(third)
-        + weights[2] * lattice_light(2.0 * third) + weights[3] * lattice_light(1.0);
+// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its length:
+// 1 / tau - 1 / (exp(tau) - 1).
+fn mean_way(tau: vec3<f32>) -> vec3<f32> {
+    let exact = 1.0 / tau - 1.0 / (exp(min(tau, vec3(80.0))) - 1.0);
+    return select(exact, 0.5 - tau / 12.0, tau < vec3(SERIES));
+}
+
+// Mean light of what a ray meets in a brick, by what is absorbed there. `depths`: optical depth of each third of the
+// ray's way through the box.
+fn brick_light(
+    brick: u32,
+    enters: vec3<f32>,
+    leaves: vec3<f32>,
+    depths: vec3<f32>,
+    extinction: vec3<f32>,
+) -> vec3<f32> {
+    var left = vec3(1.0); // of the light from behind
+    var all = vec3(0.0);
+    var sum = vec3(0.0);
+    var far = vec3(0.0);  // absorbed in the third before, by the weight of its end
+    // A count that compilers do not know keeps the loop one: its code is large.
+    let places = select(0u, THIRDS + 1u, any(depths > vec3(0.0)));
+    for (var i = 0u; i < places; i += 1u) {
+        let depth = select(select(depths.z, depths.y, i == 1u), depths.x, i == 0u);
+        let tau = select(depth, 0.0, i == THIRDS) * extinction;
+        let passed = exp(-tau);
+        let absorbed = left * (1.0 - passed);
+        let at_end = absorbed * mean_way(tau);
+        let place = mix(enters, leaves, f32(i) / f32(THIRDS));
+        sum += (far + absorbed - at_end) * lattice_light(brick * LATTICE_POINTS, place);
+        all += absorbed;
+        far = at_end;
+        left *= passed;
+    }
     return sum / max(all, vec3(1e-20));
 }

@@ -4,9 +4,10 @@ import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{
     HAS_BRICKS, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
+    only_gaussians,
 };
 import package::hit::brick::passage;
-import package::hit::brick_light::{SHADES_BRICKS, start_weights};
+import package::hit::brick_light::{SHADES_BRICKS, brick_light};
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{
     Facing, Hit, MISS, absorption, coverage, facing, facing_hit, transmittance,
@@ -31,18 +32,31 @@ struct Faced {
     look: u32, // material and rotation, as in `casters`
 }
 
-fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
-    // A triangle has no record in `casters`.
-    let own = caster_look(select(caster_of(footprint), 0u, footprint.is_triangle));
-    var faced: Faced;
+// Material and rotation, as in `casters`.
+fn look_of(footprint: Footprint) -> u32 {
+    // A triangle has no record there.
+    return caster_look(select(caster_of(footprint), 0u, footprint.is_triangle)).z;
+}
+
+fn plane_of(view: GpuView, footprint: Footprint, look: u32) -> Facing {
+    var plane: Facing;
     if HAS_FACING {
-        faced.plane = facing(view, footprint.place, look_rotation(own));
+        plane = facing(view, footprint.place, look_rotation(look));
     }
-    if HAS_GAUSSIANS && (!HAS_FACING || is_gaussian(footprint)) {
-        faced.gaussian = gaussian_setup(footprint);
+    return plane;
+}
+
+fn gaussian_of(footprint: Footprint) -> GaussianSetup {
+    var setup: GaussianSetup;
+    if HAS_GAUSSIANS && (only_gaussians() || is_gaussian(footprint)) {
+        setup = gaussian_setup(footprint);
     }
-    faced.look = own.z;
-    return faced;
+    return setup;
+}
+
+fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
+    let look = look_of(footprint);
+    return Faced(plane_of(view, footprint, look), gaussian_of(footprint), look);
 }
 
 // What `faced_hit` needs of any caster.
@@ -72,17 +86,24 @@ fn faced_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>
     return hit;
 }
 
+fn plane_hit(plane: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
+    if HAS_FACING {
+        return facing_hit(plane, view, texel);
+    }
+    return vec3(2.0, 2.0, -1.0);
+}
+
 fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     let place = footprint.place;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
-    if HAS_GAUSSIANS && (!HAS_FACING || material.shape == SHAPE_GAUSSIAN) {
+    if HAS_GAUSSIANS && (only_gaussians() || material.shape == SHAPE_GAUSSIAN) {
         let hit = gaussian_hit(view, footprint, faced.gaussian, faced.look, texel, opaque_depth);
         let light = transmittance(material.transfer, hit.opacity, hit.color);
         let absorbed = absorption(material.transfer, hit.opacity, hit.color);
         return Hit(light, hit.color, hit.opacity, hit.start, hit.start, hit.end, material_id, absorbed);
     }
-    let met = facing_hit(faced.plane, view, texel);
+    let met = plane_hit(faced.plane, view, texel);
     var color = footprint_color(footprint);
     let base = opacity_base(footprint);
     let slope = opacity_slope(footprint);
@@ -108,7 +129,8 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     return Hit(light, color, opacity, depth, depth, depth, material_id, absorbed);
 }
 
-// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface.
+// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface. Its colour is the light
+// that it sends to the eye, where it is shaded.
 fn brick_hit(
     view: GpuView,
     footprint: Footprint,
@@ -118,9 +140,6 @@ fn brick_hit(
     material_id: u32,
 ) -> Hit {
     let id = particle_object(caster_of(footprint));
-    if SHADES_BRICKS {
-        start_weights(id);
-    }
     let brick = brick_of(id);
     let grid = grid_of(brick);
     let range = view.far - view.near;
@@ -134,5 +153,11 @@ fn brick_hit(
     let opacity = max(max(absorbed.x, absorbed.y), absorbed.z);
     let entered = (inside.first - view.near) / range;
     let ramp = (inside.ramp - view.near) / range;
-    return Hit(exp(-tau), color, opacity, entered, ramp.x, ramp.y, material_id, absorbed);
+    var shown = color;
+    if SHADES_BRICKS {
+        let ends = vec3(inside.thirds, inside.depth);
+        let depths = max(ends - vec3(0.0, inside.thirds), vec3(0.0));
+        shown = brick_light(id, inside.enters, inside.leaves, depths, grid.extinction);
+    }
+    return Hit(exp(-tau), shown, opacity, entered, ramp.x, ramp.y, material_id, absorbed);
 }

@@ -1,6 +1,8 @@
 // Extent of a footprint in the map.
 
-import package::features::{HAS_BRICKS, HAS_FACING, HAS_GAUSSIANS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES};
+import package::features::{
+    HAS_BRICKS, HAS_GAUSSIANS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES, only_gaussians,
+};
 import package::hit::gaussian::gaussian_touches;
 import package::records::footprint::Footprint;
 import package::records::gaussian::{gaussian_setup, is_gaussian};
@@ -18,7 +20,7 @@ fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>
     if HAS_TRIANGLES && footprint.is_triangle {
         return max(abs(outside.x), abs(outside.y)) <= radius;
     }
-    if HAS_GAUSSIANS && (!HAS_FACING || is_gaussian(footprint)) {
+    if HAS_GAUSSIANS && (only_gaussians() || is_gaussian(footprint)) {
         return gaussian_touches(view, gaussian_setup(footprint), footprint.place, lo, hi);
     }
     var reach = radius * select(1.0, 1.41421356, HAS_QUADS);

@@ -10,9 +10,9 @@ fn caster_look(caster: u32) -> vec4<u32> {
     return textureLoad(casters, record_texel(CASTER_TEXELS * caster + 1u), 0);
 }
 
-// Rotation about the ray [radians].
-fn look_rotation(look: vec4<u32>) -> f32 {
-    return f32(look.z >> 16u) * (6.2831853 / 65536.0);
+// Rotation about the ray [radians]; `look`: the word with the material.
+fn look_rotation(look: u32) -> f32 {
+    return f32(look >> 16u) * (6.2831853 / 65536.0);
 }
 
 fn look_material(look: vec4<u32>) -> u32 {
@@ -20,7 +20,7 @@ fn look_material(look: vec4<u32>) -> u32 {
 }
 
 fn caster_rotation(caster: u32) -> f32 {
-    return look_rotation(caster_look(caster));
+    return look_rotation(caster_look(caster).z);
 }
 
 // Id of its object.

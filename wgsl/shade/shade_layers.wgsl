@@ -9,22 +9,18 @@ import package::bind::stored::layers;
 import package::bind::uniform::band;
 import package::features::{HAS_TRIANGLES, HAS_VOLUMES};
 import package::records::layered_tile::LAYERED_HEAD;
-import package::records::point_list::PANE_LIST;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
-import package::shade::append_point::append_point;
-import package::shade::band::{BandPixel, ROUND_LENGTH, tile_pixel};
+import package::shade::band::{ROUND_LENGTH, tile_pixel};
 import package::shade::camera::camera;
 import package::shade::cost::walked;
 import package::shade::fog::{inside, reached};
-import package::shade::layer::{LAYER_TEXELS, NOWHERE, Pane, packed_pane, pane_of};
-import package::accumulator::layers::{
-    Waiting, color, far, finish, first_pane, near, passed, second_pane, start,
-};
+import package::shade::layer::LAYER_TEXELS;
+import package::accumulator::layers::{Waiting, color, far, finish, near, pane_count, passed, start};
 import package::traversal::lane::LANES;
 import choice::traversal::walk;
 
-const CARRIED: u32 = 6u; // records of a pixel
+const CARRIED: u32 = 4u; // records of a pixel
 
 fn go_on(index: u32) {
     let at = index * CARRIED;
@@ -37,11 +33,10 @@ fn go_on(index: u32) {
         let waiting = carried[at + 2u];
         near = Waiting(bitcast<f32>(waiting.x), waiting.y);
         far = Waiting(bitcast<f32>(waiting.z), waiting.w);
-        first_pane = pane_of(carried[at + 3u]);
-        second_pane = pane_of(carried[at + 4u]);
+        pane_count = behind.w;
     }
     if HAS_VOLUMES {
-        let fog = bitcast<vec4<f32>>(carried[at + 5u]);
+        let fog = bitcast<vec4<f32>>(carried[at + 3u]);
         inside = fog.xyz;
         reached = fog.w;
     }
@@ -50,22 +45,12 @@ fn go_on(index: u32) {
 fn carry(index: u32) {
     let at = index * CARRIED;
     carried[at] = vec4(bitcast<vec3<u32>>(color), walked);
-    carried[at + 1u] = vec4(bitcast<vec3<u32>>(passed), 0u);
+    carried[at + 1u] = vec4(bitcast<vec3<u32>>(passed), pane_count);
     if HAS_TRIANGLES {
         carried[at + 2u] = vec4(bitcast<u32>(near.depth), near.setup, bitcast<u32>(far.depth), far.setup);
-        carried[at + 3u] = packed_pane(first_pane);
-        carried[at + 4u] = packed_pane(second_pane);
     }
     if HAS_VOLUMES {
-        carried[at + 5u] = bitcast<vec4<u32>>(vec4(inside, reached));
-    }
-}
-
-fn store_pane(at: BandPixel, number: u32, pane: Pane) {
-    let texel = at.index * LAYER_TEXELS + 2u + number;
-    textureStore(layers, record_texel(texel), packed_pane(pane));
-    if pane.depth < NOWHERE && all(at.pixel < vec2<u32>(camera().size)) {
-        append_point(PANE_LIST, (1u + number) * band.pixel_count + at.index);
+        carried[at + 3u] = bitcast<vec4<u32>>(vec4(inside, reached));
     }
 }
 
@@ -83,7 +68,7 @@ fn shade_layers(
         return;
     }
     let depth = bitcast<f32>(textureLoad(seen_pixels, record_texel(at.index), 0).x);
-    start(view, at.pixel, depth);
+    start(view, at.pixel, at.index, depth);
     if goes_on {
         go_on(at.index);
     }
@@ -97,8 +82,4 @@ fn shade_layers(
     let texel = at.index * LAYER_TEXELS;
     textureStore(layers, record_texel(texel), vec4(bitcast<vec3<u32>>(color), walked));
     textureStore(layers, record_texel(texel + 1u), vec4(bitcast<vec3<u32>>(passed), 0u));
-    if HAS_TRIANGLES {
-        store_pane(at, 0u, first_pane);
-        store_pane(at, 1u, second_pane);
-    }
 }

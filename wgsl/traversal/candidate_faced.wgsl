@@ -1,13 +1,13 @@
-// Any caster as a lane's candidate for a visit. A lane sets a particle up once, for all that visit it, and
-// offers it with its id; all load its footprint.
+// Any caster as a lane's candidate for a visit. A lane offers its id, and all load its footprint, and a Gaussian's
+// setup. On software adapters a lane sets a disc or quad up once, for all that visit it; on GPUs what it would keep
+// takes more registers than there are.
 
-import package::features::HAS_GAUSSIANS;
-import package::hit::caster_hit::{Faced, faced_of};
+import package::features::{HAS_FACING, SET_UP_ONCE};
+import package::hit::caster_hit::{Faced, gaussian_of, look_of, plane_of};
 import package::hit::hit::Facing;
 import package::hit::reach::touches_box;
 import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
-import package::records::gaussian::GaussianSetup;
 import package::records::view::GpuView;
 import package::traversal::kinds::visited;
 import choice::accumulator::visit_faced;
@@ -19,7 +19,8 @@ struct Candidate {
 
 struct Offer {
     id: u32,
-    faced: Faced,
+    plane: Facing,
+    look: u32,
 }
 
 fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
@@ -33,34 +34,40 @@ fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) ->
 
 // What a lane offers of it to the others. `front`: depth in front of which it is not.
 fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
-    return Offer(candidate.id, faced_of(view, candidate.footprint));
+    var offer: Offer;
+    offer.id = candidate.id;
+    offer.look = look_of(candidate.footprint);
+    if SET_UP_ONCE {
+        offer.plane = plane_of(view, candidate.footprint, offer.look);
+    }
+    return offer;
 }
 
-fn broadcast_faced(faced: Faced, lane: u32) -> Faced {
-    let own = faced.plane;
-    let plane = Facing(
-        subgroupShuffle(own.reference, lane),
-        subgroupShuffle(own.frame_x, lane),
-        subgroupShuffle(own.frame_y, lane),
-        subgroupShuffle(own.offset, lane),
-        subgroupShuffle(own.tilt, lane),
-        subgroupShuffle(own.start, lane),
-        subgroupShuffle(own.distance, lane),
-    );
-    var setup: GaussianSetup;
-    if HAS_GAUSSIANS {
-        setup = GaussianSetup(
-            subgroupShuffle(faced.gaussian.whitening, lane),
-            subgroupShuffle(faced.gaussian.spread, lane),
-            subgroupShuffle(faced.gaussian.tilt, lane),
-            subgroupShuffle(faced.gaussian.color, lane),
+fn broadcast_plane(own: Facing, lane: u32) -> Facing {
+    var plane: Facing;
+    if HAS_FACING && SET_UP_ONCE {
+        plane = Facing(
+            subgroupShuffle(own.reference, lane),
+            subgroupShuffle(own.frame_x, lane),
+            subgroupShuffle(own.frame_y, lane),
+            subgroupShuffle(own.offset, lane),
+            subgroupShuffle(own.tilt, lane),
+            subgroupShuffle(own.start, lane),
+            subgroupShuffle(own.distance, lane),
         );
     }
-    return Faced(plane, setup, subgroupShuffle(faced.look, lane));
+    return plane;
 }
 
 // Visits the candidate of lane `lane`. `is_triangle`: kind of the loop.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
     let id = subgroupShuffle(offer.id, lane);
-    visit_faced(view, id, visited(load_footprint(id), is_triangle), broadcast_faced(offer.faced, lane));
+    let footprint = visited(load_footprint(id), is_triangle);
+    let look = subgroupShuffle(offer.look, lane);
+    var plane = broadcast_plane(offer.plane, lane);
+    if !SET_UP_ONCE {
+        plane = plane_of(view, footprint, look);
+    }
+    let faced = Faced(plane, gaussian_of(footprint), look);
+    visit_faced(view, id, footprint, faced);
 }
