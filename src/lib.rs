@@ -129,7 +129,8 @@ pub use model::{
 #[cfg(feature = "picture")]
 pub use render::{RenderOptions, Renderer};
 pub use shadows::{
-    CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs, Maps, Prepared, Shadows,
+    CasterCount, CasterLoader, GridLoader, HostCasters, HostDepth, HostGrid, HostInputs, Maps,
+    Prepared, Shadows,
 };
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

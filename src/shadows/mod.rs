@@ -14,6 +14,7 @@ mod count;
 pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
+mod host_grids;
 mod host_inputs;
 mod look_ups;
 pub(crate) mod masks;
@@ -35,6 +36,7 @@ pub use casters::{
     groups::{Extent, Group},
 };
 pub use config::{Config, Toggles};
+pub use host_grids::{GridLoader, HostGrid};
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
 pub(crate) use look_ups::levels::AreaLevels;
 #[cfg(feature = "picture")]
