@@ -113,7 +113,8 @@ pub mod host {
         gpu::{Backend, Missing, Need, Profiler, Requirement, Selection, error::Input},
         shadows::{
             ConvertedMaps, EMITTED_WGSL, FilterFormat, LightBindings, LightMasks, LightPoints,
-            MapLayout, MaskSlot, MaskView, PointBuffers, ShadowFunction, Simulation,
+            MapLayout, MaskSlot, MaskView, PointBuffers, SPLAT_POINT_WGSL, ShadowFunction,
+            Simulation, SplatLight,
         },
     };
 }

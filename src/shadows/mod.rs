@@ -45,6 +45,7 @@ pub use look_ups::{
     converted::{ConvertedMaps, FilterFormat, MapLayout},
     host_shader::{LightBindings, look_up_text},
     light_points::{LightPoints, PointBuffers},
+    splat_points::{SPLAT_POINT_WGSL, SplatLight},
 };
 pub use masks::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 pub use pair_capacity::PairCapacity;
