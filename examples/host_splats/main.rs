@@ -1,9 +1,10 @@
 //! Splats that never leave the GPU, in two renderers' own buffers: those of 32 bytes that antimatter15's and three.js
-//! viewers sort, and the arrays that 3DGS trains. gobo reads both in place, and they cast one coloured shadow. The same
-//! Gaussians, uploaded, must give the same maps.
+//! viewers sort, and the arrays that 3DGS trains. gobo reads both in place, and they cast one coloured shadow, also on each
+//! other. The same Gaussians, uploaded, must give the same maps.
 //!
 //! `cargo run --example host_splats`
 mod cloud;
+mod light;
 
 use cloud::{Arrays, Packed, ring};
 use gobo::{
@@ -87,6 +88,7 @@ fn main() -> Result<()> {
     println!("{} splats, {} skipped", counters.casters, counters.skipped.len());
     let floor = floor_light(&device, &queue, &prepared, &lights)?;
     save(&floor)?;
+    let on_splats = light::splat_shares(&device, &queue, &prepared, (&lights, 0), &of_packed[0])?;
 
     // The same, uploaded.
     let sorted = order.iter().map(|&id| packed[id as usize].gaussian(id));
@@ -98,6 +100,12 @@ fn main() -> Result<()> {
     println!("{equal} of {} texels are equal, the others within {apart}", found.len());
     let colored = floor.iter().filter(|[r, _, b]| (r - b).abs() > 0.1).count();
     println!("{colored} of {} points on the floor are in coloured light", floor.len());
+    let shaded = on_splats.iter().filter(|share| share[2] < 0.9).count();
+    println!("{shaded} of {COUNT} packed splats are in the shadow of others");
+    let is_share = |share: &f32| (0.0..=1.0 + 1e-6).contains(share);
+    if shaded == 0 || !on_splats.iter().flatten().all(is_share) {
+        return Err("no splat is in the shadow of others, or some share of light is none".into());
+    }
     if found.len() != expected.len() || apart.is_nan() || apart > TOLERANCE {
         return Err("uploaded, the same splats cast another shadow".into());
     }
