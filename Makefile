@@ -35,7 +35,7 @@ farm: setup
 
 # Hosts of several kinds, each of which fails where it sees something wrong.
 examples: setup
-	@for example in minimal embed warm_up gpu_particles host_renderer; do \
+	@for example in minimal embed warm_up gpu_particles host_splats host_grid host_renderer; do \
 		cargo run --quiet --example $$example || exit; \
 	done
 	cargo run --quiet -p gobo-benches --example frame_cost

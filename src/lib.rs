@@ -113,7 +113,8 @@ pub mod host {
         gpu::{Backend, Missing, Need, Profiler, Requirement, Selection, error::Input},
         shadows::{
             ConvertedMaps, EMITTED_WGSL, FilterFormat, LightBindings, LightMasks, LightPoints,
-            MapLayout, MaskSlot, MaskView, PointBuffers, ShadowFunction, Simulation,
+            MapLayout, MaskSlot, MaskView, PointBuffers, SPLAT_POINT_WGSL, ShadowFunction,
+            Simulation, SplatLight,
         },
     };
 }
@@ -129,7 +130,8 @@ pub use model::{
 #[cfg(feature = "picture")]
 pub use render::{RenderOptions, Renderer};
 pub use shadows::{
-    CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs, Maps, Prepared, Shadows,
+    CasterCount, CasterLoader, GridLoader, HostCasters, HostDepth, HostGrid, HostInputs, Maps,
+    Prepared, Shadows,
 };
 pub use view::{atlas::MapPlace, light_views};
 pub use wgpu;

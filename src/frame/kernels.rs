@@ -84,7 +84,16 @@ impl Kernels {
         resources: &Resources<'_>,
         work: impl Into<Work>,
     ) -> Result<Dispatch, KernelError> {
-        let kernel = self.get(desc, features)?;
+        self.dispatch_of(self.get(desc, features)?, resources, work)
+    }
+
+    /// A dispatch of a kernel with a text of the host.
+    pub fn dispatch_of(
+        &self,
+        kernel: Kernel,
+        resources: &Resources<'_>,
+        work: impl Into<Work>,
+    ) -> Result<Dispatch, KernelError> {
         match &self.shelf {
             Some(shelf) => Dispatch::on_shelf(shelf, kernel, resources, work),
             None => Dispatch::new(&self.device, kernel, resources, work),

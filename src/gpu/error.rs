@@ -121,6 +121,9 @@ pub enum Input {
     /// A [`HostDepth`](crate::HostDepth).
     #[error("depth map of the host's")]
     HostDepth,
+    /// [`HostGrid`](crate::HostGrid).
+    #[error("host grid")]
+    HostGrid,
     /// A [`MapLayout`](crate::host::MapLayout); the index is of a view.
     #[error("map layout")]
     MapLayout,

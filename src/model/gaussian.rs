@@ -19,6 +19,16 @@ pub enum GaussianOpacity {
     },
 }
 
+impl GaussianOpacity {
+    /// Largest opacity.
+    pub(crate) fn most(self) -> f32 {
+        match self {
+            Self::Splat => 1.0,
+            Self::Medium { density } => MAX_EXTINCTION / density,
+        }
+    }
+}
+
 /// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow. Fainter ones end at a 256th of
 /// their own opacity, so that many of them lose less than 0.4 % of their shadow.
 const FAINTEST: f32 = 1.0 / 2048.0;
@@ -78,11 +88,7 @@ impl Gaussian {
             && sigma.is_finite()
             && color.is_finite()
             && self.opacity.is_finite();
-        let most = match opacity {
-            GaussianOpacity::Splat => 1.0,
-            GaussianOpacity::Medium { density } => MAX_EXTINCTION / density,
-        };
-        let in_range = |v: f32| (0.0..=most).contains(&v);
+        let in_range = |v: f32| (0.0..=opacity.most()).contains(&v);
         if !finite {
             Some("gaussian not finite")
         } else if center.abs().max_element() > FARTHEST || sigma.max_element() > FARTHEST {

@@ -2,7 +2,10 @@
 use crate::model::{BRICK_EDGE, BRICK_SIZE, Brick, Density, Grid, Particle, Voxels};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, IVec3, Mat3, UVec2, UVec3, Vec3, Vec4};
-use std::{borrow::Cow, ops::Range};
+use std::{
+    borrow::Cow,
+    ops::{Range, RangeTo},
+};
 
 /// Texels of a [`BrickRecord`].
 pub const BRICK_TEXELS: u32 = 2;
@@ -146,12 +149,13 @@ impl Bricks {
         end - self.particles.len() as u32..end
     }
 
-    /// `particles`, then the bricks.
-    pub fn among<'a>(&self, particles: &'a [Particle]) -> Cow<'a, [Particle]> {
-        if self.particles.is_empty() {
+    /// `particles`, then the first bricks, up to `end`.
+    pub fn among<'a>(&self, particles: &'a [Particle], end: RangeTo<usize>) -> Cow<'a, [Particle]> {
+        let bricks = &self.particles[end];
+        if bricks.is_empty() {
             return Cow::Borrowed(particles);
         }
-        Cow::Owned(particles.iter().chain(&self.particles).copied().collect())
+        Cow::Owned(particles.iter().chain(bricks).copied().collect())
     }
 
     /// The voxels of a brick that has some.

@@ -9,6 +9,8 @@ use glam::{Mat3, Quat, Vec2, Vec3};
 
 /// Texels of a [`GaussianSetup`].
 pub const GAUSSIAN_TEXELS: u32 = 2;
+/// Rounding of a unit quaternion's squared length.
+pub const UNIT_ROUNDING: f32 = 1e-6;
 /// Flag of a Gaussian's [`Caster::material_rotation`]: in shadow views its colour is black.
 pub const NEUTRAL_BIT: u32 = 1 << 16;
 /// Flag of a Gaussian's [`Caster::material_rotation`]: a medium, whose alpha is its extinction [1/m / 32768].
@@ -31,7 +33,12 @@ crate::texel_layout!(GaussianAxes { rotation, sigma, id });
 impl GaussianAxes {
     pub fn new(gaussian: &Gaussian) -> Self {
         let Gaussian { rotation, sigma, id, .. } = *gaussian;
-        Self { rotation: rotation.normalize().to_array(), sigma, id }
+        // A step of Newton's to unit length, which it has within 1e-4. One that is unit up to rounding keeps its bits, so
+        // that devices, which round otherwise, have the same.
+        let squared = rotation.length_squared();
+        let is_unit = (squared - 1.0).abs() <= UNIT_ROUNDING;
+        let step = if is_unit { 1.0 } else { 1.5 - 0.5 * squared };
+        Self { rotation: rotation.to_array().map(|v| v * step), sigma, id }
     }
 
     /// The standard deviations as vectors, world space [m]: columns.
@@ -40,23 +47,29 @@ impl GaussianAxes {
     }
 }
 
+/// Flags of the records of a material's Gaussians.
+pub(super) fn gaussian_marks(material: &Material) -> u32 {
+    let neutral = if material.neutral { NEUTRAL_BIT } else { 0 };
+    let medium = matches!(material.gaussian, GaussianOpacity::Medium { .. });
+    neutral | if medium { MEDIUM_BIT } else { 0 }
+}
+
 impl Caster {
     /// The record of a Gaussian; `axes`: index of its [`GaussianAxes`].
     pub fn of_gaussian(gaussian: &Gaussian, material: &Material, axes: u32) -> Self {
         let color = gaussian.color / material.transfer.max_color();
-        let (opacity, medium) = match material.gaussian {
-            GaussianOpacity::Splat => (gaussian.opacity, 0),
+        let opacity = match material.gaussian {
+            GaussianOpacity::Splat => gaussian.opacity,
             GaussianOpacity::Medium { density } => {
-                (gaussian.opacity * density / super::OPACITY_SCALE, MEDIUM_BIT)
+                gaussian.opacity * density / super::OPACITY_SCALE
             }
         };
-        let neutral = if material.neutral { NEUTRAL_BIT } else { 0 };
         Self {
             center: gaussian.center,
             radius: gaussian.radius(material.gaussian),
             red_green: unorm2(color.x, color.y),
             blue_alpha: unorm2(color.z, 0.0) | opacity_bits(opacity) << 16,
-            material_rotation: (gaussian.material & 0xffff) | neutral | medium,
+            material_rotation: (gaussian.material & 0xffff) | gaussian_marks(material),
             id: axes,
         }
     }

@@ -1,6 +1,8 @@
 //! Host casters in the host's buffers, converted to records. WGSL: `wgsl/records/host.wgsl`.
+use super::gaussian::gaussian_marks;
+use crate::model::{GaussianOpacity, Material};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{UVec2, UVec3, Vec3};
 
 /// Farthest position of a host caster from the origin along each axis [m].
 pub const FARTHEST_PLACE: f32 = 1e7;
@@ -27,6 +29,11 @@ pub struct LoadParams {
     pub may_be_none: u32,
     /// Materials that the set may use, a bit each.
     pub materials: [[u32; 4]; 4],
+    /// Record of the axes of the first group's first Gaussian.
+    pub first_axes: u32,
+    pub pad_0: u32,
+    pub pad_1: u32,
+    pub pad_2: u32,
 }
 crate::gpu_layout!(LoadParams {
     capacity,
@@ -37,8 +44,36 @@ crate::gpu_layout!(LoadParams {
     first_caster,
     quad_reach,
     may_be_none,
-    materials
+    materials,
+    first_axes,
+    pad_0,
+    pad_1,
+    pad_2
 });
+
+/// What a material says of its Gaussians.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct GaussianLook {
+    /// [`NEUTRAL_BIT`](super::NEUTRAL_BIT), [`MEDIUM_BIT`].
+    pub marks: u32,
+    /// Extinction of a medium of opacity 1 [1/m].
+    pub density: f32,
+    /// Largest opacity.
+    pub most: f32,
+    pub pad: u32,
+}
+crate::gpu_layout!(GaussianLook { marks, density, most, pad });
+
+impl GaussianLook {
+    pub fn new(material: &Material) -> Self {
+        let density = match material.gaussian {
+            GaussianOpacity::Splat => 0.0,
+            GaussianOpacity::Medium { density } => density,
+        };
+        Self { marks: gaussian_marks(material), density, most: material.gaussian.most(), pad: 0 }
+    }
+}
 
 /// A run of casters of a set: one workgroup of `load`.
 #[repr(C)]
@@ -63,6 +98,35 @@ pub struct LoadCounters {
     pub skipped: u32,
 }
 crate::gpu_layout!(LoadCounters { taken, skipped });
+
+/// A grid of the host, and the slots of its bricks.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct HostGridParams {
+    /// [voxels]
+    pub size: UVec3,
+    /// Slot of its first brick in `voxels`.
+    pub first_slot: u32,
+    /// Bricks along x and y.
+    pub bricks: UVec2,
+    /// Slots of `voxels` along x and y.
+    pub slots: UVec2,
+    pub brick_count: u32,
+    /// Record of its first brick in `bricks`.
+    pub first_record: u32,
+    pub material: u32,
+    pub pad: u32,
+}
+crate::gpu_layout!(HostGridParams {
+    size,
+    first_slot,
+    bricks,
+    slots,
+    brick_count,
+    first_record,
+    material,
+    pad
+});
 
 /// Parameters of `cull` for a list.
 #[repr(C)]

@@ -50,8 +50,13 @@ pub use footprint::{
     BRICK_SEGMENT, CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, GAUSSIAN_MARK,
     INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
 };
-pub use gaussian::{GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT};
-pub use host::{CullParams, DIAGONAL, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
+pub use gaussian::{
+    GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT, UNIT_ROUNDING,
+};
+pub use host::{
+    CullParams, DIAGONAL, FARTHEST_PLACE, GaussianLook, HostGridParams, HostGroup, Listed,
+    LoadCounters, LoadParams,
+};
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};
 pub use light::{

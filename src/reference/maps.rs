@@ -86,7 +86,7 @@ impl<'a> SceneRecords<'a> {
     pub(super) fn new(scene: Casters<'a>, shadow: &ShadowSettings) -> Self {
         let materials = scene.materials;
         let bricks = Bricks::new(scene.grids, UVec2::new(u32::MAX, 1));
-        let particles = bricks.among(scene.particles);
+        let particles = bricks.among(scene.particles, ..bricks.particles.len());
         let all = Casters { particles: &particles, ..scene };
         let uses = |transfer: Transfer| {
             let used = |material: u32| {

@@ -38,15 +38,53 @@ impl Shadows {
         wgsl: &str,
         layout: &BindGroupLayout,
     ) -> Result<CasterLoader, Error> {
-        let host = HostText {
-            label,
-            wgsl,
-            layout,
-            choice: load::LOADER,
-            constants: &[],
-            shared: &["Caster"],
+        self.loader(false, (label, wgsl, layout))
+    }
+
+    /// Like [`Self::caster_loader`], of Gaussians. `wgsl` declares
+    ///
+    /// ```wgsl
+    /// fn load_gaussian(index: u32) -> Gaussian
+    /// ```
+    ///
+    /// It is compiled together with a declaration of the library, whose fields are those of
+    /// [`Gaussian`](crate::Gaussian); what opacity means is said by the material:
+    ///
+    /// ```wgsl
+    /// struct Gaussian {
+    ///     center: vec3<f32>,   // world space [m]
+    ///     opacity: f32,        // at the centre
+    ///     rotation: vec4<f32>, // unit quaternion x, y, z, w: from its own space to the world
+    ///     sigma: vec3<f32>,    // standard deviations along its axes [m]
+    ///     material: u32,       // index
+    ///     color: vec3<f32>,    // linear rgb; multiplies the material's tint
+    ///     id: u32,             // decorrelates dither patterns
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Self::caster_loader`].
+    pub fn gaussian_loader(
+        &self,
+        label: &str,
+        wgsl: &str,
+        layout: &BindGroupLayout,
+    ) -> Result<CasterLoader, Error> {
+        self.loader(true, (label, wgsl, layout))
+    }
+
+    fn loader(
+        &self,
+        gaussians: bool,
+        (label, wgsl, layout): (&str, &str, &BindGroupLayout),
+    ) -> Result<CasterLoader, Error> {
+        let (desc, shared) = if gaussians {
+            (&load::GAUSSIANS, &["Gaussian"])
+        } else {
+            (&load::CASTERS, &["Caster"])
         };
+        let host = HostText { label, wgsl, layout, choice: load::LOADER, constants: &[], shared };
         let (device, tier) = self.device();
-        Ok(CasterLoader { kernel: Kernel::with_host_text(device, &load::CASTERS, tier, &host)? })
+        Ok(CasterLoader { kernel: Kernel::with_host_text(device, desc, tier, &host)?, gaussians })
     }
 }

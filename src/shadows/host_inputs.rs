@@ -1,5 +1,5 @@
-//! Inputs that a host has on the device: casters and depth maps.
-use super::EmittedSlots;
+//! Inputs that a host has on the device: casters, grids and depth maps.
+use super::{EmittedSlots, HostGrid};
 use crate::{
     error::{Error, Input},
     gpu::Kernel,
@@ -13,6 +13,7 @@ use wgpu::{BindGroup, Buffer, Texture};
 #[non_exhaustive]
 pub struct HostInputs<'a> {
     pub(super) casters: &'a [HostCasters<'a>],
+    pub(super) grids: &'a [HostGrid<'a>],
     pub(super) depths: &'a [HostDepth<'a>],
     /// Emitters whose particles [`Shadows::load_emitted`] has loaded.
     pub(super) emitted: &'a [EmittedSlots],
@@ -28,6 +29,12 @@ impl<'a> HostInputs<'a> {
     #[must_use]
     pub fn casters(self, casters: &'a [HostCasters<'a>]) -> Self {
         Self { casters, ..self }
+    }
+
+    /// Adds grids of voxels, ordered as given, behind all other casters.
+    #[must_use]
+    pub fn grids(self, grids: &'a [HostGrid<'a>]) -> Self {
+        Self { grids, ..self }
     }
 
     /// Adds depth maps of some views, at most one each.
@@ -47,6 +54,8 @@ impl<'a> HostInputs<'a> {
 #[derive(Clone, Debug)]
 pub struct CasterLoader {
     pub(super) kernel: Kernel,
+    /// Whether they are Gaussians.
+    pub(super) gaussians: bool,
 }
 
 /// Number of casters in a set.

@@ -14,6 +14,7 @@ mod count;
 pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
+mod host_grids;
 mod host_inputs;
 mod look_ups;
 pub(crate) mod masks;
@@ -35,6 +36,7 @@ pub use casters::{
     groups::{Extent, Group},
 };
 pub use config::{Config, Toggles};
+pub use host_grids::{GridLoader, HostGrid};
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
 pub(crate) use look_ups::levels::AreaLevels;
 #[cfg(feature = "picture")]
@@ -43,6 +45,7 @@ pub use look_ups::{
     converted::{ConvertedMaps, FilterFormat, MapLayout},
     host_shader::{LightBindings, look_up_text},
     light_points::{LightPoints, PointBuffers},
+    splat_points::{SPLAT_POINT_WGSL, SplatLight},
 };
 pub use masks::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 pub use pair_capacity::PairCapacity;

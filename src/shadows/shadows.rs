@@ -1,6 +1,6 @@
 //! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
-    CasterSet, Config, HostInputs, PairCapacity, Prepared,
+    CasterSet, Config, HostInputs, PairCapacity, Prepared, host_grids,
     prepare::{Frame, FrameMaps, Request},
     statistics::{Planned, Statistics},
     views::host_depths::depth_inputs,
@@ -192,14 +192,14 @@ impl Shadows {
         self.config.settings = ShadowSettings { pair_budget: self.capacity.budget, ..*settings };
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
         self.shelf.turn();
-        set.set_host_casters(device, &self.shelf, casters.materials, inputs.casters)?;
+        let kernels = self.kernels.with_shelf(&self.shelf);
+        set.set_host_casters(&kernels, casters.materials, inputs)?;
         let mut earlier = self.maps.take();
         if let Some(maps) = earlier.as_mut().filter(|_| self.config.toggles.sums) {
             // Sums are reset in each frame.
             maps.cache.forget();
         }
         let number = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
-        let kernels = self.kernels.with_shelf(&self.shelf);
         let request = Request {
             queue: &self.queue,
             kernels: &kernels,
@@ -292,10 +292,12 @@ impl Shadows {
         let (device, queue) = (self.kernels.device(), &self.queue);
         check_alive(device)?;
         casters.check()?;
+        let grids = host_grids::with_bricks(inputs.grids)?;
         let kept = self.casters.take().and_then(|mut set| {
-            (set.suffices(inputs) && set.update(queue, casters)).then_some(set)
+            (set.suffices(inputs) && set.update(queue, casters, &grids)).then_some(set)
         });
-        let set = kept.map_or_else(|| CasterSet::reserving(device, queue, casters, inputs), Ok)?;
+        let set =
+            kept.map_or_else(|| CasterSet::reserving(device, queue, casters, inputs, &grids), Ok)?;
         Ok(self.casters.insert(set).id())
     }
 

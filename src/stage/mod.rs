@@ -34,6 +34,9 @@ use crate::gpu::{KernelDesc, Tier};
 /// Every kernel.
 pub const KERNELS: &[&KernelDesc] = &[
     &load::CASTERS,
+    &load::GAUSSIANS,
+    &load::VOXELS,
+    &load::BRICKS,
     &load::GROUPS,
     &import::DEPTHS,
     &import::MAPS,

@@ -57,6 +57,8 @@ pub struct ProjectParams {
     pub scatter: u32,
     /// Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
     pub first_setup: u32,
+    /// Footprint of the Gaussian whose setup has number 0, modulo 2^32: those of the host come behind all others.
+    pub first_gaussian: u32,
     /// 1: the camera's list includes casters without shadows.
     pub include_non_casters: u32,
     /// 1: depth keys of perspective views are by distance from the light.
@@ -66,6 +68,7 @@ crate::gpu_layout!(ProjectParams {
     chunk_count,
     scatter,
     first_setup,
+    first_gaussian,
     include_non_casters,
     by_distance
 });

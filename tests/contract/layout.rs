@@ -5,8 +5,9 @@ use gobo::{
         gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
         records::{
             AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
-            EmitterParams, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView,
-            HostGroup, HostView, ImportParams, Listed, LoadCounters, LoadParams, MaskParams,
+            EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
+            GpuView, HostGridParams, HostGroup, HostView, ImportParams, Listed, LoadCounters,
+            LoadParams, MaskParams,
         },
         stage::{
             bin::{BatchCounters, BinParams, PartParams, Segment},
@@ -51,6 +52,8 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<Band>,
     struct_agrees::<PointBatch>,
     struct_agrees::<LoadParams>,
+    struct_agrees::<GaussianLook>,
+    struct_agrees::<HostGridParams>,
     struct_agrees::<HostGroup>,
     struct_agrees::<LoadCounters>,
     struct_agrees::<CullParams>,

@@ -224,7 +224,7 @@ fn casters_that_stay_are_not_uploaded_again() {
     submit_all(&gpu);
     let mut update = |scene: &Scene| {
         let staged = made(&gpu.device, || {
-            assert!(casters.update(&gpu.queue, &scene.casters()));
+            assert!(casters.update(&gpu.queue, &scene.casters(), &[]));
         });
         submit_all(&gpu);
         staged

@@ -3,11 +3,15 @@ mod casters;
 mod clip;
 mod depths;
 mod emitters;
+mod gaussian_records;
+mod gaussians;
+mod grids;
 mod kernels;
 mod layouts;
 mod moving;
 mod profiler;
 mod rendered;
+mod splat_light;
 mod statistics;
 mod warm_up;
 mod wrong;
@@ -104,6 +108,38 @@ impl HostBuffers {
     pub(super) fn loader(&self, shadows: &Shadows) -> CasterLoader {
         shadows.caster_loader("host.wgsl", WGSL, &self.layout).unwrap_or_else(|e| panic!("{e}"))
     }
+}
+
+/// Layout and bind group of buffers that are read, from binding 0 on.
+pub(super) fn bound(
+    gpu: &Gpu,
+    buffers: &[wgpu::Buffer],
+) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
+    let entry = |binding| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let entries: Vec<_> = (0..buffers.len() as u32).map(entry).collect();
+    let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &entries,
+    });
+    let bound = (0..).zip(buffers).map(|(binding, buffer)| wgpu::BindGroupEntry {
+        binding,
+        resource: buffer.as_entire_binding(),
+    });
+    let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &layout,
+        entries: &bound.collect::<Vec<_>>(),
+    });
+    (layout, bindings)
 }
 
 /// Shadows on the tier's device; tiny casters as on a GPU.

@@ -27,6 +27,7 @@ import package::records::tile::Segment;
 @group(0) @binding(64) var<storage, read_write> carried: array<vec4<u32>>;
 @group(0) @binding(72) var<storage, read_write> point_shares: array<f32>;
 @group(0) @binding(85) var<storage, read_write> converted: array<u32>;
+@group(0) @binding(174) var<storage, read_write> brick_states: array<u32>;
 @group(0) @binding(75) var<storage, read_write> host_counters: LoadCounters;
 @group(0) @binding(76) var<storage, read_write> host_groups: array<HostGroup>;
 @group(0) @binding(77) var<storage, read_write> listed: Listed;

@@ -2,7 +2,7 @@
 
 import package::records::chunk::Chunk;
 import package::records::emitter::GpuEmitted;
-import package::records::host::{Caster, HostGroup};
+import package::records::host::{Caster, Gaussian, HostGroup};
 import package::records::tile::Segment;
 
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;
@@ -17,6 +17,9 @@ import package::records::tile::Segment;
 @group(0) @binding(73) var<storage, read> point_positions: array<f32>;
 @group(0) @binding(71) var<storage, read> point_normals: array<f32>;
 @group(0) @binding(74) var<storage, read> host_casters: array<Caster>;
+@group(0) @binding(171) var<storage, read> host_gaussians: array<Gaussian>;
+@group(0) @binding(173) var<storage, read> brick_spheres: array<vec4<f32>>; // centre and radius [m]
+@group(0) @binding(174) var<storage, read> brick_states: array<u32>; // 1: it has density
 @group(0) @binding(79) var<storage, read> host_counts: array<u32>;
 @group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>;
 @group(0) @binding(97) var<storage, read> emitted: array<GpuEmitted>;

@@ -30,6 +30,7 @@
 @group(0) @binding(65) var layers: texture_2d<u32>;
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;
 @group(0) @binding(83) var host_depths: texture_2d<f32>;
+@group(0) @binding(175) var host_voxels: texture_3d<f32>;
 @group(0) @binding(114) var host_normals: texture_2d<f32>;
 @group(0) @binding(70) var raw_curves: texture_2d_array<u32>;
 @group(0) @binding(107) var near_rows: texture_2d_array<f32>;

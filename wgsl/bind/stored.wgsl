@@ -15,6 +15,7 @@
 @group(0) @binding(46) var pairs: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(48) var rects: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(49) var rows: texture_storage_2d_array<rgba32float, write>;
+@group(0) @binding(131) var voxels: texture_storage_3d<rgba16float, write>;
 @group(0) @binding(50) var setups: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(51) var sources: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(53) var tiles: texture_storage_2d<rgba32uint, write>;

@@ -8,7 +8,7 @@ import package::records::chunk::ProjectParams;
 import package::records::cluster::ClusterParams;
 import package::records::convert::ConvertParams;
 import package::records::emitter::{EmissionParams, EmitterParams};
-import package::records::host::{CullParams, LoadParams};
+import package::records::host::{CullParams, GaussianLook, HostGridParams, LoadParams};
 import package::records::import::ImportParams;
 import package::records::light::PictureParams;
 import package::records::mask::{HostView, MaskParams};
@@ -33,6 +33,8 @@ import package::sort::sort::SortPass;
 @group(0) @binding(80) var<uniform> cull_params: CullParams;
 @group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six a view
 @group(0) @binding(82) var<uniform> load_params: LoadParams;
+@group(0) @binding(170) var<uniform> gaussian_looks: array<GaussianLook, MAX_MATERIALS>;
+@group(0) @binding(172) var<uniform> host_grid: HostGridParams;
 @group(0) @binding(84) var<uniform> import_params: ImportParams;
 @group(0) @binding(88) var<uniform> level_params: LevelParams;
 @group(0) @binding(104) var<uniform> mask_params: MaskParams;

@@ -12,10 +12,14 @@ fn packed_place(caster: Caster) -> vec4<u32> {
     return vec4(bitcast<vec3<u32>>(caster.center), bitcast<u32>(caster.radius));
 }
 
+// Linear rgb, unorm16; divided by 16 for a `gain` material.
+fn packed_color(color: vec3<f32>, material: u32) -> vec3<u32> {
+    let is_gain = materials[material].transfer == TRANSFER_GAIN;
+    return vec3<u32>(floor(0.5 + 65535.0 * (color / select(1.0, MAX_GAIN, is_gain))));
+}
+
 fn packed_look(caster: Caster) -> vec4<u32> {
-    let is_gain = materials[caster.material].transfer == TRANSFER_GAIN;
-    let color = caster.color.rgb / select(1.0, MAX_GAIN, is_gain);
-    let levels = vec3<u32>(floor(0.5 + 65535.0 * color));
+    let levels = packed_color(caster.color.rgb, caster.material);
     let turns = caster.rotation / TURN;
     let part = turns - floor(turns);
     // Halves are rounded up, as in the CPU reference.
@@ -28,7 +32,7 @@ fn packed_look(caster: Caster) -> vec4<u32> {
     );
 }
 
-// f16 of a number in 0..32768, rounded to nearest even: `pack2x16float` may round otherwise.
+// f16 of a number in 0..65504, rounded to nearest even: `pack2x16float` may round otherwise.
 fn half_bits(x: f32) -> u32 {
     const MIN_NORMAL: f32 = 6.1035156e-5;
     if x < MIN_NORMAL {

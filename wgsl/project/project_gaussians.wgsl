@@ -9,7 +9,7 @@ import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
 import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT};
-import package::records::material::TRANSFER_NONE;
+import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, depth_key, distance_key, tile_rect};
 
@@ -55,13 +55,16 @@ fn project_gaussians(
         return;
     }
     let caster_id = chunk.first_caster + lane;
-    let index = chunk.first_footprint + lane; // and the number of its setup: Gaussians come first
+    let index = chunk.first_footprint + lane;
     let view = views[chunk.view];
     let position = textureLoad(casters, record_texel(2u * caster_id), 0);
     let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
+    let material = materials[look_material(look)];
+    if material.shape != SHAPE_GAUSSIAN {
+        return; // of the host's casters
+    }
     let rotation = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * look.w), 0));
     let sigma = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * look.w + 1u), 0)).xyz;
-    let material = materials[look_material(look)];
 
     let to_map = vec3(1.0, -1.0, -1.0);
     let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(position.xyz), 1.0)).xyz * to_map;
@@ -109,7 +112,8 @@ fn project_gaussians(
     let blue_thin = (pack2x16unorm(vec2(rgb.b, 0.0)) & 0xffffu)
         | (pack2x16float(vec2(0.0, placed.thin * OPACITY_SCALE)) & 0xffff0000u);
     let setup = placed.setup;
-    let at = index * GAUSSIAN_TEXELS;
+    let setup_index = index - project_params.first_gaussian;
+    let at = setup_index * GAUSSIAN_TEXELS;
     textureStore(setups, record_texel(at), bitcast<vec4<u32>>(vec4(setup.whitening, setup.spread)));
     let tilt = bitcast<vec2<u32>>(setup.tilt);
     textureStore(setups, record_texel(at + 1u), vec4(tilt, pack2x16unorm(rgb.rg), blue_thin));
@@ -117,6 +121,6 @@ fn project_gaussians(
     textureStore(
         footprints,
         record_texel(2u * index + 1u),
-        vec4(index, bitcast<u32>(amplitude), GAUSSIAN_MARK | (front << 16u), caster_id),
+        vec4(setup_index, bitcast<u32>(amplitude), GAUSSIAN_MARK | (front << 16u), caster_id),
     );
 }

@@ -12,7 +12,7 @@ import package::records::brick::brick_of;
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
 import package::records::material::{
-    SHAPE_BRICK, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
+    SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
 };
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
@@ -55,6 +55,9 @@ fn project_particles(
     let place = textureLoad(casters, record_texel(2u * caster_id), 0);
     let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
     let material = materials[look_material(look)];
+    if material.shape == SHAPE_GAUSSIAN {
+        return; // of the host's casters
+    }
     let caster_radius = bitcast<f32>(place.w);
 
     let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(place.xyz), 1.0)).xyz;

@@ -10,6 +10,25 @@ struct Caster {
     id: u32,           // seed of dither patterns
 }
 
+// Return value of the host's `load_gaussian`.
+struct Gaussian {
+    center: vec3<f32>,   // world space [m]
+    opacity: f32,        // at the centre
+    rotation: vec4<f32>, // unit quaternion x, y, z, w: from its own space to the world
+    sigma: vec3<f32>,    // standard deviations along its axes [m]
+    material: u32,       // index
+    color: vec3<f32>,    // linear rgb; multiplies the material's tint
+    id: u32,             // seed of dither patterns
+}
+
+// What a material says of its Gaussians.
+struct GaussianLook {
+    marks: u32,   // NEUTRAL_BIT, MEDIUM_BIT
+    density: f32, // extinction of a medium of opacity 1 [1/m]
+    most: f32,    // largest opacity
+    pad: u32,
+}
+
 struct LoadParams {
     capacity: u32,      // capacity of the set [casters]
     is_counted: u32,    // 1: the number of casters is in `host_counts`
@@ -20,6 +39,10 @@ struct LoadParams {
     quad_reach: f32,    // reach of a quad in its group's box [radii]
     may_be_none: u32,   // 1: a caster without a radius is none, and is not counted
     materials: array<vec4<u32>, 4>, // that the set may use, a bit each
+    first_axes: u32,    // record of the axes of the first group's first Gaussian
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
 }
 
 // A run of casters of a set: one workgroup of `load`.
@@ -34,6 +57,18 @@ struct HostGroup {
 struct LoadCounters {
     taken: atomic<u32>,
     skipped: atomic<u32>, // casters with a number that is not finite or out of range
+}
+
+// A grid of the host, and the slots of its bricks.
+struct HostGridParams {
+    size: vec3<u32>,    // [voxels]
+    first_slot: u32,    // of its first brick in `voxels`
+    bricks: vec2<u32>,  // along x and y
+    slots: vec2<u32>,   // of `voxels` along x and y
+    brick_count: u32,
+    first_record: u32,  // of its first brick in `bricks`
+    material: u32,
+    pad: u32,
 }
 
 struct CullParams {

@@ -66,7 +66,8 @@ impl Context<'_, '_> {
         plan: &ListPlan,
         count: u32,
     ) -> Result<ChunkBuffers, Error> {
-        let params = self.project_params(plan, 0);
+        let first_gaussian = plan.host_setup_origin();
+        let params = ProjectParams { first_gaussian, ..self.project_params(plan, 0) };
         let params = self.uniform("project_params", &params);
         let none = BufferUsages::empty();
         let chunks = self.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
@@ -78,6 +79,7 @@ impl Context<'_, '_> {
             chunk_count,
             scatter: u32::from(self.scatters(plan)),
             first_setup: plan.setup_origin(),
+            first_gaussian: 0,
             include_non_casters: u32::from(plan.camera),
             by_distance: u32::from(plan.filters && plan.features.has(Flags::HAS_OVER)),
         }

@@ -4,7 +4,7 @@ use crate::shadows::{
         context::{ChunkBuffers, Context},
         list_plan::{HostList, ListPlan},
     },
-    casters::host_casters::HostSets,
+    casters::host_casters::{HostKinds, HostSets},
 };
 use crate::{
     error::Error,
@@ -22,6 +22,7 @@ use wgpu::{Buffer, BufferUsages};
 pub(crate) struct HostChunks {
     /// Capacity for all chunks.
     pub buffers: ChunkBuffers,
+    pub kinds: HostKinds,
     listed: Buffer,
     cull: Dispatch,
 }
@@ -58,7 +59,7 @@ impl HostChunks {
             .with("chunks", &buffers.chunks);
         let kernels = context.kernels;
         let cull = kernels.dispatch(&load::GROUPS, Features::NONE, &resources, [1, 1, 1])?;
-        Ok(Self { buffers, listed, cull })
+        Ok(Self { buffers, kinds: host.kinds, listed, cull })
     }
 
     /// The culling of the groups against each view. The number of footprints goes to the parameters of bin

@@ -134,7 +134,15 @@ impl List {
             if let Some(host) = &host {
                 project.append(host.cull(kernels.shelf(), &params, by_depth.count_buffer()));
                 let resources = resources.clone().and(&host.buffers.resources());
-                dispatches.push(run(&project::PARTICLES, &resources, grid(host.buffers.count))?);
+                // Each takes its own of all chunks.
+                for (desc, is_there) in [
+                    (&project::GAUSSIANS, host.kinds.gaussians),
+                    (&project::PARTICLES, host.kinds.particles),
+                ] {
+                    if is_there {
+                        dispatches.push(run(desc, &resources, grid(host.buffers.count))?);
+                    }
+                }
             }
             project.pass("gobo project", dispatches);
             sort.pass("gobo sort", by_depth.dispatches);

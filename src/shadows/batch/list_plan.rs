@@ -1,6 +1,10 @@
 //! The casters that a list of a batch projects.
 use crate::shadows::{
-    casters::{CasterSet, groups::Kind, host_casters::planes},
+    casters::{
+        CasterSet,
+        groups::Kind,
+        host_casters::{HostKinds, planes},
+    },
     cull::PairBound,
 };
 use crate::{
@@ -185,15 +189,25 @@ impl ListPlan {
         enough.min(u64::from(tile_count) + 1).min(most) as u32
     }
 
-    /// Setups of triangles, and those that Gaussians take the room of.
+    /// Setups of triangles, and those that Gaussians, uploaded and of the host, take the room of.
     pub(crate) fn setup_count(&self) -> u32 {
         let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
-        self.gaussian_setups() + end - self.first_setup
+        let of_host = self.host.as_ref().filter(|host| host.kinds.gaussians);
+        let of_host = of_host.map_or(0, |_| gaussian_room(self.footprint_count - end));
+        self.gaussian_setups() + end - self.first_setup + of_host
+    }
+
+    /// Footprint of the host's Gaussian setup with number 0, modulo 2^32: their setups are behind all others.
+    pub(crate) fn host_setup_origin(&self) -> u32 {
+        self.host.as_ref().map_or(0, |host| {
+            let before = self.gaussian_setups() + host.first_footprint - self.first_setup;
+            host.first_footprint.wrapping_sub(before * (SETUP_TEXELS / GAUSSIAN_TEXELS))
+        })
     }
 
     /// Number of triangles' setups that those of the Gaussians in front of them take the room of.
     pub(crate) fn gaussian_setups(&self) -> u32 {
-        self.gaussian_count.div_ceil(SETUP_TEXELS / GAUSSIAN_TEXELS)
+        gaussian_room(self.gaussian_count)
     }
 
     /// Footprint of the setup with number 0, modulo 2^32.
@@ -219,7 +233,8 @@ impl ListPlan {
         let span = sets.spans[list].clone();
         self.host = Some(HostList {
             groups: span.groups,
-            planes: planes(views),
+            kinds: span.kinds,
+            planes: planes(views, span.kinds),
             first_footprint: self.footprint_count,
             capacity: span.capacity,
             expected: None,
@@ -237,10 +252,16 @@ impl ListPlan {
     }
 }
 
+/// Number of triangles' setups that so many setups of Gaussians take the room of.
+fn gaussian_room(count: u32) -> u32 {
+    count.div_ceil(SETUP_TEXELS / GAUSSIAN_TEXELS)
+}
+
 /// Host casters of a list.
 #[derive(Clone, Debug)]
 pub(crate) struct HostList {
     pub groups: Range<u32>,
+    pub kinds: HostKinds,
     /// Six frustum planes of each view.
     pub planes: Vec<Vec4>,
     pub first_footprint: u32,

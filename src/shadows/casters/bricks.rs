@@ -3,10 +3,11 @@ use super::upload::{upload, upload_parts};
 use crate::{
     error::Error,
     gpu::Allocator,
-    model::{BRICK_EDGE, Brick, Grid},
+    model::{BRICK_EDGE, Brick, Grid, Particle},
     records::{BRICK_TEXELS, Bricks, SLOT_SIZE},
 };
-use glam::UVec3;
+use glam::{UVec2, UVec3};
+use std::borrow::Cow;
 
 /// Size of a texel of the atlas, which has four voxels [bytes].
 const TEXEL_BYTES: u32 = 8;
@@ -20,7 +21,10 @@ pub(super) struct UploadedBricks {
     pub voxels: wgpu::Texture,
     slots: UVec3,
     bricks: Bricks,
+    /// Uploaded ones, then the host's.
     grids: Vec<Grid>,
+    /// Number of uploaded grids, and of their bricks.
+    uploaded: [usize; 2],
 }
 
 /// Slots of a brick: of its voxels, and of their temperatures.
@@ -35,20 +39,27 @@ fn slots(count: u32, most: u32) -> UVec3 {
     UVec3::new(side, rows.min(side), rows.div_ceil(side))
 }
 
+fn brick_count(grids: &[Grid]) -> usize {
+    grids.iter().map(|grid| grid.bricks.len()).sum()
+}
+
 impl UploadedBricks {
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
-        grids: &[Grid],
+        uploaded: &[Grid],
+        of_host: &[Grid],
     ) -> Result<Self, Error> {
+        let grids = [uploaded, of_host].concat();
         let most = allocator.device.limits().max_texture_dimension_3d / SLOT_SIZE.x;
         let all = grids.iter().flat_map(|grid| &grid.bricks);
         let slots = slots(all.map(slots_of).sum(), most);
-        let bricks = Bricks::new(grids, slots.truncate());
+        let bricks = Bricks::new(&grids, slots.truncate());
         let records = upload(allocator, queue, "bricks", &bricks.records, BRICK_TEXELS, 0)?;
         let voxels =
             allocator.volume("voxels", wgpu::TextureFormat::Rgba16Float, slots * SLOT_SIZE)?;
-        let new = Self { records, voxels, slots, bricks, grids: grids.to_vec() };
+        let uploaded = [uploaded.len(), brick_count(uploaded)];
+        let new = Self { records, voxels, slots, bricks, grids, uploaded };
         (0..new.row_count()).for_each(|row| new.write_row(queue, row));
         Ok(new)
     }
@@ -57,23 +68,54 @@ impl UploadedBricks {
         &self.bricks
     }
 
+    /// `particles`, then the uploaded bricks.
+    pub(super) fn among<'a>(&self, particles: &'a [Particle]) -> Cow<'a, [Particle]> {
+        self.bricks.among(particles, ..self.uploaded[1])
+    }
+
+    /// For each grid of the host its bricks, as particles with the indices of their records, and the slot of the first.
+    pub(super) fn of_host(&self) -> impl Iterator<Item = (&[Particle], u32)> {
+        let (uploaded, of_host) = self.grids.split_at(self.uploaded[0]);
+        let slot_count = |grid: &Grid| grid.bricks.iter().map(slots_of).sum::<u32>();
+        let mut at = (self.uploaded[1], uploaded.iter().map(slot_count).sum::<u32>());
+        of_host.iter().map(move |grid| {
+            let (first, slot) = at;
+            at = (first + grid.bricks.len(), slot + slot_count(grid));
+            (&self.bricks.particles[first..at.0], slot)
+        })
+    }
+
+    /// Slots of `voxels` along x and y.
+    pub(super) fn slots(&self) -> UVec2 {
+        self.slots.truncate()
+    }
+
     fn row_count(&self) -> u32 {
         (self.bricks.voxels.len() as u32).div_ceil(self.slots.x)
     }
 
     /// Uploads changes. Returns for each brick whether it has changed; `None` if all must be uploaded anew, because
     /// there are more or fewer, with voxels or without.
-    pub(super) fn update(&mut self, queue: &wgpu::Queue, grids: &[Grid]) -> Option<Vec<bool>> {
-        if self.grids == grids {
+    pub(super) fn update(
+        &mut self,
+        queue: &wgpu::Queue,
+        uploaded: &[Grid],
+        of_host: &[Grid],
+    ) -> Option<Vec<bool>> {
+        if self.uploaded != [uploaded.len(), brick_count(uploaded)] {
+            return None;
+        }
+        if self.grids.split_at(uploaded.len()) == (uploaded, of_host) {
             return Some(vec![false; self.bricks.particles.len()]);
         }
-        let new = Bricks::new(grids, self.slots.truncate());
+        let grids = [uploaded, of_host].concat();
+        let new = Bricks::new(&grids, self.slots.truncate());
         let counts = |grids: &[Grid], of: &Bricks| (grids.len(), of.records.len(), of.voxels.len());
-        if counts(grids, &new) != counts(&self.grids, &self.bricks) {
+        if counts(&grids, &new) != counts(&self.grids, &self.bricks) {
             return None;
         }
         let old = std::mem::replace(&mut self.bricks, new);
-        self.grids = grids.to_vec();
+        self.grids = grids;
         let new = &self.bricks;
         let is_new: Vec<bool> =
             old.voxels.iter().zip(&new.voxels).map(|(old, new)| old != new).collect();

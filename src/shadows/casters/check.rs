@@ -101,7 +101,7 @@ fn range_problem(material: &Material) -> Option<&'static str> {
 }
 
 /// Why a grid cannot have the material.
-fn material_problem(material: &Material) -> Option<&'static str> {
+pub(super) fn material_problem(material: &Material) -> Option<&'static str> {
     if material.shape != Shape::Brick {
         return Some("its material must have the shape `Brick`");
     }

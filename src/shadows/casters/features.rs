@@ -1,5 +1,5 @@
 //! Features of the casters of each class, to which kernels are specialised.
-use crate::shadows::host_inputs::HostCasters;
+use crate::shadows::host_inputs::HostInputs;
 use crate::{
     model::{
         CLASSES, Class, FAINTEST, Gaussian, Material, Particle, Receives, Shape, Transfer, Triangle,
@@ -36,14 +36,19 @@ pub(super) fn features_of(
     features
 }
 
-/// Adds all features that the materials of the host's sets may have.
+/// Adds all features that the materials of the host's sets and grids may have.
 pub(super) fn add_host_features(
     features: &mut [Features; CLASSES],
     materials: &[Material],
-    host: &[HostCasters<'_>],
+    inputs: &HostInputs<'_>,
 ) {
     let owners = asks_for_owners(materials);
-    for set in host.iter().filter(|set| set.count.capacity() > 0) {
+    for grid in inputs.grids {
+        let material = &materials[grid.grid.material as usize];
+        add_features(features, material, true);
+        add(&mut features[Class::of(material) as usize], [(Flags::NOT_PLAIN, owners)]);
+    }
+    for set in inputs.casters.iter().filter(|set| set.count.capacity() > 0) {
         for material in set.materials.iter().map(|&index| &materials[index as usize]) {
             add_features(features, material, true);
             let faintest = material.opacity(set.least_alpha);

@@ -1,17 +1,25 @@
 //! Casters in the host's buffers: their sets, and the conversion to records.
 use crate::shadows::{
-    casters::CasterSet,
+    casters::{
+        CasterSet,
+        groups::GAUSSIAN_ENLARGED,
+        host_bricks::{self, HostBricks},
+    },
     cull::{Frustum, widened},
-    host_inputs::HostCasters,
+    host_grids::HostGrid,
+    host_inputs::{CasterCount, HostCasters, HostInputs},
 };
 use crate::{
     error::{Error, Input},
-    frame::{Commands, Dispatch, HostBindings},
-    gpu::{Allocator, Resources, Shelf},
+    frame::{Commands, Dispatch, HostBindings, Kernels},
+    gpu::{Allocator, Resources},
     model::{Bounds, Class, Material, Shape},
-    records::{DIAGONAL, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
+    records::{
+        DIAGONAL, GaussianLook, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS,
+    },
     stage::{
-        load::group_count,
+        features::Features,
+        load::{self, group_count},
         project::{CHUNK_SIZE, grid},
     },
 };
@@ -22,6 +30,8 @@ use wgpu::{BindGroup, Buffer, BufferUsages};
 /// Bound sets of a frame, and the groups that they are loaded into.
 #[derive(Debug)]
 pub(crate) struct HostSets {
+    /// Voxels of grids to bricks, before the sets are loaded.
+    packs: Vec<Dispatch>,
     sets: Vec<HostSet>,
     /// Boxes of all groups, known on the device only.
     pub groups: Buffer,
@@ -39,15 +49,41 @@ pub(crate) struct HostSpan {
     pub groups: Range<u32>,
     /// Most casters of the groups.
     pub capacity: u32,
+    pub kinds: HostKinds,
+}
+
+/// What the groups of a list are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct HostKinds {
+    pub gaussians: bool,
+    /// Discs, quads, puffs and bricks of grids.
+    pub particles: bool,
+}
+
+impl HostKinds {
+    fn or(self, other: Self) -> Self {
+        Self {
+            gaussians: self.gaussians | other.gaussians,
+            particles: self.particles | other.particles,
+        }
+    }
+
+    /// How far casters may reach beyond their groups' boxes [texels].
+    fn frustum(self, view: &GpuView) -> Frustum {
+        if self.gaussians {
+            Frustum::around(view, GAUSSIAN_ENLARGED.into())
+        } else {
+            Frustum::new(view)
+        }
+    }
 }
 
 #[derive(Debug)]
 struct HostSet {
-    /// Index among the host's sets.
-    index: usize,
+    /// Index among the host's sets; `None` of a grid.
+    index: Option<usize>,
     load: Dispatch,
-    /// The host's bind group.
-    host_bindings: HostBindings,
+    kinds: HostKinds,
     bounds: Option<Bounds>,
     version: Option<u64>,
 }
@@ -59,8 +95,19 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
     for &material in set.materials {
         let material = materials.get(material as usize);
         let material = material.ok_or(invalid("a material of it is not among the materials"))?;
-        if material.shape == Shape::Gaussian {
-            return Err(invalid("a material of it is of Gaussians, which are uploaded"));
+        match (set.loader.gaussians, material.shape) {
+            (_, Shape::Brick) => return Err(invalid("a material of it is for grids")),
+            (false, Shape::Gaussian) => {
+                return Err(invalid(
+                    "a material of it is of Gaussians: make its loader with `gaussian_loader`",
+                ));
+            }
+            (true, Shape::Disc | Shape::Quad | Shape::Puff) => {
+                return Err(invalid(
+                    "its loader is of Gaussians, and the shape of a material of it is not",
+                ));
+            }
+            _ => {}
         }
         let class = Class::of(material);
         let of = (0..Class::LISTS.len()).find(|&i| Class::LISTS[i].contains(&class));
@@ -74,91 +121,161 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
     list.ok_or(invalid("it has no material"))
 }
 
-/// Number of records that sets need: whole groups.
-pub(in crate::shadows) fn record_count(sets: &[HostCasters<'_>]) -> u32 {
-    sets.iter()
-        .map(|set| group_count(set.count.capacity()).saturating_mul(CHUNK_SIZE))
-        .fold(0, u32::saturating_add)
+/// Number of records that sets and grids need: whole groups, and as many again for the axes of Gaussians.
+pub(in crate::shadows) fn record_count(inputs: &HostInputs<'_>) -> u32 {
+    let records = |capacity| group_count(capacity).saturating_mul(CHUNK_SIZE);
+    let of_sets = inputs.casters.iter().map(|set| {
+        records(set.count.capacity()).saturating_mul(1 + u32::from(set.loader.gaussians))
+    });
+    let of_grids = inputs.grids.iter().map(|grid| records(grid.bricks().element_product()));
+    of_sets.chain(of_grids).fold(0, u32::saturating_add)
+}
+
+/// A set of casters, or the bricks of a grid, before they have a place.
+struct Given<'a> {
+    /// Index among the host's sets; `None` of a grid.
+    index: Option<usize>,
+    count: CasterCount<'a>,
+    materials: &'a [u32],
+    kinds: HostKinds,
+    bounds: Option<Bounds>,
+    version: Option<u64>,
+    source: Source<'a>,
+}
+
+enum Source<'a> {
+    Set(&'a HostCasters<'a>),
+    Bricks(&'a HostBricks),
+}
+
+impl<'a> Given<'a> {
+    fn of_set(index: usize, set: &'a HostCasters<'a>) -> Self {
+        let &HostCasters { loader, count, materials, bounds, version, .. } = set;
+        let kinds = HostKinds { gaussians: loader.gaussians, particles: !loader.gaussians };
+        let source = Source::Set(set);
+        Self { index: Some(index), count, materials, kinds, bounds, version, source }
+    }
+
+    fn of_grid(grid: &'a HostGrid<'a>, bricks: &'a HostBricks) -> Self {
+        Self {
+            index: None,
+            count: CasterCount::Fixed(bricks.count),
+            materials: std::slice::from_ref(&grid.grid.material),
+            kinds: HostKinds { gaussians: false, particles: true },
+            bounds: Some(grid.bounds()),
+            version: grid.version,
+            source: Source::Bricks(bricks),
+        }
+    }
+
+    /// Parameters, without its place.
+    fn params(&self) -> LoadParams {
+        let (counts, count_index) = self.count.buffer();
+        let mut materials = [[0; 4]; MAX_MATERIALS / 128];
+        for &material in self.materials {
+            let word = material as usize / 32;
+            materials[word / 4][word % 4] |= 1 << (material % 32);
+        }
+        LoadParams {
+            capacity: self.count.capacity(),
+            is_counted: u32::from(counts.is_some()),
+            count_index,
+            group_count: group_count(self.count.capacity()),
+            quad_reach: DIAGONAL,
+            may_be_none: u32::from(matches!(self.source, Source::Bricks(_))),
+            materials,
+            ..LoadParams::default()
+        }
+    }
 }
 
 impl HostSets {
-    /// Binds the sets. `first_caster`: first record reserved in `casters`, see [`record_count`]. `None` without
-    /// sets.
+    /// Binds the sets and grids to the records that [`record_count`] has reserved. `None` without any.
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
-        shelf: &Shelf,
+        kernels: &Kernels,
         set: &CasterSet,
         materials: &[Material],
-        first_caster: u32,
-        given: &[HostCasters<'_>],
+        inputs: &HostInputs<'_>,
     ) -> Result<Option<Arc<Self>>, Error> {
+        host_bricks::check(inputs.grids, materials)?;
+        let none = BufferUsages::empty();
         let mut by_list = [Vec::new(), Vec::new()];
-        for (index, casters) in given.iter().enumerate() {
+        for (index, casters) in inputs.casters.iter().enumerate() {
             casters.check(index)?;
             let list = list_of(index, casters, materials)?;
             if casters.count.capacity() > 0 {
-                by_list[list].push((index, casters));
+                by_list[list].push(Given::of_set(index, casters));
             }
         }
-        let total: u32 =
-            by_list.iter().flatten().map(|(_, set)| group_count(set.count.capacity())).sum();
-        if total == 0 {
+        if by_list.iter().all(Vec::is_empty) && inputs.grids.is_empty() {
             return Ok(None);
         }
-        let none = BufferUsages::empty();
-        let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
         let counters =
             allocator.storage::<LoadCounters>("host_counters", 1, BufferUsages::COPY_SRC)?;
+        let of_grids = inputs.grids.iter().zip(set.bricks.of_host());
+        let mut bind_grid =
+            |(grid, bricks)| HostBricks::new(allocator, kernels, set, grid, bricks, &counters);
+        let bricks = of_grids.map(&mut bind_grid).collect::<Result<Vec<_>, _>>()?;
+        by_list[1].extend(inputs.grids.iter().zip(&bricks).map(|(g, b)| Given::of_grid(g, b)));
+        let all = by_list.iter().flatten();
+        let total: u32 = all.clone().map(|given| group_count(given.count.capacity())).sum();
+        let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
         // Bound in place of the counts of sets with a fixed count, which are never read.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
-        let mut sets = Vec::new();
-        let mut first_group = 0;
-        let spans = by_list.map(|casters| {
-            let start = first_group;
-            let capacity = casters.iter().map(|(_, casters)| casters.count.capacity()).sum();
-            for (index, casters) in casters {
-                let group_count = group_count(casters.count.capacity());
-                sets.push((index, casters, first_group, group_count));
-                first_group += group_count;
-            }
-            HostSpan { groups: start..first_group, capacity }
+        let looks = all.clone().any(|given| given.kinds.gaussians).then(|| {
+            let mut looks: Vec<_> = materials.iter().map(GaussianLook::new).collect();
+            looks.resize(MAX_MATERIALS, GaussianLook::default());
+            allocator.filled("gaussian_looks", &looks, BufferUsages::UNIFORM)
         });
-        type Placed<'a> = (usize, &'a HostCasters<'a>, u32, u32);
-        let mut bind = |(index, casters, first_group, group_count): Placed<'_>| {
-            let (counts, count_index) = casters.count.buffer();
-            let mut bits = [[0; 4]; MAX_MATERIALS / 128];
-            for &material in casters.materials {
-                let word = material as usize / 32;
-                bits[word / 4][word % 4] |= 1 << (material % 32);
-            }
-            let values = LoadParams {
-                capacity: casters.count.capacity(),
-                is_counted: u32::from(counts.is_some()),
-                count_index,
-                group_count,
-                first_group,
-                first_caster: first_caster + first_group * CHUNK_SIZE,
-                quad_reach: DIAGONAL,
-                materials: bits,
-                ..LoadParams::default()
-            };
+        let first_caster = set.host_records.start;
+        let (mut first_group, mut first_axes) = (0, first_caster + total * CHUNK_SIZE);
+        let mut bind = |given: &Given<'_>| {
+            let own = given.params();
+            let place = first_caster + first_group * CHUNK_SIZE;
+            let values = LoadParams { first_group, first_caster: place, first_axes, ..own };
             let params = allocator.filled("load_params", &[values], BufferUsages::UNIFORM);
+            first_group += own.group_count;
+            if given.kinds.gaussians {
+                first_axes += own.group_count * CHUNK_SIZE;
+            }
             let resources = Resources::new()
                 .with("casters", &set.casters)
                 .with("materials", &set.materials)
                 .with("load_params", &params)
-                .with("host_counts", counts.unwrap_or(&no_counts))
+                .with("host_counts", given.count.buffer().0.unwrap_or(&no_counts))
                 .with("host_groups", &groups)
                 .with("host_counters", &counters);
-            let kernel = casters.loader.kernel.clone();
-            let host_bindings = HostBindings::new(casters.bindings);
-            let load = Dispatch::on_shelf(shelf, kernel, &resources, grid(group_count))?
-                .with_host(host_bindings.clone());
-            let HostCasters { bounds, version, .. } = *casters;
-            Ok::<_, Error>(HostSet { index, load, host_bindings, bounds, version })
+            let workgroups = grid(own.group_count);
+            let load = match given.source {
+                Source::Set(set) => {
+                    let looks = looks.as_ref().filter(|_| given.kinds.gaussians);
+                    let of_looks =
+                        looks.map(|looks| Resources::new().with("gaussian_looks", looks));
+                    let resources = of_looks.iter().fold(resources, |all, looks| all.and(looks));
+                    let kernel = set.loader.kernel.clone();
+                    let load = kernels.dispatch_of(kernel, &resources, workgroups)?;
+                    load.with_host(HostBindings::new(set.bindings))
+                }
+                Source::Bricks(bricks) => {
+                    let resources = resources.and(&bricks.resources());
+                    kernels.dispatch(&load::BRICKS, Features::NONE, &resources, workgroups)?
+                }
+            };
+            let &Given { index, kinds, bounds, version, .. } = given;
+            Ok::<_, Error>(HostSet { index, load, kinds, bounds, version })
         };
-        let sets = sets.into_iter().map(&mut bind).collect::<Result<_, _>>()?;
-        Ok(Some(Arc::new(Self { sets, groups, counters, first_caster, spans })))
+        let sets = all.map(&mut bind).collect::<Result<_, _>>()?;
+        let mut end = 0;
+        let spans = by_list.map(|list| {
+            let start = end;
+            end += list.iter().map(|given| group_count(given.count.capacity())).sum::<u32>();
+            let capacity = list.iter().map(|given| given.count.capacity()).sum();
+            let kinds = list.iter().fold(HostKinds::default(), |all, given| all.or(given.kinds));
+            HostSpan { groups: start..end, capacity, kinds }
+        });
+        let packs = bricks.into_iter().map(|bricks| bricks.pack).collect();
+        Ok(Some(Arc::new(Self { packs, sets, groups, counters, first_caster, spans })))
     }
 
     /// Identity and version of each set that a view may see.
@@ -166,8 +283,10 @@ impl HostSets {
         &'a self,
         view: &GpuView,
     ) -> impl Iterator<Item = (usize, Option<u64>)> + use<'a> {
-        let frustum = Frustum::new(view);
+        let [facing, gaussians] = [false, true]
+            .map(|gaussians| HostKinds { gaussians, particles: !gaussians }.frustum(view));
         let sees = move |set: &HostSet| {
+            let frustum = if set.kinds.gaussians { &gaussians } else { &facing };
             set.bounds.as_ref().and_then(widened).is_none_or(|bounds| frustum.sees(&bounds))
         };
         let seen = self.sets.iter().enumerate().filter(move |(_, set)| sees(set));
@@ -178,21 +297,20 @@ impl HostSets {
     pub(in crate::shadows) fn commands(&self) -> Commands {
         let mut commands = Commands::new();
         commands.clear("gobo load", &self.counters);
-        commands.pass("gobo load", self.sets.iter().map(|set| set.load.clone()));
+        let loads = self.sets.iter().map(|set| &set.load);
+        commands.pass("gobo load", self.packs.iter().chain(loads).cloned());
         commands
     }
 
     /// Replaces the host's bindings of one of its sets. Returns whether the set exists.
     pub(in crate::shadows) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
-        let set = self.sets.iter().find(|set| set.index == index);
-        if let Some(set) = set {
-            set.host_bindings.replace(bindings);
-        }
-        set.is_some()
+        let set = self.sets.iter().find(|set| set.index == Some(index));
+        let host = set.and_then(|set| set.load.host.as_ref());
+        host.map(|host| host.replace(bindings)).is_some()
     }
 }
 
 /// Six frustum planes of each view, for [`crate::stage::load::GROUPS`].
-pub(in crate::shadows) fn planes(views: &[GpuView]) -> Vec<Vec4> {
-    views.iter().flat_map(|view| Frustum::new(view).planes()).collect()
+pub(in crate::shadows) fn planes(views: &[GpuView], kinds: HostKinds) -> Vec<Vec4> {
+    views.iter().flat_map(|view| kinds.frustum(view).planes()).collect()
 }

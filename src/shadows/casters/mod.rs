@@ -6,6 +6,7 @@ mod emitted;
 mod extent;
 mod features;
 pub(crate) mod groups;
+mod host_bricks;
 pub(crate) mod host_casters;
 mod slots;
 mod update;
@@ -20,13 +21,14 @@ use crate::shadows::{
         groups::{Group, Groups, Members, next_generation, sort_by_place},
         host_casters::{HostSets, record_count},
     },
-    host_inputs::{HostCasters, HostInputs},
+    host_inputs::HostInputs,
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Memory, Resources, Shelf},
+    frame::Kernels,
+    gpu::{Allocator, Memory, Resources},
     model::{
-        CLASSES, Casters, Class, Gaussian, Material, Particle, Pattern, Texture, Transfer,
+        CLASSES, Casters, Class, Gaussian, Grid, Material, Particle, Pattern, Texture, Transfer,
         absorptions, by_class, dither::window,
     },
     records::{
@@ -194,23 +196,24 @@ impl CasterSet {
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
     ) -> Result<Self, Error> {
-        Self::reserving(device, queue, casters, &HostInputs::new())
+        Self::reserving(device, queue, casters, &HostInputs::new(), &[])
     }
 
-    /// A set with records reserved for casters of the host, which [`Self::set_host_casters`] fills in, and of
+    /// A set with records reserved for casters of the host, bricks of its grids (`host_grids`) among them, which [`Self::set_host_casters`] fills in, and of
     /// emitters, which [`Self::place_emitted`] does.
     pub(super) fn reserving(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
         inputs: &HostInputs<'_>,
+        host_grids: &[Grid],
     ) -> Result<Self, Error> {
         let &Casters { particles, gaussians, triangles, grids, materials, textures, in_order } =
             casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(device, &mut memory);
-        let bricks = UploadedBricks::new(&mut allocator, queue, grids)?;
-        let particles = &*bricks.bricks().among(particles);
+        let bricks = UploadedBricks::new(&mut allocator, queue, grids, host_grids)?;
+        let particles = &*bricks.among(particles);
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
         let layouts: Vec<_> = materials.iter().map(layout).collect();
         let (mut particle_order, particle_ranges) =
@@ -247,7 +250,7 @@ impl CasterSet {
         for (record, &index) in casters.iter_mut().zip(&particle_order) {
             *record = makers.record(index);
         }
-        let host_records = host_first..host_first.saturating_add(record_count(inputs.casters));
+        let host_records = host_first..host_first.saturating_add(record_count(inputs));
         let (emitted, end) = emitted::placed(inputs.emitted, host_records.end);
         let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
         let by_class: Vec<_> = emitted
@@ -312,24 +315,23 @@ impl CasterSet {
 
     /// Whether the reserved records suffice for [`Self::set_host_casters`] with these sets.
     pub(super) fn suffices(&self, inputs: &HostInputs<'_>) -> bool {
-        record_count(inputs.casters) as usize <= self.host_records.len()
+        record_count(inputs) as usize <= self.host_records.len()
             && self.emitted.iter().map(|emitter| &emitter.slots).eq(inputs.emitted)
     }
 
     /// Replaces the host's sets. `materials`: those of the uploaded casters.
     pub(super) fn set_host_casters(
         &mut self,
-        device: &wgpu::Device,
-        shelf: &Shelf,
+        kernels: &Kernels,
         materials: &[Material],
-        host: &[HostCasters<'_>],
+        inputs: &HostInputs<'_>,
     ) -> Result<(), Error> {
         let mut memory = Memory::default();
-        let mut allocator = Allocator { shelf: Some(shelf), ..Allocator::new(device, &mut memory) };
-        let first = self.host_records.start;
-        self.host = HostSets::new(&mut allocator, shelf, self, materials, first, host)?;
+        let shelf = kernels.shelf();
+        let mut allocator = Allocator { shelf, ..Allocator::new(kernels.device(), &mut memory) };
+        self.host = HostSets::new(&mut allocator, kernels, self, materials, inputs)?;
         self.host_memory = memory;
-        add_host_features(&mut self.features, materials, host);
+        add_host_features(&mut self.features, materials, inputs);
         Ok(())
     }
 

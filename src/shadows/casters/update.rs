@@ -7,20 +7,27 @@ use super::{
     upload::{material_records, upload_image, upload_parts},
 };
 use crate::{
-    model::{CLASSES, Casters, Class, Material, Texture, Triangle, absorptions, dither::window},
+    model::{
+        CLASSES, Casters, Class, Grid, Material, Texture, Triangle, absorptions, dither::window,
+    },
     records::{CASTER_TEXELS, TRIANGLE_TEXELS, TriangleRecord},
 };
 use std::ops::Range;
 
 impl CasterSet {
-    /// Uploads the scene's changes. Returns false if a new set must be made: with another number of
+    /// Uploads the scene's changes, and those of `host_grids`, the host's, with bricks. Returns false if a new set must be made: with another number of
     /// casters, materials or textures, other sizes of textures, casters of another class, or particles that
     /// have drifted so far apart that they need new groups.
-    pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
+    pub fn update(
+        &mut self,
+        queue: &wgpu::Queue,
+        casters: &Casters<'_>,
+        host_grids: &[Grid],
+    ) -> bool {
         let &Casters { gaussians, triangles, grids, materials, textures, in_order, .. } = casters;
-        let Some(new_bricks) = self.bricks.update(queue, grids) else { return false };
+        let Some(new_bricks) = self.bricks.update(queue, grids, host_grids) else { return false };
         let first_brick = casters.particles.len();
-        let particles = &*self.bricks.bricks().among(casters.particles);
+        let particles = &*self.bricks.among(casters.particles);
         let casters = &Casters { particles, ..*casters };
         if self.uploaded.in_order != in_order
             || particles.len() != self.uploaded.particle_count

@@ -4,3 +4,4 @@ pub(super) mod host_shader;
 pub(super) mod levels;
 pub(super) mod light_points;
 pub(crate) mod light_source;
+pub(super) mod splat_points;

@@ -1,0 +1,102 @@
+//! Grids of voxels in the host's textures and buffers: their bricks as casters.
+use crate::shadows::{
+    casters::{CasterSet, check::material_problem},
+    host_grids::{HostGrid, VoxelSource},
+};
+use crate::{
+    error::{Error, Input},
+    frame::{Dispatch, HostBindings, Kernels},
+    gpu::{Allocator, Resources},
+    model::{Class, Material, Particle},
+    records::HostGridParams,
+    stage::{features::Features, load, project::grid},
+};
+use wgpu::{Buffer, BufferUsages, TextureViewDescriptor};
+
+/// Buffers of a grid's bricks, by which they are loaded as casters.
+#[derive(Debug)]
+pub(super) struct HostBricks {
+    /// Voxels to the slots of bricks.
+    pub pack: Dispatch,
+    /// Bricks, with density or without.
+    pub count: u32,
+    params: Buffer,
+    spheres: Buffer,
+    states: Buffer,
+}
+
+/// Checks the materials of grids.
+pub(super) fn check(grids: &[HostGrid<'_>], materials: &[Material]) -> Result<(), Error> {
+    for (index, of_host) in grids.iter().enumerate() {
+        let problem = match materials.get(of_host.grid.material as usize) {
+            None => Some("its material is not among the materials"),
+            Some(material) => material_problem(material).or_else(|| {
+                let casts = Class::FILTERING.contains(&Class::of(material));
+                (!casts).then_some("its material casts nothing")
+            }),
+        };
+        problem.map_or(Ok(()), |problem| Err(Input::HostGrid.invalid(index, problem)))?;
+    }
+    Ok(())
+}
+
+impl HostBricks {
+    /// `bricks`, `first_slot`: as uploaded; `counters`: those of the host's casters.
+    pub(super) fn new(
+        allocator: &mut Allocator<'_>,
+        kernels: &Kernels,
+        set: &CasterSet,
+        of_host: &HostGrid<'_>,
+        (bricks, first_slot): (&[Particle], u32),
+        counters: &Buffer,
+    ) -> Result<Self, Error> {
+        let count = bricks.len() as u32;
+        let values = HostGridParams {
+            size: of_host.size,
+            first_slot,
+            bricks: of_host.bricks().truncate(),
+            slots: set.bricks.slots(),
+            brick_count: count,
+            first_record: bricks.first().map_or(0, |brick| brick.id),
+            material: of_host.grid.material,
+            pad: 0,
+        };
+        let params = allocator.filled("host_grid", &[values], BufferUsages::UNIFORM);
+        let spheres: Vec<[f32; 4]> =
+            bricks.iter().map(|brick| brick.center.extend(brick.radius).to_array()).collect();
+        let spheres = allocator.filled("brick_spheres", &spheres, BufferUsages::STORAGE);
+        let none = BufferUsages::empty();
+        let states = allocator.storage::<u32>("brick_states", count.into(), none)?;
+        let resources = Resources::new()
+            .with("host_grid", &params)
+            .with("brick_states", &states)
+            .with("host_counters", counters)
+            .with("voxels", &set.bricks.voxels);
+        let groups = grid(count);
+        let pack = match of_host.source {
+            VoxelSource::Texture(texture) => {
+                let view = texture.create_view(&TextureViewDescriptor {
+                    label: Some("host_voxels"),
+                    mip_level_count: Some(1),
+                    ..Default::default()
+                });
+                let resources = resources.with("host_voxels", &view);
+                kernels.dispatch(&load::VOXELS, Features::NONE, &resources, groups)?
+            }
+            VoxelSource::Loader(loader, bindings) => {
+                let kernel = loader.kernel.clone();
+                let dispatch = kernels.dispatch_of(kernel, &resources, groups)?;
+                dispatch.with_host(HostBindings::new(bindings))
+            }
+        };
+        Ok(Self { pack, count, params, spheres, states })
+    }
+
+    /// What `load_bricks` reads.
+    pub(super) fn resources(&self) -> Resources<'_> {
+        Resources::new()
+            .with("host_grid", &self.params)
+            .with("brick_spheres", &self.spheres)
+            .with("brick_states", &self.states)
+    }
+}

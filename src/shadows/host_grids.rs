@@ -1,0 +1,171 @@
+//! Grids of voxels that a host has on the device.
+use super::Shadows;
+use crate::{
+    error::{Error, Input},
+    gpu::{HostText, Kernel},
+    model::{BRICK_SIZE, BRICK_VALUES, Bounds, Brick, Density, Grid, Voxels},
+    stage::load,
+};
+use glam::{IVec3, UVec3};
+use std::sync::LazyLock;
+use wgpu::{
+    BindGroup, BindGroupLayout, Texture, TextureDimension, TextureSampleType, TextureUsages,
+};
+
+/// Most bricks of all of a host's grids: 2.4 GB of voxels.
+const MAX_BRICKS: u64 = 1 << 19;
+
+/// Reader of a host's voxels: a kernel that calls WGSL of the host.
+#[derive(Clone, Debug)]
+pub struct GridLoader {
+    pub(super) kernel: Kernel,
+}
+
+/// Where the voxels of a host's grid are.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum VoxelSource<'a> {
+    /// First channel of a volume texture.
+    Texture(&'a Texture),
+    /// Whatever the loader reads.
+    Loader(&'a GridLoader, &'a BindGroup),
+}
+
+/// A grid whose voxels a host has on the device: read when the frame runs, so that the CPU never sees them. Voxel
+/// (i, j, k) has its centre at (i, j, k) in index space; outside density is 0. Bricks of 8^3 voxels are made of it on
+/// the device; those without density cast nothing. A density that is negative, not finite or above 65,504 counts as
+/// 0 and is counted as skipped.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct HostGrid<'a> {
+    pub(super) source: VoxelSource<'a>,
+    pub(super) size: UVec3,
+    pub(super) grid: &'a Grid,
+    pub(super) version: Option<u64>,
+}
+
+impl<'a> HostGrid<'a> {
+    /// Density is the first channel of `texture`: of three dimensions, of any format of floats or normalised numbers, with
+    /// the usage `TEXTURE_BINDING`. `grid` says all else; its own bricks are empty.
+    pub fn new(texture: &'a Texture, grid: &'a Grid) -> Self {
+        let size = texture.size();
+        let size = UVec3::new(size.width, size.height, size.depth_or_array_layers);
+        Self { source: VoxelSource::Texture(texture), size, grid, version: None }
+    }
+
+    /// `size` voxels that `loader` reads. `bindings`: of the loader's layout; `grid` says all else, its own bricks are
+    /// empty.
+    pub fn loaded(
+        loader: &'a GridLoader,
+        bindings: &'a BindGroup,
+        size: impl Into<[u32; 3]>,
+        grid: &'a Grid,
+    ) -> Self {
+        let size = UVec3::from_array(size.into());
+        Self { source: VoxelSource::Loader(loader, bindings), size, grid, version: None }
+    }
+
+    /// Sets a version that changes when the voxels do: while it stays, maps may be kept. Without a version those that
+    /// may see the grid are rendered in every frame.
+    #[must_use]
+    pub fn version(self, version: u64) -> Self {
+        Self { version: Some(version), ..self }
+    }
+
+    /// Bricks along each axis: of the cells from the one before the first voxel to that of the last.
+    pub(super) fn bricks(&self) -> UVec3 {
+        (self.size - 1) / BRICK_SIZE + 2
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        if let VoxelSource::Texture(texture) = self.source {
+            let sample = texture.format().sample_type(None, None);
+            if texture.dimension() != TextureDimension::D3 {
+                return Err("its texture must have three dimensions");
+            }
+            if !matches!(sample, Some(TextureSampleType::Float { .. })) {
+                return Err("its texture's format must be one of floats or normalised numbers");
+            }
+            if !texture.usage().contains(TextureUsages::TEXTURE_BINDING) {
+                return Err("the usage of its texture lacks TEXTURE_BINDING");
+            }
+        }
+        if self.size.min_element() == 0 {
+            return Err("it must have a voxel along each axis");
+        }
+        if !self.grid.bricks.is_empty() {
+            return Err("its bricks must be empty: they are made of its voxels");
+        }
+        self.grid.problem().map_or(Ok(()), Err)
+    }
+
+    /// Box around all of its bricks, world space [m].
+    pub(super) fn bounds(&self) -> Bounds {
+        let edge = BRICK_SIZE as f32;
+        let low = IVec3::splat(-(BRICK_SIZE as i32)).as_vec3();
+        let own = Bounds { min: low, max: low + self.bricks().as_vec3() * edge };
+        let to_world = |corner| self.grid.world_from_index.transform_point3(corner);
+        own.corners()
+            .into_iter()
+            .fold(Bounds::EMPTY, |all, corner| all.with_sphere(to_world(corner), 0.0))
+    }
+
+    /// The grid with a brick wherever there may be density, in order.
+    fn with_bricks(&self, voxels: &Voxels) -> Grid {
+        let bricks = self.bricks();
+        let place = |i: u32| {
+            UVec3::new(i % bricks.x, i / bricks.x % bricks.y, i / (bricks.x * bricks.y)).as_ivec3()
+        };
+        let brick = |i| {
+            let origin = (place(i) - 1) * BRICK_SIZE as i32;
+            Brick::new(origin, Density::Voxels(voxels.clone()))
+        };
+        let bricks = (0..bricks.element_product()).map(brick).collect();
+        Grid { bricks, ..self.grid.clone() }
+    }
+}
+
+/// The grids with bricks of theirs, whose voxels are written on the device.
+pub(super) fn with_bricks(grids: &[HostGrid<'_>]) -> Result<Vec<Grid>, Error> {
+    let mut count = 0_u64;
+    for (index, grid) in grids.iter().enumerate() {
+        grid.check().map_err(|problem| Input::HostGrid.invalid(index, problem))?;
+        let bricks = grid.bricks().to_array().map(u64::from);
+        count = count.saturating_add(bricks.into_iter().fold(1, u64::saturating_mul));
+    }
+    if count > MAX_BRICKS {
+        return Err(Error::Limit {
+            limit: "bricks of the host's grids",
+            have: MAX_BRICKS,
+            need: count,
+            remedy: "make the grids smaller or coarser",
+        });
+    }
+    // One for all frames, which compare by it.
+    static EMPTY: LazyLock<Voxels> = LazyLock::new(|| Voxels::from_bits([0; BRICK_VALUES]));
+    Ok(grids.iter().map(|grid| grid.with_bricks(&EMPTY)).collect())
+}
+
+impl Shadows {
+    /// Makes a loader of `wgsl`, which declares its bindings in `@group(1)`, of `layout`, and
+    ///
+    /// ```wgsl
+    /// fn load_density(voxel: vec3<u32>) -> f32
+    /// ```
+    ///
+    /// for a pool of bricks, a buffer of voxels, or a texture that is read in another way. All names of the library begin
+    /// with `gobo_`. `label` names the text in errors.
+    ///
+    /// # Errors
+    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
+    pub fn grid_loader(
+        &self,
+        label: &str,
+        wgsl: &str,
+        layout: &BindGroupLayout,
+    ) -> Result<GridLoader, Error> {
+        let choice = load::LOADER;
+        let host = HostText { label, wgsl, layout, choice, constants: &[], shared: &[] };
+        let (device, tier) = self.device();
+        Ok(GridLoader { kernel: Kernel::with_host_text(device, &load::VOXELS, tier, &host)? })
+    }
+}
