@@ -16,3 +16,4 @@ mod shares;
 #[cfg(target_os = "linux")]
 mod synced;
 mod verify;
+mod volumes;

@@ -26,10 +26,10 @@ const TOLERANCE: Tolerance = Tolerance { filter: 1e-4 + 1.0 / 2048.0, depth: 1e-
 const SUMMED: Tolerance = Tolerance { filter: 2e-3, ..TOLERANCE };
 const EDGED: Tolerance = Tolerance { undecided: 0.25, ..TOLERANCE };
 
-const BRICK: u32 = 0;
+pub(super) const BRICK: u32 = 0;
 const DISC: u32 = 1;
 const GLASS: u32 = 2;
-const WALL: u32 = 3;
+pub(super) const WALL: u32 = 3;
 
 fn kinds() -> [LightKind; 4] {
     let position = Vec3::new(3.0, 4.0, 2.5);
@@ -41,7 +41,7 @@ fn kinds() -> [LightKind; 4] {
     ]
 }
 
-fn scene_of(kind: LightKind, grid: Grid) -> Scene {
+pub(super) fn scene_of(kind: LightKind, grid: Grid) -> Scene {
     let brick = Material { shape: Shape::Brick, ..material(Transfer::Filter) };
     let glass = Material { tint: Vec4::new(0.9, 0.4, 0.3, 0.5), ..material(Transfer::Filter) };
     let materials = vec![brick, material(Transfer::Filter), glass, material(Transfer::Opaque)];

@@ -1,6 +1,7 @@
 //! Shadow maps: kernels, CPU reference, closed forms and a renderer in 64 bits.
 mod bake;
 mod beside;
+mod brick_costs;
 mod bricks;
 mod brute_force;
 mod cascades;

@@ -1,0 +1,100 @@
+//! What grids cost: empty space nothing, a still grid nothing; and what one below a texel's size keeps.
+use super::bricks::{BRICK, WALL, lump, scene_of};
+use crate::common::{TIERS, Tier, gpu, grid_truth::Line, map_frame, scenes::hold_view};
+use gobo::{
+    glam::{Affine3A, DVec3, IVec3, Quat, UVec3, Vec3},
+    internals::{reference::render_maps, view::shadow_views},
+    model::{Brick, Density, Grid, LightKind},
+    render::{RenderOptions, Renderer},
+};
+
+const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Z };
+
+/// The same bricks in bounds four times as long: as many pairs, but for those of the one brick that makes them so.
+#[test]
+fn empty_space_costs_nothing() {
+    let mut scene = scene_of(DOWN, lump());
+    hold_view(&mut scene, WALL);
+    let mut wide = scene.clone();
+    let far =
+        Brick::new(IVec3::new(60, 0, 0), Density::Constant { size: UVec3::ONE, density: 1e-3 });
+    wide.grids[0].bricks.push(far);
+    let extent = |scene: &gobo::scene::Scene| {
+        let bounds = scene.grids[0].bounds();
+        (bounds.max - bounds.min).max_element()
+    };
+    assert!(extent(&wide) > 2.0 * extent(&scene));
+    for tier in TIERS {
+        let [before, after] = [&scene, &wide].map(|scene| map_frame(tier, scene).counters);
+        let more = (after.pairs + after.scattered) - (before.pairs + before.scattered);
+        assert!(before.pairs + before.scattered > 40, "{before:?}");
+        assert!((1..=4).contains(&more), "{tier:?}: {before:?} {after:?}");
+    }
+}
+
+#[test]
+fn a_still_grid_is_not_rendered_again() {
+    let mut scene = scene_of(LightKind::Point { position: Vec3::new(2.4, 0.3, -0.2) }, lump());
+    let options = RenderOptions { maps_only: true, keep: true, ..Default::default() };
+    let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();
+    let mut views = |scene: &_| {
+        let counters = renderer.render(scene, &options).unwrap().counters;
+        (counters.views_rendered, counters.views_kept)
+    };
+    assert_eq!(views(&scene), (6, 0));
+    assert_eq!(views(&scene), (0, 6));
+    // A camera that moves renders no map of a grid.
+    scene.camera.eye.x += 0.5;
+    assert_eq!(views(&scene), (0, 6));
+    scene.grids[0].world_from_index.translation.x += 0.01;
+    assert!(views(&scene).0 > 0);
+}
+
+/// A puff of 3 x 3 x 3 voxels of a tenth of a texel, at 12 x 12 places in one: it is sampled at the centres of texels, so
+/// that it shows in some of the places only, but on the mean it takes the light that it should.
+#[test]
+fn a_puff_below_a_texel_takes_its_light_on_the_mean() {
+    const PLACES: i32 = 12;
+    const TEXEL: f32 = 20.0 / 64.0;
+    const EDGE: f32 = 0.1 * TEXEL;
+    let puff = |shift: Vec3| Grid {
+        world_from_index: Affine3A::from_scale_rotation_translation(
+            Vec3::splat(EDGE),
+            Quat::IDENTITY,
+            shift - Vec3::splat(EDGE),
+        ),
+        bricks: Brick::of_voxels(IVec3::ZERO, IVec3::splat(2), |_| 1.0),
+        factor: 15.0,
+        extinction: Vec3::ONE,
+        material: BRICK,
+        ..Grid::default()
+    };
+    let taken = |shift: Vec3| {
+        let mut scene = scene_of(DOWN, puff(shift));
+        hold_view(&mut scene, WALL);
+        let maps = render_maps(&scene, &shadow_views(&scene)).0;
+        let lost = maps[0].filter.iter().map(|filter| f64::from(1.0 - filter[0]));
+        lost.sum::<f64>() * f64::from(TEXEL * TEXEL)
+    };
+    let places = (0..PLACES * PLACES).map(|i| [i % PLACES, i / PLACES].map(|n| n as f32 + 0.5));
+    let all: Vec<f64> =
+        places.map(|[x, y]| taken(Vec3::new(x, y, 0.0) * (TEXEL / PLACES as f32))).collect();
+    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    // Light that it takes, by lines through 80 x 80 places of a square around it.
+    const LINES: i32 = 80;
+    let grid = puff(Vec3::ZERO);
+    let step = f64::from(6.0 * EDGE) / f64::from(LINES);
+    let of_line = |i: i32| {
+        let place = |n: i32| (f64::from(n) + 0.5) * step - f64::from(3.0 * EDGE);
+        let start = DVec3::new(place(i % LINES), place(i / LINES), 5.0);
+        let line = Line { start, way: DVec3::NEG_Z };
+        // Of four parts, behind the third.
+        let depth = line.optical_depths(&grid, [0.0, 10.0], 4)[3];
+        (1.0 - (-15.0 * depth).exp()) * step * step
+    };
+    let expected: f64 = (0..LINES * LINES).map(of_line).sum();
+    let shown = all.iter().filter(|&&taken| taken > 0.0).count() as f64 / all.len() as f64;
+    println!("mean {:.3} of what it takes; it shows in {shown:.2} of the places", mean / expected);
+    assert!((mean / expected - 1.0).abs() < 0.05, "{mean} {expected}");
+    assert!(shown < 0.3, "{shown}");
+}
