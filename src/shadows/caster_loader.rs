@@ -1,5 +1,5 @@
-//! Readers of the host's casters.
-use super::{CasterLoader, Shadows};
+//! Readers of the host's casters and grids.
+use super::{CasterLoader, GridLoader, Shadows};
 use crate::{
     error::Error,
     gpu::{HostText, Kernel},
@@ -71,6 +71,29 @@ impl Shadows {
         layout: &BindGroupLayout,
     ) -> Result<CasterLoader, Error> {
         self.loader(true, (label, wgsl, layout))
+    }
+
+    /// Makes a loader of a grid's voxels, for a pool of bricks, a buffer, or a texture that is read in another way than
+    /// [`HostGrid::new`](crate::HostGrid::new) does. `wgsl` declares its bindings in `@group(1)`, of `layout`, and
+    ///
+    /// ```wgsl
+    /// fn load_density(voxel: vec3<u32>) -> f32
+    /// ```
+    ///
+    /// All names of the library begin with `gobo_`. `label` names the text in errors.
+    ///
+    /// # Errors
+    /// Those of [`Self::caster_loader`].
+    pub fn grid_loader(
+        &self,
+        label: &str,
+        wgsl: &str,
+        layout: &BindGroupLayout,
+    ) -> Result<GridLoader, Error> {
+        let choice = load::LOADER;
+        let host = HostText { label, wgsl, layout, choice, constants: &[], shared: &[] };
+        let (device, tier) = self.device();
+        Ok(GridLoader { kernel: Kernel::with_host_text(device, &load::VOXELS, tier, &host)? })
     }
 
     fn loader(

@@ -1,16 +1,12 @@
 //! Grids of voxels that a host has on the device.
-use super::Shadows;
 use crate::{
     error::{Error, Input},
-    gpu::{HostText, Kernel},
+    gpu::Kernel,
     model::{BRICK_SIZE, BRICK_VALUES, Bounds, Brick, Density, Grid, Voxels},
-    stage::load,
 };
 use glam::{IVec3, UVec3};
 use std::sync::LazyLock;
-use wgpu::{
-    BindGroup, BindGroupLayout, Texture, TextureDimension, TextureSampleType, TextureUsages,
-};
+use wgpu::{BindGroup, Texture, TextureDimension, TextureSampleType, TextureUsages};
 
 /// Most bricks of all of a host's grids: 2.4 GB of voxels.
 const MAX_BRICKS: u64 = 1 << 19;
@@ -143,29 +139,4 @@ pub(super) fn with_bricks(grids: &[HostGrid<'_>]) -> Result<Vec<Grid>, Error> {
     // One for all frames, which compare by it.
     static EMPTY: LazyLock<Voxels> = LazyLock::new(|| Voxels::from_bits([0; BRICK_VALUES]));
     Ok(grids.iter().map(|grid| grid.with_bricks(&EMPTY)).collect())
-}
-
-impl Shadows {
-    /// Makes a loader of `wgsl`, which declares its bindings in `@group(1)`, of `layout`, and
-    ///
-    /// ```wgsl
-    /// fn load_density(voxel: vec3<u32>) -> f32
-    /// ```
-    ///
-    /// for a pool of bricks, a buffer of voxels, or a texture that is read in another way. All names of the library begin
-    /// with `gobo_`. `label` names the text in errors.
-    ///
-    /// # Errors
-    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
-    pub fn grid_loader(
-        &self,
-        label: &str,
-        wgsl: &str,
-        layout: &BindGroupLayout,
-    ) -> Result<GridLoader, Error> {
-        let choice = load::LOADER;
-        let host = HostText { label, wgsl, layout, choice, constants: &[], shared: &[] };
-        let (device, tier) = self.device();
-        Ok(GridLoader { kernel: Kernel::with_host_text(device, &load::VOXELS, tier, &host)? })
-    }
 }

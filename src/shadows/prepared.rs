@@ -81,6 +81,17 @@ impl Prepared {
         host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
     }
 
+    /// Like [`Self::rebind`], of the host's grid `grid`, an index, whose voxels a loader reads.
+    ///
+    /// # Errors
+    /// If there is no such grid, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    pub fn rebind_grid(&self, grid: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
+        self.check_current()?;
+        let host = self.counted.host.as_ref();
+        let none = Input::HostGrid.invalid(grid, "there is none, or no loader reads it");
+        host.is_some_and(|host| host.rebind_grid(grid, bindings)).then_some(()).ok_or(none)
+    }
+
     /// The commands of the frame: for its export.
     #[doc(hidden)]
     pub fn commands(&self) -> &Commands {

@@ -62,7 +62,10 @@ impl Planned {
         let loaded: LoadCounters = host.map(bytemuck::pod_read_unaligned).unwrap_or_default();
         let mut skipped = Skipped::new();
         if loaded.skipped > 0 {
-            skipped.insert("a number of a host's caster is out of range", loaded.skipped.into());
+            skipped.insert(
+                "a number of a host's caster or voxel is out of range",
+                loaded.skipped.into(),
+            );
         }
         let sum =
             |of: fn(&ListCounters) -> u32| u64::from(of(&opaque)) + u64::from(of(&translucent));

@@ -250,6 +250,20 @@ fn bricks_of_a_hosts_own_are_read_by_its_function() {
             [HostGrid::new(&texture, &own[0]), HostGrid::loaded(&loader, &bindings, SIZE, &own[1])];
         let prepared = on_device(&mut shadows, &discs(), &grids[..1], &of_host, &settings);
         assert!(submit(&gpu, &prepared) == expected, "{tier}");
+        // A simulation that alternates between two pools.
+        let (table, pool) = pooled(&lumps(4, true));
+        let buffers = [
+            gpu.upload("table", &table, BufferUsages::STORAGE),
+            gpu.upload("pool", &pool, BufferUsages::STORAGE),
+        ];
+        let (_, other) = super::bound(&gpu, &buffers);
+        prepared.rebind_grid(1, &other).unwrap();
+        assert!(submit(&gpu, &prepared).filters != expected.filters, "{tier}");
+        prepared.rebind_grid(1, &bindings).unwrap();
+        assert!(submit(&gpu, &prepared) == expected, "{tier}");
+        assert!(
+            prepared.rebind_grid(0, &other).is_err() && prepared.rebind_grid(2, &other).is_err()
+        );
     }
 }
 

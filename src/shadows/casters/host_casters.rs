@@ -252,7 +252,7 @@ impl HostSets {
                     let looks = looks.as_ref().filter(|_| given.kinds.gaussians);
                     let of_looks =
                         looks.map(|looks| Resources::new().with("gaussian_looks", looks));
-                    let resources = of_looks.iter().fold(resources, |all, looks| all.and(looks));
+                    let resources = of_looks.iter().fold(resources, Resources::and);
                     let kernel = set.loader.kernel.clone();
                     let load = kernels.dispatch_of(kernel, &resources, workgroups)?;
                     load.with_host(HostBindings::new(set.bindings))
@@ -306,6 +306,12 @@ impl HostSets {
     pub(in crate::shadows) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
         let set = self.sets.iter().find(|set| set.index == Some(index));
         let host = set.and_then(|set| set.load.host.as_ref());
+        host.map(|host| host.replace(bindings)).is_some()
+    }
+
+    /// Replaces the host's bindings of one of its grids. Returns whether a loader reads it.
+    pub(in crate::shadows) fn rebind_grid(&self, index: usize, bindings: &BindGroup) -> bool {
+        let host = self.packs.get(index).and_then(|pack| pack.host.as_ref());
         host.map(|host| host.replace(bindings)).is_some()
     }
 }
