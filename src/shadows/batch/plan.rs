@@ -1,7 +1,7 @@
 //! Plan of a frame, made on the CPU: its batches, and the casters that each of their lists projects.
 use crate::shadows::{
     Config,
-    batch::list_plan::ListPlan,
+    batch::{list_plan::ListPlan, scratch::Scratch},
     casters::{CasterSet, TriangleExtent, groups::Group},
     cull::{PairBound, TileLoadBound},
     views::host_depths::DepthInput,
@@ -13,6 +13,7 @@ use crate::{
     stage::{
         features::{Features, Flags},
         project::Chunk,
+        sort::Shape,
     },
     view::atlas::MapPlace,
 };
@@ -140,6 +141,27 @@ impl Plan {
         };
         let listed: u64 = self.lists.iter().map(|list| u64::from(uploaded(list))).sum();
         listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
+    }
+
+    /// Whether the commands of `other` are this one's, too, with the same scratch memory: they differ in the
+    /// contents of the [inputs](super::BatchInputs).
+    pub(crate) fn is_alike(&self, other: &Self, shape: Shape, scratch: &Scratch) -> bool {
+        let place =
+            |view: &GpuView| (view.first_tile, view.tiles_x, view.size, view.origin, view.layer);
+        let same_depths = |((a, of_a), (b, of_b)): (&(usize, DepthInput), &(usize, DepthInput))| {
+            (a, of_a.instead, &of_a.texture) == (b, of_b.instead, &of_b.texture)
+        };
+        self.views.iter().map(place).eq(other.views.iter().map(place))
+            && (self.tile_count, self.kept, self.cleared, self.camera)
+                == (other.tile_count, other.kept, other.cleared, other.camera)
+            && self.small_chunks.len() == other.small_chunks.len()
+            && self.depths.len() == other.depths.len()
+            && self.depths.iter().zip(&other.depths).all(same_depths)
+            && self
+                .lists
+                .iter()
+                .zip(&other.lists)
+                .all(|(list, other)| list.is_alike(other, shape, scratch, self.tile_count))
     }
 
     fn new(

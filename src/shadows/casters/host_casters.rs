@@ -45,9 +45,20 @@ pub(crate) struct HostSpan {
 struct HostSet {
     /// Index among the host's sets.
     index: usize,
+    /// Index in [`Class::LISTS`].
+    list: usize,
     load: Dispatch,
     /// The host's bind group.
     host_bindings: HostBindings,
+    capacity: u32,
+    /// Buffer of the count and index in it; `None` of a fixed count.
+    counts: (Option<Buffer>, u32),
+    materials: Vec<u32>,
+}
+
+/// What the host says of a set in each frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HostSeen {
     bounds: Option<Bounds>,
     version: Option<u64>,
 }
@@ -82,6 +93,53 @@ pub(in crate::shadows) fn record_count(sets: &[HostCasters<'_>]) -> u32 {
 }
 
 impl HostSets {
+    /// Whether these are sets like `given`, whose bindings then are theirs, too: with the same loaders, counts and
+    /// materials.
+    pub(super) fn follow(
+        &self,
+        materials: &[Material],
+        first_caster: u32,
+        given: &[HostCasters<'_>],
+    ) -> Result<bool, Error> {
+        let own = given.iter().enumerate().filter(|(_, set)| set.count.capacity() > 0);
+        if self.first_caster != first_caster || own.clone().count() != self.sets.len() {
+            return Ok(false);
+        }
+        for (index, casters) in own {
+            let list = list_of(index, casters, materials)?;
+            let Some(set) = self.set(index) else { return Ok(false) };
+            let (counts, at) = casters.count.buffer();
+            let is_alike = set.list == list
+                && set.load.kernel == casters.loader.kernel
+                && set.capacity == casters.count.capacity()
+                && (set.counts.0.as_ref(), set.counts.1) == (counts, at)
+                && set.materials == casters.materials;
+            if !is_alike {
+                return Ok(false);
+            }
+            check(index, &set.load, casters.bindings)?;
+        }
+        for set in &self.sets {
+            set.host_bindings.replace(given[set.index].bindings);
+        }
+        Ok(true)
+    }
+
+    fn set(&self, index: usize) -> Option<&HostSet> {
+        self.sets.iter().find(|set| set.index == index)
+    }
+
+    /// What `given` says of each set, in their order.
+    pub(super) fn seen<'a>(
+        &'a self,
+        given: &'a [HostCasters<'_>],
+    ) -> impl Iterator<Item = HostSeen> + 'a {
+        self.sets.iter().map(|set| {
+            let HostCasters { bounds, version, .. } = given[set.index];
+            HostSeen { bounds, version }
+        })
+    }
+
     /// Binds the sets. `first_caster`: first record reserved in `casters`, see [`record_count`]. `None` without
     /// sets.
     pub(in crate::shadows) fn new(
@@ -94,7 +152,6 @@ impl HostSets {
     ) -> Result<Option<Arc<Self>>, Error> {
         let mut by_list = [Vec::new(), Vec::new()];
         for (index, casters) in given.iter().enumerate() {
-            casters.check(index)?;
             let list = list_of(index, casters, materials)?;
             if casters.count.capacity() > 0 {
                 by_list[list].push((index, casters));
@@ -151,27 +208,25 @@ impl HostSets {
                 .with("host_groups", &groups)
                 .with("host_counters", &counters);
             let kernel = casters.loader.kernel.clone();
+            let load = Dispatch::on_shelf(shelf, kernel, &resources, grid(group_count))?;
+            check(index, &load, casters.bindings)?;
             let host_bindings = HostBindings::new(casters.bindings);
-            let load = Dispatch::on_shelf(shelf, kernel, &resources, grid(group_count))?
-                .with_host(host_bindings.clone());
-            let HostCasters { bounds, version, .. } = *casters;
-            Ok::<_, Error>(HostSet { index, load, host_bindings, bounds, version })
+            let load = load.with_host(host_bindings.clone());
+            let list = list_of(index, casters, materials)?;
+            let (capacity, counts) = (values.capacity, (counts.cloned(), count_index));
+            let materials = casters.materials.to_vec();
+            Ok::<_, Error>(HostSet {
+                index,
+                list,
+                load,
+                host_bindings,
+                capacity,
+                counts,
+                materials,
+            })
         };
         let sets = sets.into_iter().map(&mut bind).collect::<Result<_, _>>()?;
         Ok(Some(Arc::new(Self { sets, groups, counters, first_caster, spans })))
-    }
-
-    /// Identity and version of each set that a view may see.
-    pub(in crate::shadows) fn versions<'a>(
-        &'a self,
-        view: &GpuView,
-    ) -> impl Iterator<Item = (usize, Option<u64>)> + use<'a> {
-        let frustum = Frustum::new(view);
-        let sees = move |set: &HostSet| {
-            set.bounds.as_ref().and_then(widened).is_none_or(|bounds| frustum.sees(&bounds))
-        };
-        let seen = self.sets.iter().enumerate().filter(move |(_, set)| sees(set));
-        seen.map(|(index, set)| (index, set.version))
     }
 
     /// The loading: records and boxes from the contents of the host's buffers at that time.
@@ -183,12 +238,29 @@ impl HostSets {
     }
 
     /// Replaces the host's bindings of one of its sets. Returns whether the set exists.
-    pub(in crate::shadows) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
-        let set = self.sets.iter().find(|set| set.index == index);
-        if let Some(set) = set {
-            set.host_bindings.replace(bindings);
-        }
-        set.is_some()
+    pub(in crate::shadows) fn rebind(
+        &self,
+        index: usize,
+        bindings: &BindGroup,
+    ) -> Result<bool, Error> {
+        let Some(set) = self.set(index) else { return Ok(false) };
+        check(index, &set.load, bindings)?;
+        set.host_bindings.replace(bindings);
+        Ok(true)
+    }
+}
+
+/// Whether bindings of the host are of its loader's layout.
+fn check(index: usize, load: &Dispatch, bindings: &BindGroup) -> Result<(), Error> {
+    let problem = "its bind group is not of the layout that its loader was made for";
+    load.takes(bindings).then_some(()).ok_or(Input::HostCasters.invalid(index, problem))
+}
+
+impl HostSeen {
+    /// The set's version, if a view may see it.
+    pub(super) fn version(&self, frustum: &Frustum) -> Option<Option<u64>> {
+        let bounds = self.bounds.as_ref().and_then(widened);
+        bounds.is_none_or(|bounds| frustum.sees(&bounds)).then_some(self.version)
     }
 }
 

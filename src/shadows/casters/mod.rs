@@ -14,11 +14,11 @@ mod upload;
 pub use extent::{SMALL_SIDE, TriangleExtent};
 pub(crate) use slots::EmittedSlots;
 
-use crate::shadows::cull::Occluders;
+use crate::shadows::cull::{Frustum, Occluders};
 use crate::shadows::{
     casters::{
         groups::{Group, Groups, Members, next_generation, sort_by_place},
-        host_casters::{HostSets, record_count},
+        host_casters::{HostSeen, HostSets, record_count},
     },
     host_inputs::{HostCasters, HostInputs},
 };
@@ -75,6 +75,8 @@ pub struct CasterSet {
     features: [Features; CLASSES],
     /// Sets in the host's buffers.
     host: Option<Arc<HostSets>>,
+    /// What the host says of each set.
+    host_seen: Vec<HostSeen>,
     /// Records reserved for the host's casters, behind the uploaded ones.
     host_records: Range<u32>,
     /// Particles of emitters, behind those.
@@ -286,6 +288,7 @@ impl CasterSet {
             triangle_ranges,
             features,
             host: None,
+            host_seen: Vec::new(),
             host_records,
             emitted,
             owners,
@@ -316,7 +319,8 @@ impl CasterSet {
             && self.emitted.iter().map(|emitter| &emitter.slots).eq(inputs.emitted)
     }
 
-    /// Replaces the host's sets. `materials`: those of the uploaded casters.
+    /// Replaces the host's sets, except where they are like those before. `materials`: those of the uploaded
+    /// casters.
     pub(super) fn set_host_casters(
         &mut self,
         device: &wgpu::Device,
@@ -324,13 +328,34 @@ impl CasterSet {
         materials: &[Material],
         host: &[HostCasters<'_>],
     ) -> Result<(), Error> {
-        let mut memory = Memory::default();
-        let mut allocator = Allocator { shelf: Some(shelf), ..Allocator::new(device, &mut memory) };
+        host.iter().enumerate().try_for_each(|(index, set)| set.check(index))?;
         let first = self.host_records.start;
-        self.host = HostSets::new(&mut allocator, shelf, self, materials, first, host)?;
-        self.host_memory = memory;
+        let follows = match &self.host {
+            Some(sets) => sets.follow(materials, first, host)?,
+            None => false,
+        };
+        if !follows {
+            let mut memory = Memory::default();
+            let mut allocator =
+                Allocator { shelf: Some(shelf), ..Allocator::new(device, &mut memory) };
+            shelf.turn();
+            self.host = HostSets::new(&mut allocator, shelf, self, materials, first, host)?;
+            self.host_memory = memory;
+        }
+        self.host_seen.clear();
+        self.host_seen.extend(self.host.iter().flat_map(|sets| sets.seen(host)));
         add_host_features(&mut self.features, materials, host);
         Ok(())
+    }
+
+    /// Identity and version of each of the host's sets that a view may see.
+    pub(super) fn host_versions<'a>(
+        &'a self,
+        view: &GpuView,
+    ) -> impl Iterator<Item = (usize, Option<u64>)> + use<'a> {
+        let frustum = Frustum::new(view);
+        let sets = self.host_seen.iter().enumerate();
+        sets.filter_map(move |(index, seen)| Some((index, seen.version(&frustum)?)))
     }
 
     pub(crate) fn host(&self) -> Option<&HostSets> {
