@@ -22,6 +22,10 @@ use std::ops::RangeInclusive;
 /// Most tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
 
+/// Most footprints of a batch with casters of the host, unless a view alone may have more. Each view has room for all of
+/// them, whatever it sees: more views take more batches, not more memory.
+const HOST_FOOTPRINTS: u64 = 1 << 19;
+
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
 /// for the nearest casters and the rest.
 const DENSE: u32 = 16;
@@ -71,6 +75,7 @@ pub(crate) fn batches(
     kept: bool,
 ) -> Result<Vec<Plan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
+    let most_together = if casters.host().is_some() { HOST_FOOTPRINTS } else { most_footprints };
     let mut plans = Vec::new();
     let mut batch = Vec::new();
     let mut footprints = [0; 2];
@@ -95,7 +100,7 @@ pub(crate) fn batches(
             || batch.first().is_some_and(|(v, _): &(GpuView, PendingView<'_>)| {
                 v.perspective != gpu_view.perspective
             })
-            || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
+            || (0..2).any(|i| footprints[i] + listed[i] > most_together);
         if full && !batch.is_empty() {
             plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, config, kept));
             (tile_count, footprints) = (0, [0; 2]);
