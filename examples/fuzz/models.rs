@@ -49,7 +49,8 @@ fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();
     for three in bytes.chunks(3) {
-        let word = three.iter().fold(0, |word, &byte| word << 8 | u32::from(byte)) << (8 * (3 - three.len()));
+        let word = three.iter().fold(0, |word, &byte| word << 8 | u32::from(byte))
+            << (8 * (3 - three.len()));
         let letter = |i: usize| LETTERS[(word >> (18 - 6 * i) & 63) as usize] as char;
         (0..4).for_each(|i| text.push(if i <= three.len() { letter(i) } else { '=' }));
     }
@@ -64,9 +65,8 @@ fn rig() -> Vec<u8> {
     let weights = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0];
     let weights = file.floats("VEC4", 3, &weights, "");
     let joints = file.view([0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
-    file.accessors.push(format!(
-        r#"{{"bufferView":{joints},"componentType":5121,"count":3,"type":"VEC4"}}"#
-    ));
+    file.accessors
+        .push(format!(r#"{{"bufferView":{joints},"componentType":5121,"count":3,"type":"VEC4"}}"#));
     let joints = file.accessors.len() - 1;
     let inverse = [Mat4::IDENTITY, Mat4::from_translation(Vec3::NEG_X)];
     let inverse = inverse.map(|matrix| matrix.to_cols_array());
@@ -75,7 +75,8 @@ fn rig() -> Vec<u8> {
     let turns = [Quat::IDENTITY, Quat::from_rotation_z(1.5)].map(|turn| turn.to_array());
     let turns = file.floats("VEC4", 2, turns.as_flattened(), "");
     let up = file.floats("VEC3", 3, &[0.0, 0.0, 1.0].repeat(3), r#","min":[0,0,1],"max":[0,0,1]"#);
-    let side = file.floats("VEC3", 3, &[1.0, 0.0, 0.0].repeat(3), r#","min":[1,0,0],"max":[1,0,0]"#);
+    let side =
+        file.floats("VEC3", 3, &[1.0, 0.0, 0.0].repeat(3), r#","min":[1,0,0],"max":[1,0,0]"#);
     let amounts = file.floats("SCALAR", 4, &[0.0, 0.0, 1.0, 0.5], "");
     let scene = format!(
         r#""scene":0,"scenes":[{{"nodes":[2,0]}}],

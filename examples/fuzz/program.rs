@@ -24,7 +24,17 @@ impl Program {
     /// Frames with sidecars, and the first of these.
     pub(super) fn of_sidecars(out: &Path) -> io::Result<(Self, Vec<Vec<u8>>)> {
         let program = Self::new(out.join("job"), "frame_0000.json", &["verify", "."])?;
-        let job = ["render", "../scene.toml", "--backend", "cpu", "-o", ".", "--skip-existing", "--frames", "0..2"];
+        let job = [
+            "render",
+            "../scene.toml",
+            "--backend",
+            "cpu",
+            "-o",
+            ".",
+            "--skip-existing",
+            "--frames",
+            "0..2",
+        ];
         program.make(&job)?;
         let seed = fs::read(program.folder.join(program.file))?;
         Ok((program, vec![seed]))
@@ -32,18 +42,29 @@ impl Program {
 
     /// Points, with normals and without.
     pub(super) fn of_points(out: &Path) -> io::Result<(Self, Vec<Vec<u8>>)> {
-        let light = ["light", "../scene.toml", "--points", "p.npy", "-o", "l.npy", "--backend", "cpu"];
+        let light =
+            ["light", "../scene.toml", "--points", "p.npy", "-o", "l.npy", "--backend", "cpu"];
         let program = Self::new(out.join("points"), "p.npy", Box::leak(Box::new(light)))?;
         let array = |columns: usize| {
-            let head = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': (4, {columns}), }}");
+            let head =
+                format!("{{'descr': '<f4', 'fortran_order': False, 'shape': (4, {columns}), }}");
             let head = format!("{head:<117}\n");
             let rows = (0..4 * columns).flat_map(|i| (i as f32 * 0.3).to_le_bytes());
-            b"\x93NUMPY\x01\x00\x76\x00".iter().copied().chain(head.into_bytes()).chain(rows).collect()
+            b"\x93NUMPY\x01\x00\x76\x00"
+                .iter()
+                .copied()
+                .chain(head.into_bytes())
+                .chain(rows)
+                .collect()
         };
         Ok((program, vec![array(3), array(6)]))
     }
 
-    fn new(folder: PathBuf, file: &'static str, arguments: &'static [&'static str]) -> io::Result<Self> {
+    fn new(
+        folder: PathBuf,
+        file: &'static str,
+        arguments: &'static [&'static str],
+    ) -> io::Result<Self> {
         // Beside this example's folder, unless GOBO names it.
         let beside = env::current_exe()?.with_file_name("gobo");
         let built = beside.parent().and_then(Path::parent).map(|folder| folder.join("gobo"));
@@ -80,9 +101,13 @@ impl Program {
         let output = self.run(self.arguments)?;
         let took = start.elapsed();
         Ok(match output.status.code() {
-            _ if output.stdout.len() + output.stderr.len() > 1 << 16 => (Err("says too much"), took),
+            _ if output.stdout.len() + output.stderr.len() > 1 << 16 => {
+                (Err("says too much"), took)
+            }
             Some(0) => (Ok(true), took),
-            Some(1 | 2) if !output.stdout.is_empty() || !output.stderr.is_empty() => (Ok(false), took),
+            Some(1 | 2) if !output.stdout.is_empty() || !output.stderr.is_empty() => {
+                (Ok(false), took)
+            }
             Some(1 | 2) => (Err("says nothing"), took),
             _ => (Err("panics or is killed"), took),
         })

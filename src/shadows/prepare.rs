@@ -22,7 +22,10 @@ use crate::{
     model::{Class, View},
     stage::features::Flags,
 };
-use std::sync::Arc;
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
 use wgpu::Buffer;
 
 /// Maps of some views, and their softening.
@@ -87,6 +90,8 @@ pub(super) struct Request<'a> {
     pub pairs: Option<u32>,
     /// The host's depth maps by view; empty if there are none.
     pub depths: &'a [Option<DepthInput>],
+    /// Number of the last frame that was prepared.
+    pub last: &'a AtomicU64,
 }
 
 /// Maps and memory of an earlier frame that are used again.
@@ -175,6 +180,8 @@ impl<'a> Request<'a> {
         let scratch = self.scratch(reuse.scratch, &mut plans)?;
         let pair_capacity = scratch.0.pair_capacity;
         let same_scratch = former.is_some_and(|former| Arc::ptr_eq(&former, &scratch.0));
+        // Until here what the last frame returned is valid.
+        self.last.fetch_add(1, Ordering::Relaxed);
         let made = reuse.made.filter(|made| same_scratch && self.repeats(made, &plans, &scratch.0));
         let made = match made {
             Some(made) => {

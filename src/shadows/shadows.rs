@@ -102,7 +102,7 @@ impl Shadows {
             maps: None,
             shelf: Shelf::new(queue),
             host_shelf: Shelf::new(queue),
-            depth_views: DepthViews::new(),
+            depth_views: DepthViews::default(),
             light_shelf: Arc::new(LightShelf::new(queue)),
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
@@ -122,7 +122,7 @@ impl Shadows {
             maps: None,
             shelf: Shelf::new(&self.queue),
             host_shelf: Shelf::new(&self.queue),
-            depth_views: DepthViews::new(),
+            depth_views: DepthViews::default(),
             light_shelf: Arc::new(LightShelf::new(&self.queue)),
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
@@ -155,8 +155,8 @@ impl Shadows {
     /// Earlier [`Prepared`] values are invalid from then on; submit first what was recorded of them.
     ///
     /// # Errors
-    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. Then the last
-    /// [`Prepared`] stays valid.
+    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. While maps and
+    /// scratch memory are what there is no memory for, the last [`Prepared`] stays valid.
     pub fn prepare(
         &mut self,
         casters: &Casters<'_>,
@@ -220,6 +220,7 @@ impl Shadows {
             views,
             pairs: self.capacity.pairs,
             depths: &depths,
+            last: &self.frame,
         };
         let frame = allocated(self.kernels.device(), || request.frame(earlier))?;
         self.light_shelf.turn();
@@ -227,8 +228,6 @@ impl Shadows {
             let maps = &frame.maps.set.maps;
             AreaLevels::plan_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
         }
-        // Until here what the last frame returned is valid.
-        let number = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, pair_capacity, culled } = frame;
         let counted = &commands.counted;
@@ -238,7 +237,7 @@ impl Shadows {
         let prepared = Prepared {
             queue: self.queue.clone(),
             kernels: self.kernels.clone(),
-            frame: number,
+            frame: self.frame.load(Ordering::Relaxed),
             last: Arc::clone(&self.frame),
             recorded: cache.recorded(),
             planned: Planned {

@@ -12,7 +12,7 @@ fn lights(frame: u32) -> Vec<Light> {
     let spot = |i: u32| {
         let angle = i as f32 * 0.39 + frame as f32 * 0.05;
         let position = Vec3::new(4.0 * angle.cos(), 4.0, 4.0 * angle.sin());
-        let source = (i % 2 == 0).then_some(Source::Sphere { radius: 0.1 });
+        let source = i.is_multiple_of(2).then_some(Source::Sphere { radius: 0.1 });
         Light { source, ..Light::spot(position, -position, 0.6) }
     };
     (0..SPOTS).map(spot).collect()

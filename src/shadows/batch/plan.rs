@@ -22,9 +22,10 @@ use std::ops::RangeInclusive;
 /// Most tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
 
-/// Most footprints of a batch with casters of the host, unless a view alone may have more. Each view has room for all of
-/// them, whatever it sees: more views take more batches, not more memory.
-const HOST_FOOTPRINTS: u64 = 1 << 19;
+/// Footprints of the host's casters that a frame has room for at once, 60 bytes each. Each view has room for all casters,
+/// whatever it sees: of more, it has room for fewer, and more views take more batches, not more memory.
+const HOST_FOOTPRINTS: u64 = 3 << 19;
+const FEWER_HOST_FOOTPRINTS: u64 = 1 << 19;
 
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
 /// for the nearest casters and the rest.
@@ -75,15 +76,16 @@ pub(crate) fn batches(
     kept: bool,
 ) -> Result<Vec<Plan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
-    let most_together = if casters.host().is_some() { HOST_FOOTPRINTS } else { most_footprints };
+    let host = |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
+    let of_host = host(0).max(host(1)) * views.len() as u64;
+    let most_together =
+        if of_host > HOST_FOOTPRINTS { FEWER_HOST_FOOTPRINTS } else { most_footprints };
     let mut plans = Vec::new();
     let mut batch = Vec::new();
     let mut footprints = [0; 2];
     let mut tile_count = 0;
     for pending in views {
         let PendingView { view, place, groups, .. } = *pending;
-        let host =
-            |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
         let listed = [0, 1].map(|i| count(casters, groups, &Class::LISTS[i]) + host(i));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {

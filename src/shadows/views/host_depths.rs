@@ -24,7 +24,8 @@ pub(crate) struct DepthInput {
 const ASTRAY: f64 = 0.25;
 
 /// Views of the host's textures by texture and layer, kept from frame to frame.
-pub(in crate::shadows) type DepthViews = HashMap<(Texture, u32), TextureView>;
+#[derive(Debug, Default)]
+pub(in crate::shadows) struct DepthViews(HashMap<(Texture, u32), TextureView>);
 
 /// Depth inputs by view. `kept`: of the last frame, then of this one.
 pub(in crate::shadows) fn depth_inputs(
@@ -41,9 +42,9 @@ pub(in crate::shadows) fn depth_inputs(
         let invalid = |problem| Input::HostDepth.invalid(index, problem);
         let view = views.get(depth.view).ok_or(invalid("its view is not among the views"))?;
         let key = (depth.texture.clone(), depth.layer);
-        let known = kept.get(&key).cloned().or_else(|| before.remove(&key));
+        let known = kept.0.get(&key).cloned().or_else(|| before.0.remove(&key));
         let input = DepthInput::new(depth, view, known).map_err(invalid)?;
-        kept.insert(key, input.texture.clone());
+        kept.0.insert(key, input.texture.clone());
         if inputs[depth.view].replace(input).is_some() {
             return Err(invalid("its view has one already"));
         }
