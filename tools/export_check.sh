@@ -1,6 +1,6 @@
 #!/bin/sh
 # Every exported kernel through the languages' own checkers: SPIR-V through spirv-val, GLSL through
-# glslangValidator. GOBO may name the program.
+# glslangValidator, which links it too (a file without an entry point is valid until then). GOBO may name the program.
 set -eu
 
 say() { printf 'export-check: %s\n' "$*" >&2; }
@@ -44,11 +44,17 @@ check() { # file command...
         cat "$folder/log"
     fi
 }
+# The linker must find what the parser does not.
+printf '#version 450\nlayout(local_size_x = 1) in;\n' >"$folder/headless.comp"
+if glslangValidator -l -S comp "$folder/headless.comp" >/dev/null 2>&1; then
+    say "glslangValidator takes a shader without an entry point"
+    exit 1
+fi
 for file in "$folder"/spirv/*.spv; do
     check "$file" spirv-val --target-env vulkan1.1
 done
 for file in "$folder"/glsl/*.comp; do
-    check "$file" glslangValidator -S comp
+    check "$file" glslangValidator -l -S comp
 done
 # The look-ups of light, as a shader that calls them.
 for file in "$folder"/glsl/*.glsl; do
@@ -57,7 +63,7 @@ for file in "$folder"/glsl/*.glsl; do
         printf '#version 450\n#define GOBO_PROBE\nlayout(local_size_x = 1) in;\n'
         cat "$file"
     } >"$whole"
-    check "$whole" glslangValidator -S comp
+    check "$whole" glslangValidator -l -S comp
 done
 echo "export-check: $((checked - refused)) of $checked files are valid"
 [ "$checked" -gt 0 ] && [ "$refused" -eq 0 ]

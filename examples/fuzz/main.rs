@@ -1,17 +1,25 @@
 //! Fuzzer: changes files at random and reads them, `make fuzz`.
 //!
 //! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and
-//! `FUZZ_SEED` (0). A reader fails if it panics or takes longer than `SLOW`. The failing input is written
-//! to out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
+//! `FUZZ_SEED` (0). A reader fails if it panics or takes longer than `SLOW`, and so does the CPU reference where it
+//! renders a scene that was read, at a tiny size. The failing input is written to out/fuzz, and so is the input that was
+//! read last (`current.*`), for a run that was killed.
+mod models;
 mod mutate;
+mod program;
 mod seeds;
 #[path = "../../tests/common/vdb.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod vdb;
 
-use gobo::scene::{self, generate::Chance};
+use gobo::{
+    glam::UVec2,
+    render::{RenderOptions, Renderer},
+    scene::{self, Scene, generate::Chance},
+};
+use program::Program;
 use std::{
-    fs,
+    fs, io,
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
     process::ExitCode,
@@ -30,7 +38,7 @@ struct Reader {
     scene: Option<String>,
 }
 
-fn main() -> std::io::Result<ExitCode> {
+fn main() -> io::Result<ExitCode> {
     let number = |name: &str, usual: u64| {
         std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
     };
@@ -41,58 +49,114 @@ fn main() -> std::io::Result<ExitCode> {
     // A finding is one line, not a backtrace.
     std::panic::set_hook(Box::new(|_| ()));
     let mut findings = 0;
-    for reader in seeds::readers()? {
-        if only.is_empty() || only.iter().any(|name| name == reader.name) {
-            findings += run(&reader, Duration::from_secs(seconds), seed, &out)?;
+    let time = Duration::from_secs(seconds);
+    let is_asked = |name: &str| only.is_empty() || only.iter().any(|asked| asked == name);
+    for reader in seeds::readers()?.iter().filter(|reader| is_asked(reader.name)) {
+        let input = out.join(format!("current.{}", reader.extension));
+        let scene = out.join("current.toml");
+        if let Some(text) = &reader.scene {
+            fs::write(&scene, text)?;
+        }
+        let path = if reader.scene.is_some() { &scene } else { &input };
+        let read = |bytes: &[u8]| {
+            fs::write(&input, bytes)?;
+            Ok(load(path))
+        };
+        findings += run(reader.name, reader.extension, &reader.seeds, time, seed, &out, read)?;
+    }
+    for (name, extension, of) in [
+        ("sidecar", "json", Program::of_sidecars as fn(&Path) -> _),
+        ("npy", "npy", Program::of_points),
+    ] {
+        if is_asked(name) {
+            let (program, seeds) = of(&out)?;
+            let read = |bytes: &[u8]| program.read(bytes);
+            findings += run(name, extension, &seeds, time, seed, &out, read)?;
         }
     }
     Ok(if findings == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
+/// Whether an input is accepted, or what is wrong, and how long that took.
+type Outcome = (Result<bool, &'static str>, Duration);
+
 /// Number of inputs that failed.
-fn run(reader: &Reader, time: Duration, seed: u64, out: &Path) -> std::io::Result<usize> {
+fn run(
+    name: &str,
+    extension: &str,
+    seeds: &[Vec<u8>],
+    time: Duration,
+    seed: u64,
+    out: &Path,
+    read: impl Fn(&[u8]) -> io::Result<Outcome>,
+) -> io::Result<usize> {
     let mut chance = Chance::new(seed);
-    let input = out.join(format!("current.{}", reader.extension));
-    let scene = out.join("current.toml");
-    if let Some(text) = &reader.scene {
-        fs::write(&scene, text)?;
-    }
-    let path = if reader.scene.is_some() { &scene } else { &input };
-    let (clock, mut count, mut read, mut findings) = (Instant::now(), 0_u64, 0_u64, 0);
+    let (clock, mut count, mut accepted, mut findings) = (Instant::now(), 0_u64, 0_u64, 0);
     while clock.elapsed() < time {
-        let bytes = mutate::mutated(&reader.seeds, &mut chance);
-        fs::write(&input, &bytes)?;
-        let (mut result, mut took) = load(path);
+        let bytes = mutate::mutated(seeds, &mut chance);
+        let (mut result, mut took) = read(&bytes)?;
         if took > SLOW {
             // Other processes may have taken the cores.
-            (result, took) = load(path);
+            (result, took) = read(&bytes)?;
         }
         let fault = match result {
-            Err(_) => Some("panics"),
+            Err(fault) => Some(fault),
             Ok(_) if took > SLOW => Some("is slow"),
-            Ok(is_scene) => {
-                read += u64::from(is_scene);
+            Ok(is_accepted) => {
+                accepted += u64::from(is_accepted);
                 None
             }
         };
         if let Some(fault) = fault {
-            let kept = out.join(format!("{}-{count}.{}", reader.name, reader.extension));
+            let kept = out.join(format!("{name}-{count}.{extension}"));
             fs::write(&kept, &bytes)?;
-            println!("{}: {fault}: {}", reader.name, kept.display());
+            println!("{name}: {fault}: {}", kept.display());
             findings += 1;
         }
         count += 1;
     }
-    println!("{}: {count} inputs, {read} of them scenes, {findings} findings", reader.name);
+    println!("{name}: {count} inputs, {accepted} of them accepted, {findings} findings");
     Ok(findings)
 }
 
-/// Whether a file is a scene, and how long that took.
-fn load(path: &Path) -> (std::thread::Result<bool>, Duration) {
+/// Reads a scene, and renders it if it is one.
+fn load(path: &Path) -> Outcome {
     let start = Instant::now();
-    let result = catch_unwind(AssertUnwindSafe(|| {
+    let read = catch_unwind(|| {
         // Moving parts are set to another time.
-        scene::load(path).map(|mut scene| scene.set_time(1.25)).is_ok()
-    }));
-    (result, start.elapsed())
+        scene::load(path).ok().map(|mut scene| {
+            scene.set_time(1.25);
+            scene
+        })
+    });
+    let took = start.elapsed();
+    let result = match read {
+        Err(_) => Err("panics"),
+        Ok(None) => Ok(false),
+        Ok(Some(scene)) => rendered(scene).map(|()| true),
+    };
+    (result, took)
+}
+
+/// Renders a scene at a tiny size on the CPU. Scenes of many casters would take most of the time.
+fn rendered(mut scene: Scene) -> Result<(), &'static str> {
+    const MOST_CASTERS: usize = 300;
+    const MOST_LIGHTS: usize = 4;
+    if scene.particles.len() + scene.triangles.len() > MOST_CASTERS
+        || scene.lights.len() > MOST_LIGHTS
+        || !scene.grids.is_empty()
+    {
+        return Ok(());
+    }
+    scene.camera.size = UVec2::new(8, 4);
+    scene.shadow.size = 16;
+    for light in &mut scene.lights {
+        light.size = None;
+    }
+    let render = AssertUnwindSafe(|| Renderer::on_cpu().render(&scene, &RenderOptions::default()));
+    match catch_unwind(render) {
+        Err(_) => Err("panics when it is rendered"),
+        Ok(Err(gobo::Error::Limit { .. }) | Ok(_)) => Ok(()),
+        Ok(Err(_)) => Err("is refused when it is rendered"),
+    }
 }

@@ -1,6 +1,6 @@
 //! Seed files: scenes of the project, and small files of each other kind.
 use super::{
-    Reader,
+    Reader, models,
     vdb::{Format, Packing, VdbGrid, file},
 };
 use gobo::glam::IVec3;
@@ -35,8 +35,9 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
             "material = [{{ name = \"m\" }}]\n{PLANE}[environment]\nfile = \"current.hdr\"\n"
         )),
     };
+    let models = models::seeds().map(|(name, seeds)| alone(name, "gltf", seeds));
     let glass = fs::read(root.join("data/gallery/wine_glass.glb"))?;
-    Ok(vec![
+    let mut readers = vec![
         alone("toml", "toml", scenes(root)?),
         alone("csv", "csv", vec![csv()]),
         alone(
@@ -51,7 +52,9 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
         textured("jpeg", "jpg", picture(ImageFormat::Jpeg)?),
         textured("webp", "webp", picture(ImageFormat::WebP)?),
         surroundings,
-    ])
+    ];
+    readers.extend(models);
+    Ok(readers)
 }
 
 /// A few voxels and a tile, written in each way.

@@ -38,6 +38,14 @@ impl Command {
             | Self::CopyTexture { label, .. } => label,
         }
     }
+
+    /// Dispatches of a pass.
+    fn dispatches(&self) -> Option<&[Dispatch]> {
+        match self {
+            Self::Pass { dispatches, .. } => Some(dispatches),
+            _ => None,
+        }
+    }
 }
 
 /// Commands in the order of their recording.
@@ -49,7 +57,8 @@ impl Commands {
         Self::default()
     }
 
-    /// Adds a compute pass. One without dispatches is recorded too, so that each frame has a time for it.
+    /// Adds a compute pass. One without dispatches is recorded too, so that each frame has a time for it. Neighbours are
+    /// recorded as one where nothing is timed.
     pub fn pass(&mut self, label: &'static str, dispatches: impl IntoIterator<Item = Dispatch>) {
         let dispatches = dispatches.into_iter().collect();
         self.0.push(Command::Pass { label, dispatches });
@@ -98,6 +107,14 @@ impl Commands {
         self.0.extend(other.0);
     }
 
+    /// Compute passes of a recording that is not timed.
+    pub fn pass_count(&self) -> usize {
+        let begins = |i: usize| {
+            self.0[i].dispatches().is_some() && (i == 0 || self.0[i - 1].dispatches().is_none())
+        };
+        (0..self.0.len()).filter(|&i| begins(i)).count()
+    }
+
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -108,10 +125,7 @@ impl Commands {
 
     /// Compiles the kernels of all dispatches, on this thread.
     pub fn compile(&self) -> Result<(), KernelError> {
-        let mut dispatches = self.0.iter().flat_map(|command| match command {
-            Command::Pass { dispatches, .. } => &dispatches[..],
-            _ => &[],
-        });
+        let mut dispatches = self.0.iter().filter_map(Command::dispatches).flatten();
         dispatches.try_for_each(|dispatch| dispatch.kernel.make())
     }
 
@@ -121,14 +135,20 @@ impl Commands {
     /// If a kernel is not compiled and the device refuses it, which [`Kernels::finish`](super::Kernels::finish)
     /// would have returned as an error.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let mut step = None;
-        for command in &self.0 {
-            if let Command::Pass { label, dispatches } = command {
+        let (mut step, mut commands) = (None, &self.0[..]);
+        while let Some(command) = commands.first() {
+            if let Command::Pass { label, .. } = command {
+                // Each dispatch sees the writes of those before, in one pass as in several. A pass costs wgpu more
+                // than a dispatch, and has a time of its own.
+                let neighbours = commands.iter().map_while(Command::dispatches);
+                let count = if timeline.is_timed() { 1 } else { neighbours.clone().count() };
                 let mut pass = timeline.pass(encoder, label);
-                dispatches.iter().for_each(|dispatch| dispatch.record(&mut pass));
-                step = None;
+                let dispatches = neighbours.take(count).flatten();
+                dispatches.for_each(|dispatch| dispatch.record(&mut pass));
+                (step, commands) = (None, &commands[count..]);
                 continue;
             }
+            commands = &commands[1..];
             if step.replace(command.label()) != Some(command.label()) {
                 timeline.step(encoder, command.label());
             }

@@ -2,7 +2,7 @@
 use crate::gpu::{Kernel, KernelError, OwnedResource, Resources, Shelf};
 use std::{
     fmt,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 /// Workgroups of a dispatch.
@@ -32,17 +32,26 @@ pub struct Bound {
     resources: Vec<(&'static str, OwnedResource)>,
 }
 
-/// A bind group of the host, group 1, that it may replace between frames. A clone is the same.
+/// A bind group of the host, group 1, that it may replace between frames; then the one before, since hosts alternate
+/// between two. A clone is the same.
 #[derive(Clone, Debug)]
-pub struct HostBindings(Arc<Mutex<wgpu::BindGroup>>);
+pub struct HostBindings(Arc<Mutex<[wgpu::BindGroup; 2]>>);
 
 impl HostBindings {
     pub fn new(bindings: &wgpu::BindGroup) -> Self {
-        Self(Arc::new(Mutex::new(bindings.clone())))
+        Self(Arc::new(Mutex::new([bindings.clone(), bindings.clone()])))
+    }
+
+    fn last_two(&self) -> MutexGuard<'_, [wgpu::BindGroup; 2]> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub fn replace(&self, bindings: &wgpu::BindGroup) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = bindings.clone();
+        let mut known = self.last_two();
+        if known[0] != *bindings {
+            known.swap(0, 1);
+            known[0] = bindings.clone();
+        }
     }
 }
 
@@ -103,9 +112,15 @@ impl Dispatch {
         Self { work: work.into(), ..self.clone() }
     }
 
+    /// Whether the kernel takes a bind group of the host.
+    pub fn takes(&self, bindings: &wgpu::BindGroup) -> bool {
+        let known = self.host.as_ref().is_some_and(|host| host.last_two().contains(bindings));
+        known || self.kernel.takes(&self.bound.group, bindings)
+    }
+
     pub(super) fn record(&self, pass: &mut wgpu::ComputePass<'_>) {
-        if let Some(HostBindings(host)) = &self.host {
-            pass.set_bind_group(1, &*host.lock().unwrap_or_else(PoisonError::into_inner), &[]);
+        if let Some(host) = &self.host {
+            pass.set_bind_group(1, &host.last_two()[0], &[]);
         }
         let Self { kernel, bound, .. } = self;
         match &self.work {

@@ -162,7 +162,7 @@ impl<'a> Allocator<'a> {
         let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
         let texels = (0..levels).map(|level| (width >> level) * (height >> level));
         self.memory.add(name, texels.sum::<u64>() * layers * texel);
-        Ok(self.device.create_texture(&wgpu::TextureDescriptor {
+        let desc = wgpu::TextureDescriptor {
             label: Some(name),
             size: wgpu::Extent3d {
                 width: width as u32,
@@ -175,7 +175,11 @@ impl<'a> Allocator<'a> {
             format,
             usage: usage | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
             view_formats: &[],
-        }))
+        };
+        Ok(match self.shelf {
+            Some(shelf) => shelf.texture(self.device, &desc),
+            None => self.device.create_texture(&desc),
+        })
     }
 }
 
@@ -187,16 +191,17 @@ fn check(limit: &'static str, have: u64, need: u64) -> Result<(), Error> {
     Err(Error::Limit { limit, have, need, remedy })
 }
 
-/// Writes `bytes` from the first texel on; the last row is padded with zeros.
+/// Writes `bytes` from the first texel on; the last row that they begin is padded with zeros.
 pub fn write_records(queue: &wgpu::Queue, texture: &wgpu::Texture, mut bytes: Vec<u8>) {
     let texel = texture.format().block_copy_size(None).unwrap_or(4);
     let row = ROW * texel;
-    bytes.resize((texture.height() * row) as usize, 0);
+    let rows = (bytes.len() as u32).div_ceil(row).min(texture.height());
+    bytes.resize((rows * row) as usize, 0);
     queue.write_texture(
         texture.as_image_copy(),
         &bytes,
         wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
-        texture.size(),
+        wgpu::Extent3d { height: rows, ..texture.size() },
     );
 }
 

@@ -3,7 +3,8 @@ use super::{
     kernel::bind,
     kernel_error::KernelError,
     link::{Constant, Item, Linked, words},
-    resource::Resources,
+    resource::{Binding, OwnedResource, Resources},
+    shelf::Shelf,
 };
 use std::collections::HashSet;
 use wgpu::ShaderStages;
@@ -40,24 +41,35 @@ impl Linked {
         }
         part
     }
+}
 
-    /// A bind group for [`Self::host_part`], visible to all stages that may read it, and its layout.
-    pub fn bind_host_part(
-        &self,
-        device: &wgpu::Device,
-        label: &'static str,
-        resources: &Resources<'_>,
-    ) -> Result<(wgpu::BindGroupLayout, wgpu::BindGroup), KernelError> {
+/// A bind group of `bindings` for [`Linked::host_part`], visible to all stages that may read it, and its layout, where
+/// the last frame may have bound the same.
+pub fn bind_host_part(
+    device: &wgpu::Device,
+    shelf: Option<&Shelf>,
+    label: &'static str,
+    bindings: &[Binding],
+    resources: &Resources<'_>,
+) -> Result<(wgpu::BindGroupLayout, wgpu::BindGroup), KernelError> {
+    let layout = || {
         let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
-        let bindings = self.bindings()?;
         let entries: Vec<_> = bindings.iter().map(|binding| binding.entry(stages)).collect();
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(label),
             entries: &entries,
-        });
-        let group = bind(device, label, &bindings, &layout, resources)?;
-        Ok((layout, group))
-    }
+        })
+    };
+    let Some(shelf) = shelf else {
+        let layout = layout();
+        let group = bind(device, label, bindings, &layout, resources)?;
+        return Ok((layout, group));
+    };
+    let layout = shelf.layout(label, layout);
+    let named = bindings.iter().filter_map(|binding| resources.get(binding.name));
+    let all = named.map(OwnedResource::of).collect();
+    let make = || bind(device, label, bindings, &layout, resources);
+    Ok((layout.clone(), shelf.group(&layout, all, make)?))
 }
 
 fn prefixed(item: &Item, names: &HashSet<&str>, prefix: &str) -> String {

@@ -12,6 +12,7 @@ mod link;
 #[cfg(feature = "device")]
 mod open;
 mod resource;
+mod scope;
 mod shelf;
 mod support;
 mod tier;
@@ -28,12 +29,14 @@ pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
 pub use desc::{Choice, KernelDesc, Specialised};
+pub use host_part::bind_host_part;
 pub use kernel::{HostText, Kernel};
 pub use kernel_error::KernelError;
 pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, OwnedResource, Resource, Resources};
+pub use scope::allocated;
 pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};

@@ -5,7 +5,7 @@ use std::{
     hash::Hash,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
-use wgpu::{Buffer, BufferUsages, Texture, TextureDescriptor, TextureFormat};
+use wgpu::{Buffer, BufferUsages, Texture, TextureDescriptor, TextureFormat, TextureUsages};
 
 /// What the preparation of a frame makes besides maps and scratch memory. The next frame takes over what has the same
 /// name and size, in the order of its requests: a frame like the one before makes nothing, and writes what differs.
@@ -19,8 +19,11 @@ pub struct Shelf {
 #[derive(Debug, Default)]
 struct Contents {
     buffers: Rows<(&'static str, u64, BufferUsages), Filled>,
-    textures: Rows<(&'static str, TextureFormat, [u32; 3]), Texture>,
+    textures: Rows<(&'static str, TextureFormat, TextureUsages, [u32; 3]), Texture>,
+    layouts: HashMap<&'static str, wgpu::BindGroupLayout>,
     groups: HashMap<(wgpu::BindGroupLayout, Vec<OwnedResource>), (wgpu::BindGroup, bool)>,
+    /// Whether buffers were written elsewhere since they were filled.
+    is_overwritten: bool,
 }
 
 /// A buffer, and its contents where only the CPU writes it.
@@ -72,6 +75,10 @@ impl Shelf {
     pub fn turn(&self) {
         let mut contents = self.contents();
         contents.buffers.turn();
+        if std::mem::take(&mut contents.is_overwritten) {
+            let all = contents.buffers.0.values_mut().flat_map(|(all, _)| all);
+            all.for_each(|filled| filled.bytes = None);
+        }
         contents.textures.turn();
         contents.groups.retain(|_, (_, is_used)| std::mem::take(is_used));
     }
@@ -110,6 +117,11 @@ impl Shelf {
         filled.buffer.clone()
     }
 
+    /// Says that the host has written any of the buffers.
+    pub fn overwritten(&self) {
+        self.contents().is_overwritten = true;
+    }
+
     /// Says that commands write a buffer, too.
     pub fn rewritten(&self, buffer: &Buffer) {
         let mut contents = self.contents();
@@ -121,8 +133,17 @@ impl Shelf {
     pub fn texture(&self, device: &wgpu::Device, desc: &TextureDescriptor<'static>) -> Texture {
         let wgpu::Extent3d { width, height, depth_or_array_layers } = desc.size;
         let size = [width, height, depth_or_array_layers];
-        let key = (desc.label.unwrap_or_default(), desc.format, size);
+        let key = (desc.label.unwrap_or_default(), desc.format, desc.usage, size);
         self.contents().textures.take(key, || device.create_texture(desc)).clone()
+    }
+
+    /// A layout by its label.
+    pub(super) fn layout(
+        &self,
+        label: &'static str,
+        make: impl FnOnce() -> wgpu::BindGroupLayout,
+    ) -> wgpu::BindGroupLayout {
+        self.contents().layouts.entry(label).or_insert_with(make).clone()
     }
 
     /// The bind group of these resources.

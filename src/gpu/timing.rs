@@ -130,6 +130,11 @@ impl Timeline {
         Self::by(Timer::Steps(Box::new(steps)))
     }
 
+    /// Whether each pass has a time.
+    pub fn is_timed(&self) -> bool {
+        !matches!(self.timer, Timer::None)
+    }
+
     /// Forgets the stages, before the next frame.
     pub fn reset(&mut self) {
         self.stages.clear();

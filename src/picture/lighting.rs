@@ -48,7 +48,7 @@ impl Lighting {
         let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
         let features = Features::of_maps(maps.nodes, maps.gain)
             .with(Flags::HAS_FILTERS, records.is_filtered());
-        let levels = AreaLevels::new(allocator, queue, kernels, records, &resources, features)?;
+        let levels = AreaLevels::new(allocator, kernels, records, &resources, features)?;
         let features = features.with(Flags::HAS_AREAS, levels.is_some());
         let (levels, mut before_lists) =
             levels.map_or_else(Default::default, |it| (Some(it.texture), it.commands));

@@ -9,6 +9,7 @@ use super::{
 use crate::model::{Light, ShadowSettings, Source, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec3};
+use std::ops::Range;
 
 /// Blocks around a level. WGSL: `wgsl/records/area.wgsl`.
 pub const SKIRT: u32 = 3;
@@ -94,6 +95,17 @@ pub struct LightRecords {
     pub level_ends: Vec<u32>,
 }
 
+/// Indices of the views of each light: a light's are neighbours.
+fn views_by_light(views: &[View]) -> Vec<Range<u32>> {
+    let count = views.iter().filter_map(|view| view.light).max().map_or(0, |last| last + 1);
+    let mut by_light = vec![0..0; count];
+    for (index, light) in (0..).zip(views).filter_map(|(i, view)| Some((i, view.light?))) {
+        let own = &mut by_light[light];
+        *own = if own.start == own.end { index..index + 1 } else { own.start..own.end + 1 };
+    }
+    by_light
+}
+
 impl LightRecords {
     /// `lights`: index among all lights, and the light; `models` and `views`: all shadow views.
     pub fn new<'a>(
@@ -103,8 +115,10 @@ impl LightRecords {
         settings: &ShadowSettings,
     ) -> Self {
         let mut records = Self { views, ..Self::default() };
+        let by_light = views_by_light(models);
         for (index, light) in lights {
-            let mut own = GpuLight::new(light, index, models, settings);
+            let of_light = by_light.get(index).cloned().unwrap_or_default();
+            let mut own = GpuLight::new(light, of_light, settings);
             if let Some(source) = light.area().filter(|_| own.view_count > 0) {
                 // Area lights filter by their spots.
                 own.taps = FILTER_SPLINE;

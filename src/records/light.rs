@@ -1,8 +1,9 @@
 //! Lights as kernels read them.
 use super::GpuView;
-use crate::model::{Light, LightKind, LookUp, ShadowFilter, ShadowSettings, View};
+use crate::model::{Light, LightKind, LookUp, ShadowFilter, ShadowSettings};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use std::ops::Range;
 
 /// Most lights of a picture. A point that evaluates all of them, nine taps each, stays below the 65,535
 /// iterations that llvmpipe allows an invocation.
@@ -86,10 +87,9 @@ crate::gpu_layout!(GpuLight {
 });
 
 impl GpuLight {
-    /// `views`: the shadow views of all lights; `settings`: defaults of the light's look-up.
-    pub fn new(light: &Light, index: usize, views: &[View], settings: &ShadowSettings) -> Self {
+    /// `views`: indices of its views among the shadow views of all lights; `settings`: defaults of its look-up.
+    pub fn new(light: &Light, views: Range<u32>, settings: &ShadowSettings) -> Self {
         let LookUp { filter, bias, slope_bias, normal_bias } = light.look_up;
-        let own = |view: &View| view.light == Some(index);
         let (kind, position, direction, angle) = match light.kind.with_unit_direction() {
             LightKind::Directional { direction } => (LIGHT_DIRECTIONAL, Vec3::ZERO, direction, 0.0),
             LightKind::Spot { position, direction, angle } => {
@@ -101,9 +101,9 @@ impl GpuLight {
             position,
             kind,
             direction,
-            first_view: views.iter().position(own).unwrap_or(0) as u32,
+            first_view: views.start,
             color: light.color * light.intensity,
-            view_count: views.iter().filter(|view| own(view)).count() as u32,
+            view_count: views.len() as u32,
             cone_outer: (angle * 0.5).cos(),
             cone_inner: (angle * 0.5 * 0.85).cos(),
             per_range2: light.range().map_or(0.0, |range| 1.0 / (range * range)),

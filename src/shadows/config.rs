@@ -2,7 +2,7 @@
 use crate::{gpu::Tier, model::ShadowSettings, stage::profile::Profile};
 
 /// Configuration of a frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
     /// The device's.
     pub tier: Tier,
@@ -14,7 +14,7 @@ pub struct Config {
 }
 
 /// Ways of working that tests and the renderer choose.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Toggles {
     /// Whether filtering lists with more pairs than fit are walked a part of their tiles at a time;
     /// otherwise the casters that do not fit are scattered.

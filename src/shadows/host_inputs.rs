@@ -17,6 +17,7 @@ pub struct HostInputs<'a> {
     pub(super) depths: &'a [HostDepth<'a>],
     /// Emitters whose particles [`Shadows::load_emitted`] has loaded.
     pub(super) emitted: &'a [EmittedSlots],
+    pub(super) area_lights: bool,
 }
 
 impl<'a> HostInputs<'a> {
@@ -41,6 +42,13 @@ impl<'a> HostInputs<'a> {
     #[must_use]
     pub fn depths(self, depths: &'a [HostDepth<'a>]) -> Self {
         Self { depths, ..self }
+    }
+
+    /// Says that [`Prepared::bind_area_lights`](crate::Prepared::bind_area_lights) follows: the kernels that it needs are
+    /// compiled with those of the maps, and are among those of [`Shadows::pending`](crate::Shadows::pending).
+    #[must_use]
+    pub fn area_lights(self) -> Self {
+        Self { area_lights: true, ..self }
     }
 
     /// Adds particles of emitters, which have been loaded.

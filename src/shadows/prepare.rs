@@ -2,12 +2,12 @@
 use super::{
     Config, Maps,
     batch::{
-        Batch,
+        Batch, BatchInputs,
         context::Context,
         plan::{self, PendingView, Plan},
         scratch::Scratch,
     },
-    casters::CasterSet,
+    casters::{CasterSet, host_casters::HostSets},
     smoothing::{blur::Blur, filter_mips::filter_mips, soften::Soften},
     statistics::Counted,
     views::{
@@ -18,11 +18,15 @@ use super::{
 use crate::{
     error::Error,
     frame::{Commands, Kernels},
-    gpu::{Allocator, Memory},
+    gpu::{Allocator, Memory, allocated},
     model::{Class, View},
     stage::features::Flags,
 };
-use std::sync::Arc;
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
+use wgpu::Buffer;
 
 /// Maps of some views, and their softening.
 #[derive(Debug)]
@@ -39,21 +43,39 @@ pub(super) struct FrameMaps {
     pub set: MapSet,
     scratch: (Arc<Scratch>, Memory),
     pub cache: MapCache,
+    made: Option<Made>,
+}
+
+/// Commands of a frame.
+#[derive(Debug)]
+pub(super) struct FrameCommands {
+    /// From casters to the maps of all views that must be rendered.
+    pub rendering: Commands,
+    /// From casters to the number of their pairs.
+    pub counting: Commands,
+    pub counted: Counted,
+    pub memory: Memory,
+}
+
+/// Commands of the last frame, and what they were made for: the next frame's where only contents differ.
+#[derive(Debug)]
+struct Made {
+    commands: Arc<FrameCommands>,
+    plans: Vec<Plan>,
+    inputs: Vec<BatchInputs>,
+    config: Config,
+    /// [`CasterSet::id`].
+    casters: u64,
 }
 
 /// A frame's maps and commands.
 pub(super) struct Frame {
     pub maps: FrameMaps,
-    /// From casters to the maps of all views that must be rendered.
-    pub commands: Commands,
-    /// From casters to the number of their pairs.
-    pub counting: Commands,
-    pub counted: Counted,
+    pub commands: Arc<FrameCommands>,
     pub pair_capacity: u32,
     /// Combinations (caster, view) that are not projected: their groups are outside the view or wholly
     /// behind an opaque surface.
     pub culled: u64,
-    pub memory: Memory,
 }
 
 /// Inputs of one frame.
@@ -70,6 +92,8 @@ pub(super) struct Request<'a> {
     pub expected: Option<u32>,
     /// The host's depth maps by view; empty if there are none.
     pub depths: &'a [Option<DepthInput>],
+    /// Number of the last frame that was prepared.
+    pub last: &'a AtomicU64,
 }
 
 /// Maps and memory of an earlier frame that are used again.
@@ -81,13 +105,17 @@ struct Reuse {
     relocated: Option<MapSet>,
     scratch: Option<(Arc<Scratch>, Memory)>,
     cache: MapCache,
+    /// The commands, if the maps keep their rectangles.
+    made: Option<Made>,
 }
 
 impl Reuse {
-    fn of(FrameMaps { set, scratch, cache }: FrameMaps, views: &[View]) -> Self {
-        let (maps, relocated) =
-            if cache.fits(views) { (Some(set), None) } else { (None, Some(set)) };
-        Self { maps, relocated, scratch: Some(scratch), cache }
+    fn of(FrameMaps { set, scratch, cache, made }: FrameMaps, views: &[View]) -> Self {
+        let scratch = Some(scratch);
+        if cache.fits(views) {
+            return Self { maps: Some(set), relocated: None, scratch, cache, made };
+        }
+        Self { maps: None, relocated: Some(set), scratch, cache, made: None }
     }
 }
 
@@ -135,7 +163,7 @@ impl<'a> Request<'a> {
     /// to their new rectangles if the number of views or a map's size differs. A view that is rendered has
     /// the same bits as in a whole frame of the same [`CasterSet`], unless pairs go past the budget.
     pub(super) fn frame(&self, earlier: Option<FrameMaps>) -> Result<Frame, Error> {
-        let &Self { queue, kernels, config, casters, views, .. } = self;
+        let &Self { queue, config, casters, views, .. } = self;
         let earlier = earlier.filter(|earlier| self.can_follow(earlier));
         let reuse = earlier.map_or_else(Reuse::default, |earlier| Reuse::of(earlier, views));
         let kept = reuse.maps.is_some();
@@ -143,7 +171,7 @@ impl<'a> Request<'a> {
         set.maps.gain = self.gain();
         set.maps.clear_sums(queue);
         let hides = config.toggles.hide.then(|| config.nodes());
-        let cache = MapCache::after(reuse.cache, casters, views, hides, self.depths);
+        let cache = reuse.cache.followed(casters, views, hides, self.depths);
         let relocation = reuse.relocated.and_then(|old| {
             let raw = old.soften.map(|soften| soften.raw);
             Relocation::new(old.maps, raw, cache.kept(), views, &set.maps)
@@ -152,12 +180,60 @@ impl<'a> Request<'a> {
         let hosts = plans.iter_mut().flat_map(|plan| &mut plan.lists);
         hosts.filter_map(|list| list.host.as_mut()).for_each(|host| host.expected = self.expected);
         let culled = culled_count(casters, cache.pending.len(), &plans);
+        let former = reuse.scratch.as_ref().map(|(scratch, _)| Arc::clone(scratch));
         let scratch = self.scratch(reuse.scratch, &mut plans)?;
         let pair_capacity = scratch.0.pair_capacity;
+        let same_scratch = former.is_some_and(|former| Arc::ptr_eq(&former, &scratch.0));
+        // Until here what the last frame returned is valid.
+        self.last.fetch_add(1, Ordering::Relaxed);
+        let made = reuse.made.filter(|made| same_scratch && self.repeats(made, &plans, &scratch.0));
+        let made = match made {
+            Some(made) => {
+                let to = made.inputs.iter().zip(&plans);
+                to.for_each(|(inputs, plan)| inputs.write(queue, plan));
+                self.kernels.shelf().iter().for_each(|shelf| shelf.overwritten());
+                Made { plans, ..made }
+            }
+            None => self.made(&set, plans, &scratch, relocation.as_ref(), kept)?,
+        };
+        let commands = Arc::clone(&made.commands);
+        let maps = FrameMaps { set, scratch, cache, made: Some(made) };
+        Ok(Frame { maps, commands, pair_capacity, culled })
+    }
+
+    /// Whether the commands of the last frame are this one's, too.
+    fn repeats(&self, made: &Made, plans: &[Plan], scratch: &Scratch) -> bool {
+        let host = self.casters.shared_host();
+        let is_of = |made: &Option<Arc<HostSets>>| {
+            made.as_ref().map(Arc::as_ptr) == host.as_ref().map(Arc::as_ptr)
+        };
+        let profile = &self.config.profile;
+        made.config == *self.config
+            && self.config.settings.mips == 0
+            && made.casters == self.casters.id()
+            && is_of(&made.commands.counted.host)
+            && made.plans.len() == plans.len()
+            && made
+                .plans
+                .iter()
+                .zip(plans)
+                .all(|(made, plan)| made.is_alike(plan, profile, scratch))
+    }
+
+    /// The commands of a frame.
+    fn made(
+        &self,
+        set: &MapSet,
+        mut plans: Vec<Plan>,
+        scratch: &(Arc<Scratch>, Memory),
+        relocation: Option<&Relocation>,
+        kept: bool,
+    ) -> Result<Made, Error> {
+        let &Self { queue, kernels, config, casters, .. } = self;
         let mut memory = casters.memory();
         memory.add_all(&set.memory);
         memory.add_all(&scratch.1);
-        if let Some(relocation) = &relocation {
+        if let Some(relocation) = relocation {
             relocation.count(&mut memory);
         }
         if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
@@ -165,29 +241,33 @@ impl<'a> Request<'a> {
             plans.iter_mut().for_each(|plan| plan.cleared = true);
         }
         let shelf = kernels.shelf();
+        shelf.iter().for_each(|shelf| shelf.turn());
         let allocator = &mut Allocator { shelf, ..Allocator::new(kernels.device(), &mut memory) };
-        let (mut commands, mut counting) = (Commands::new(), Commands::new());
-        if let Some(relocation) = &relocation {
+        let (mut rendering, mut counting) = (Commands::new(), Commands::new());
+        if let Some(relocation) = relocation {
             let raw = set.soften.as_ref().map(|soften| &soften.raw);
-            commands.append(relocation.commands(&set.maps, raw));
+            rendering.append(relocation.commands(&set.maps, raw));
         }
         let host = casters.shared_host();
         if let Some(host) = host.as_ref().filter(|_| !plans.is_empty()) {
-            commands.append(host.commands());
+            rendering.append(host.commands());
             counting.append(host.commands());
         }
-        let mut lists = Vec::new();
+        let (mut lists, mut inputs) = (Vec::new(), Vec::new());
         for plan in &plans {
             let batch = Batch::new(&mut self.context(allocator, &scratch.0), plan, set.raw())?;
-            commands.append(batch.commands);
+            rendering.append(batch.commands);
             counting.append(batch.counting);
             lists.push(batch.counters);
+            inputs.push(batch.inputs);
         }
         let is_new = relocation.is_some() || !plans.is_empty();
-        commands.append(self.smoothing(allocator, &set, &plans, is_new)?);
+        let views: Vec<_> =
+            plans.iter().zip(&inputs).map(|(plan, inputs)| (plan, &inputs.views)).collect();
+        rendering.append(self.smoothing(allocator, set, &views, is_new)?);
         let counted = Counted { lists, host };
-        let maps = FrameMaps { set, scratch, cache };
-        Ok(Frame { maps, commands, counting, counted, pair_capacity, culled, memory })
+        let commands = Arc::new(FrameCommands { rendering, counting, counted, memory });
+        Ok(Made { commands, plans, inputs, config: *config, casters: casters.id() })
     }
 
     fn pending<'b>(&'b self, cache: &'b MapCache, maps: &Maps) -> Vec<PendingView<'b>> {
@@ -223,17 +303,17 @@ impl<'a> Request<'a> {
         &self,
         allocator: &mut Allocator<'_>,
         MapSet { maps, soften, blur, .. }: &MapSet,
-        plans: &[Plan],
+        batches: &[(&Plan, &Buffer)],
         is_new: bool,
     ) -> Result<Commands, Error> {
         let &Self { kernels, casters, views, .. } = self;
         let mut commands = Commands::new();
         if let Some(soften) = soften {
             let over = casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_OVER);
-            commands.append(soften.commands(allocator, kernels, plans, maps, over)?);
+            commands.append(soften.commands(kernels, batches, maps, over)?);
         }
         if let Some(blur) = blur {
-            commands.append(blur.commands(allocator, kernels, plans, maps)?);
+            commands.append(blur.commands(kernels, batches, maps)?);
         }
         commands.append(filter_mips(allocator, kernels, views, maps, is_new)?);
         Ok(commands)
@@ -284,7 +364,9 @@ impl<'a> Request<'a> {
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
         let nodes = config.nodes();
-        let scratch = Scratch::new(&mut allocator, queue, config, plans, pairs, nodes)?;
+        let scratch = allocated(allocator.device, || {
+            Scratch::new(&mut allocator, queue, config, plans, pairs, nodes)
+        })?;
         Ok((Arc::new(scratch), memory))
     }
 }

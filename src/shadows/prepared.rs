@@ -1,7 +1,8 @@
 //! Maps of a frame in the host's hands.
 use super::{
-    Maps,
-    statistics::{Counted, Planned, Statistics},
+    LightShelf, Maps,
+    prepare::FrameCommands,
+    statistics::{Planned, Statistics},
 };
 use crate::{
     error::{Error, Input},
@@ -21,11 +22,7 @@ use std::sync::{
 pub struct Prepared {
     pub(super) queue: wgpu::Queue,
     pub(super) kernels: Kernels,
-    /// From casters to the maps of all views that must be rendered.
-    pub(super) commands: Commands,
-    /// From casters to the number of their pairs.
-    pub(super) counting: Commands,
-    pub(super) counted: Counted,
+    pub(super) commands: Arc<FrameCommands>,
     /// Number of the frame, and of the last one that was prepared.
     pub(super) frame: u64,
     pub(super) last: Arc<AtomicU64>,
@@ -39,7 +36,8 @@ pub struct Prepared {
     pub(super) views: Vec<View>,
     pub(super) settings: ShadowSettings,
     pub(super) maps: Maps,
-    pub(super) memory: Memory,
+    /// Of all frames of the `Shadows`.
+    pub(super) light_shelf: Arc<LightShelf>,
 }
 
 impl Prepared {
@@ -62,7 +60,7 @@ impl Prepared {
         timeline: &mut Timeline,
     ) -> Result<(), Error> {
         self.check_current()?;
-        self.commands.record(encoder, timeline);
+        self.commands.rendering.record(encoder, timeline);
         self.recorded.store(true, Ordering::Relaxed);
         timeline.end(encoder);
         Ok(())
@@ -72,30 +70,31 @@ impl Prepared {
     /// the next [`Self::record`] on: for hosts that alternate between two buffers.
     ///
     /// # Errors
-    /// If there is no such set, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such set, the bindings are of another layout, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
         self.check_current()?;
-        let host = self.counted.host.as_ref();
+        let host = self.commands.counted.host.as_ref();
+        let is_bound = host.map_or(Ok(false), |host| host.rebind(set, bindings))?;
         let problem = "there is none, or it has no caster";
-        let none = Input::HostCasters.invalid(set, problem);
-        host.is_some_and(|host| host.rebind(set, bindings)).then_some(()).ok_or(none)
+        is_bound.then_some(()).ok_or(Input::HostCasters.invalid(set, problem))
     }
 
     /// Like [`Self::rebind`], of the host's grid `grid`, an index, whose voxels a loader reads.
     ///
     /// # Errors
-    /// If there is no such grid, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such grid, the bindings are of another layout, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind_grid(&self, grid: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
         self.check_current()?;
-        let host = self.counted.host.as_ref();
-        let none = Input::HostGrid.invalid(grid, "there is none, or no loader reads it");
-        host.is_some_and(|host| host.rebind_grid(grid, bindings)).then_some(()).ok_or(none)
+        let host = self.commands.counted.host.as_ref();
+        let is_bound = host.map_or(Ok(false), |host| host.rebind_grid(grid, bindings))?;
+        let problem = "there is none, or no loader reads it";
+        is_bound.then_some(()).ok_or(Input::HostGrid.invalid(grid, problem))
     }
 
     /// The commands of the frame: for its export.
     #[doc(hidden)]
     pub fn commands(&self) -> &Commands {
-        &self.commands
+        &self.commands.rendering
     }
 
     /// Device and queue of the maps.
@@ -110,7 +109,7 @@ impl Prepared {
     /// Those of [`Self::record`].
     pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.check_current()?;
-        self.counting.record(encoder, &mut Timeline::untimed());
+        self.commands.counting.record(encoder, &mut Timeline::untimed());
         Ok(())
     }
 
@@ -139,6 +138,6 @@ impl Prepared {
 
     /// Bytes by buffer and texture.
     pub fn memory(&self) -> &Memory {
-        &self.memory
+        &self.commands.memory
     }
 }

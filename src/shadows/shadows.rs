@@ -1,14 +1,17 @@
 //! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
-    CasterSet, Config, HostInputs, PairCapacity, Prepared, host_grids,
+    AreaLevels, CasterSet, Config, HostInputs, LightShelf, PairCapacity, Prepared, host_grids,
     prepare::{Frame, FrameMaps, Request},
     statistics::{Planned, Statistics},
-    views::host_depths::depth_inputs,
+    views::host_depths::{DepthViews, depth_inputs},
 };
 use crate::{
     error::{Error, Input},
     frame::Kernels,
-    gpu::{FETCH_FEATURES, Kernel, KernelCache, KernelDesc, Shelf, Tier, check_alive, missing},
+    gpu::{
+        FETCH_FEATURES, Kernel, KernelCache, KernelDesc, Shelf, Tier, allocated, check_alive,
+        missing,
+    },
     model::{
         Casters, Class, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Projection,
         ShadowSettings, View,
@@ -31,6 +34,10 @@ pub struct Shadows {
     maps: Option<FrameMaps>,
     /// What else the last frame made.
     shelf: Shelf,
+    /// What binds the host's casters.
+    host_shelf: Shelf,
+    depth_views: DepthViews,
+    light_shelf: Arc<LightShelf>,
     /// Number of the last frame, to which `maps` belong.
     frame: Arc<AtomicU64>,
     capacity: PairCapacity,
@@ -94,6 +101,9 @@ impl Shadows {
             casters: None,
             maps: None,
             shelf: Shelf::new(queue),
+            host_shelf: Shelf::new(queue),
+            depth_views: DepthViews::default(),
+            light_shelf: Arc::new(LightShelf::new(queue)),
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
             statistics: Arc::default(),
@@ -111,6 +121,9 @@ impl Shadows {
             casters: None,
             maps: None,
             shelf: Shelf::new(&self.queue),
+            host_shelf: Shelf::new(&self.queue),
+            depth_views: DepthViews::default(),
+            light_shelf: Arc::new(LightShelf::new(&self.queue)),
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
             statistics: Arc::default(),
@@ -142,7 +155,8 @@ impl Shadows {
     /// Earlier [`Prepared`] values are invalid from then on; submit first what was recorded of them.
     ///
     /// # Errors
-    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost.
+    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. While maps and
+    /// scratch memory are what there is no memory for, the last [`Prepared`] stays valid.
     pub fn prepare(
         &mut self,
         casters: &Casters<'_>,
@@ -178,7 +192,7 @@ impl Shadows {
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
         check(views, settings)?;
-        let depths = depth_inputs(views, inputs.depths)?;
+        let depths = depth_inputs(views, inputs.depths, &mut self.depth_views)?;
         if settings.colored && !inputs.depths.is_empty() {
             let problem = "coloured dithering has depths by channel, which it cannot lower";
             return Err(Input::HostDepth.invalid(0, problem));
@@ -191,15 +205,14 @@ impl Shadows {
         self.capacity.budget = settings.pair_budget.min(pair_limit(device));
         self.config.settings = ShadowSettings { pair_budget: self.capacity.budget, ..*settings };
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
-        self.shelf.turn();
-        let kernels = self.kernels.with_shelf(&self.shelf);
+        let kernels = self.kernels.with_shelf(&self.host_shelf);
         set.set_host_casters(&kernels, casters.materials, inputs)?;
         let mut earlier = self.maps.take();
         if let Some(maps) = earlier.as_mut().filter(|_| self.config.toggles.sums) {
             // Sums are reset in each frame.
             maps.cache.forget();
         }
-        let number = self.frame.fetch_add(1, Ordering::Relaxed) + 1;
+        let kernels = self.kernels.with_shelf(&self.shelf);
         let request = Request {
             queue: &self.queue,
             kernels: &kernels,
@@ -209,19 +222,24 @@ impl Shadows {
             pairs: self.capacity.pairs,
             expected: self.capacity.expected(),
             depths: &depths,
+            last: &self.frame,
         };
-        let frame = request.frame(earlier)?;
+        let frame = allocated(self.kernels.device(), || request.frame(earlier))?;
+        self.light_shelf.turn();
+        if inputs.area_lights {
+            let maps = &frame.maps.set.maps;
+            AreaLevels::plan_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
+        }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
-        let Frame { maps, commands, counting, counted, pair_capacity, culled, memory } = frame;
-        self.statistics.reserve(self.kernels.device(), &counted);
+        let Frame { maps, commands, pair_capacity, culled } = frame;
+        let counted = &commands.counted;
+        self.statistics.reserve(self.kernels.device(), counted);
         let cache = &maps.cache;
         let rendered = cache.pending.len();
         let prepared = Prepared {
             queue: self.queue.clone(),
             kernels: self.kernels.clone(),
-            commands,
-            counting,
-            frame: number,
+            frame: self.frame.load(Ordering::Relaxed),
             last: Arc::clone(&self.frame),
             recorded: cache.recorded(),
             planned: Planned {
@@ -239,12 +257,12 @@ impl Shadows {
                 },
             },
             statistics: Arc::clone(&self.statistics),
-            counted,
+            commands: Arc::clone(&commands),
             tints: casters.materials.iter().any(tints),
             views: views.to_vec(),
             settings: *settings,
             maps: maps.set.maps.clone(),
-            memory,
+            light_shelf: Arc::clone(&self.light_shelf),
         };
         self.maps = Some(maps);
         Ok(prepared)
@@ -271,7 +289,8 @@ impl Shadows {
     /// Frees the casters and maps of the last frame.
     pub fn forget(&mut self) {
         (self.casters, self.maps) = (None, None);
-        self.shelf = Shelf::new(&self.queue);
+        (self.shelf, self.host_shelf) = (Shelf::new(&self.queue), Shelf::new(&self.queue));
+        self.light_shelf = Arc::new(LightShelf::new(&self.queue));
         self.frame.fetch_add(1, Ordering::Relaxed);
         self.capacity = PairCapacity::new(self.capacity.budget);
     }
@@ -296,8 +315,9 @@ impl Shadows {
         let kept = self.casters.take().and_then(|mut set| {
             (set.suffices(inputs) && set.update(queue, casters, &grids)).then_some(set)
         });
-        let set =
-            kept.map_or_else(|| CasterSet::reserving(device, queue, casters, inputs, &grids), Ok)?;
+        let new =
+            || allocated(device, || CasterSet::reserving(device, queue, casters, inputs, &grids));
+        let set = kept.map_or_else(new, Ok)?;
         Ok(self.casters.insert(set).id())
     }
 

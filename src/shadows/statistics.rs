@@ -126,7 +126,7 @@ impl Statistics {
 
     /// Records the copy of a frame's counters, if a slot is free.
     fn record(&self, encoder: &mut CommandEncoder, prepared: &Prepared) {
-        let counted = &prepared.counted;
+        let counted = &prepared.commands.counted;
         let is_free = |slot: &&mut Slot| {
             slot.state.load(SeqCst) == IDLE && slot.staging.size() >= counted.size()
         };
@@ -216,8 +216,8 @@ impl Prepared {
     pub fn counters(&self) -> Result<Counters, Error> {
         self.check_current()?;
         let (device, queue) = self.device();
-        let copy = |encoder: &mut _, to: &_| self.counted.copy(encoder, to);
-        let bytes = read(device, queue, self.counted.size(), copy)?;
+        let copy = |encoder: &mut _, to: &_| self.commands.counted.copy(encoder, to);
+        let bytes = read(device, queue, self.commands.counted.size(), copy)?;
         Ok(self.planned.counters(&bytes))
     }
 

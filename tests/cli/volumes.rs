@@ -1,4 +1,4 @@
-//! Sequences of OpenVDB files on the command line.
+//! Sequences of `OpenVDB` files on the command line.
 use super::commands::Folder;
 use crate::common::vdb::{Format, VdbGrid, file, placed};
 use gobo::glam::{DVec3, IVec3};

@@ -4,7 +4,10 @@ use super::{
     particles, shadows, submit, uploaded, views,
 };
 use crate::common::{TIERS, counted_gpu, gpu, tiers};
-use gobo::{Bounds, CasterCount, Casters, HostCasters, HostInputs, Receiver, internals::gpu::Tier};
+use gobo::{
+    Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Receiver, internals::gpu::Tier,
+    light_views,
+};
 
 const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
 
@@ -255,4 +258,35 @@ fn maps_stay_where_nothing_of_the_hosts_changed() {
     assert_eq!(rendered(Some(set.bounds(around).version(4))), 1);
     assert_eq!(rendered(None), 1, "its shadow goes");
     assert_eq!(rendered(None), 0);
+}
+
+/// Each view may see all casters of the host; memory for that is a batch's, not the frame's.
+#[test]
+fn many_views_of_many_casters_take_little_memory() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let host = HostBuffers::new(&gpu, &particles(4, 1));
+    let loader = host.loader(&shadows);
+    let materials = materials();
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    let settings = ShadowSettings { size: 128, ..ShadowSettings::default() };
+    let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
+    let mut bytes = |capacity, count: usize| {
+        let count_buffer = count_buffer(&gpu, 4);
+        let sets =
+            [HostCasters::new(&loader, &host.bindings, counted(&count_buffer, capacity), &[0])];
+        let spot = Light::spot(Vec3::Y * 5.0, Vec3::NEG_Y, 0.8);
+        let [view] = &light_views(0, &spot, settings.size, None, &bounds).unwrap()[..] else {
+            unreachable!("a spot has one view")
+        };
+        let views = vec![view.clone(); count];
+        let inputs = HostInputs::new().casters(&sets);
+        let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs).unwrap();
+        let maps = ["filters", "nearests", "opaques", "casters"];
+        let others = prepared.memory().0.iter().filter(|(name, _)| !maps.contains(name));
+        others.map(|(_, bytes)| bytes).sum::<u64>() >> 20
+    };
+    let (many, alone) = (bytes(100_000, 64), bytes(1_000_000, 1));
+    assert!(many < 60, "{many} MiB for 64 views of 100,000 casters");
+    assert!(bytes(1_000_000, 4) < alone + alone / 8, "{alone} MiB for one view of a million");
 }

@@ -3,19 +3,25 @@ use super::{HostBuffers, count_buffer, counted, materials, particles, shadows, s
 use crate::common::{TIERS, counted_gpu, gpu};
 use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Particle, Prepared, Receiver,
-    ShadowSettings, Shadows, View, glam::Vec3, light_views, wgpu,
+    ShadowSettings, Shadows, View, glam::Vec3, light_views, model::Source, wgpu,
 };
 
 const SPOTS: u32 = 16;
 
-fn spots(frame: u32) -> Vec<View> {
-    let bounds = Bounds { min: Vec3::splat(-2.5), max: Vec3::splat(2.5) };
+fn lights(frame: u32) -> Vec<Light> {
     let spot = |i: u32| {
         let angle = i as f32 * 0.39 + frame as f32 * 0.05;
         let position = Vec3::new(4.0 * angle.cos(), 4.0, 4.0 * angle.sin());
-        light_views(i as usize, &Light::spot(position, -position, 0.6), 64, None, &bounds).unwrap()
+        let source = i.is_multiple_of(2).then_some(Source::Sphere { radius: 0.1 });
+        Light { source, ..Light::spot(position, -position, 0.6) }
     };
-    (0..SPOTS).flat_map(spot).collect()
+    (0..SPOTS).map(spot).collect()
+}
+
+fn spots(frame: u32) -> Vec<View> {
+    let bounds = Bounds { min: Vec3::splat(-2.5), max: Vec3::splat(2.5) };
+    let views = (0..).zip(lights(frame));
+    views.flat_map(|(i, light)| light_views(i, &light, 64, None, &bounds).unwrap()).collect()
 }
 
 /// Buffers, textures, views of these, bind groups and pipelines that live.
@@ -37,7 +43,7 @@ fn prepare(
 ) -> Prepared {
     let materials = materials();
     let casters = Casters { particles: uploaded, materials: &materials, ..Casters::default() };
-    let inputs = HostInputs::new().casters(sets);
+    let inputs = HostInputs::new().casters(sets).area_lights();
     shadows.prepare_with(&casters, &spots(frame), settings, &inputs).unwrap()
 }
 
@@ -65,11 +71,15 @@ fn nothing_is_made_where_everything_moves() {
             let count = CasterCount::Fixed(600);
             let sets = [HostCasters::new(&loader, &host.bindings, count, &[0, 1])];
             let prepared = prepare(&mut moving, &uploaded, &sets, &settings, frame);
+            let (lights, chosen) = (lights(frame), [2, 0, 3, 5]);
+            let bound = prepared.bind_lights(&lights, &chosen).unwrap();
+            let areas = prepared.bind_area_lights(&lights, &chosen).unwrap();
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             prepared.record(&mut encoder).unwrap();
+            areas.record(&mut encoder);
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-            held.push(prepared);
+            held.push((prepared, bound, areas));
         }
         let made = living(&gpu.device) - before;
         let another = gpu.upload("counted", &[0u32], wgpu::BufferUsages::STORAGE);
@@ -106,4 +116,57 @@ fn counts_that_kernels_wrote_are_written_anew() {
         let expected = submit(&gpu, &prepare(&mut fresh, uploaded, &sets, &settings, frame));
         assert!(found == expected, "frame {frame}, of the host's: {is_host}");
     }
+}
+
+/// Frames of which only contents differ, and between them some that differ in more, are those without earlier ones.
+#[test]
+fn repeated_commands_have_the_contents_of_their_frame() {
+    let gpu = gpu(TIERS[0]);
+    let mut repeating = shadows(&gpu);
+    let all = particles(600, 6);
+    let host = HostBuffers::new(&gpu, &all[..400]);
+    let loader = host.loader(&repeating);
+    let settings = ShadowSettings { size: 64, ..ShadowSettings::default() };
+    let blurred = ShadowSettings { blur: 2, ..settings };
+    let frames = [
+        (0, 400, settings),
+        (1, 400, settings),
+        (2, 400, settings),
+        (3, 300, settings),
+        (4, 300, settings),
+        (4, 300, blurred),
+        (5, 300, blurred),
+        (6, 300, blurred),
+        (6, 300, settings),
+    ];
+    for (frame, count, settings) in frames {
+        let uploaded = &all[400..500];
+        let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(count), &[0, 1]);
+        let found = submit(&gpu, &prepare(&mut repeating, uploaded, &[set], &settings, frame));
+        let mut fresh = shadows(&gpu);
+        let expected = submit(&gpu, &prepare(&mut fresh, uploaded, &[set], &settings, frame));
+        assert!(found == expected, "frame {frame} of {count} casters, blur {}", settings.blur);
+    }
+}
+
+/// The dispatches of a batch share passes, unless each has a time.
+#[test]
+fn few_passes_render_many_views() {
+    let gpu = gpu(TIERS[0]);
+    let mut moving = shadows(&gpu);
+    let host = HostBuffers::new(&gpu, &particles(600, 4));
+    let loader = host.loader(&moving);
+    let settings = ShadowSettings { size: 16, ..ShadowSettings::default() };
+    let materials = materials();
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    let sets = [HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(600), &[0, 1])];
+    let inputs = HostInputs::new().casters(&sets);
+    let views: Vec<_> = (0..16).flat_map(spots).collect();
+    assert_eq!(views.len(), 256);
+    let mut passes = 0;
+    for _ in 0..2 {
+        let prepared = moving.prepare_with(&casters, &views, &settings, &inputs).unwrap();
+        passes = prepared.commands().pass_count();
+    }
+    assert!((4..=20).contains(&passes), "{passes} passes");
 }

@@ -1,7 +1,10 @@
 //! Kernels that the host's threads compile before a frame needs them.
 use super::{materials, particles, shadows, submit, views};
 use crate::common::{TIERS, own_gpu};
-use gobo::{Casters, HostInputs, KernelJob, Receiver, ShadowSettings, internals::gpu::Gpu};
+use gobo::{
+    Bounds, Casters, HostInputs, KernelJob, Light, Receiver, ShadowSettings, glam::Vec3,
+    internals::gpu::Gpu, light_views, model::Source,
+};
 
 fn pipelines(gpu: &Gpu) -> isize {
     gpu.device.get_internal_counters().hal.compute_pipelines.read()
@@ -68,4 +71,31 @@ fn what_threads_have_made_no_frame_makes() {
         let jobs = warm.pending(&casters, &views, &curves, &HostInputs::new()).unwrap();
         assert!(!jobs.is_empty() && jobs.iter().all(|job| !names.contains(&job.name())));
     }
+}
+
+/// Area lights, too, where the host says that it binds them.
+#[test]
+fn area_lights_compile_nothing_when_they_are_bound() {
+    let gpu = own_gpu(TIERS[0]);
+    let (particles, materials) = (particles(300, 5), materials());
+    let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
+    let bounds = Bounds { min: Vec3::splat(-2.5), max: Vec3::splat(2.5) };
+    let source = Some(Source::Sphere { radius: 0.2 });
+    let lights = [Light { source, ..Light::spot(Vec3::Y * 4.0, Vec3::NEG_Y, 0.9) }];
+    let views = light_views(0, &lights[0], 64, None, &bounds).unwrap();
+    let settings = ShadowSettings { size: 64, ..ShadowSettings::default() };
+    let mut shadows = shadows(&gpu);
+    let inputs = HostInputs::new().area_lights();
+    for job in shadows.pending(&casters, &views, &settings, &inputs).unwrap() {
+        job.run().unwrap();
+    }
+    let before = pipelines(&gpu);
+    let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs).unwrap();
+    let bound = prepared.bind_area_lights(&lights, &[0]).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    prepared.record(&mut encoder).unwrap();
+    bound.record(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    assert_eq!(pipelines(&gpu), before);
+    gpu.check().unwrap();
 }

@@ -3,9 +3,14 @@ use super::{
     HostBuffers, HostCasters, HostInputs, ShadowSettings, WGSL, count_buffer, materials, particles,
     shadows, views,
 };
-use crate::common::{TIERS, gpu, two_devices};
+use crate::common::{TIERS, gpu, own_gpu, two_devices};
 use gobo::{
-    CasterCount, Casters, Error, Material, Receiver, View, model::ShadowFilter, wgpu::BufferUsages,
+    Bounds, CasterCount, Casters, Error, Light, Material, Receiver, View,
+    glam::{UVec2, Vec3},
+    host::{FilterFormat, Input, LightMasks, MapLayout, MaskView, PointBuffers},
+    light_views,
+    model::{MaskSettings, ShadowFilter},
+    wgpu::{self, BufferUsages},
 };
 
 #[test]
@@ -130,4 +135,108 @@ fn numbers_out_of_range_are_named() {
     let casters = Casters { materials: &materials, ..Casters::default() };
     shadows(&gpu).prepare(&casters, &views, &settings).unwrap();
     assert!(gpu.check().is_ok());
+}
+
+/// A bind group of another layout is found when it is given, not when the host finishes its commands.
+#[test]
+fn bindings_of_another_layout_are_refused() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let host = HostBuffers::new(&gpu, &particles(4, 1));
+    let loader = host.loader(&shadows);
+    let layout = gpu
+        .device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[] });
+    let desc = wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &[] };
+    let other = gpu.device.create_bind_group(&desc);
+    let materials = materials();
+    let casters = Casters { materials: &materials, ..Casters::default() };
+    let mut prepare = |bindings| {
+        let sets = [HostCasters::new(&loader, bindings, CasterCount::Fixed(4), &[0])];
+        let inputs = HostInputs::new().casters(&sets);
+        shadows.prepare_with(&casters, &views(), &ShadowSettings::default(), &inputs)
+    };
+    let is_refused = |error: &Error| {
+        let of_casters = matches!(error, Error::Invalid { what: Input::HostCasters, .. });
+        of_casters && error.to_string().contains("layout")
+    };
+    assert!(is_refused(&prepare(&other).unwrap_err()));
+    let prepared = prepare(&host.bindings).unwrap();
+    assert!(is_refused(&prepared.rebind(0, &other).unwrap_err()));
+    // Where the rest of the set stays, too.
+    assert!(is_refused(&prepare(&other).unwrap_err()));
+    let prepared = prepare(&host.bindings).unwrap();
+    prepared.rebind(0, &host.bindings).unwrap();
+    super::submit(&gpu, &prepared);
+}
+
+#[test]
+fn nothing_reads_maps_that_were_taken_over() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let (materials, particles) = (materials(), particles(20, 1));
+    let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
+    let settings = ShadowSettings { size: 16, ..ShadowSettings::default() };
+    let bounds = Bounds { min: Vec3::splat(-2.5), max: Vec3::splat(2.5) };
+    let lights = [Light::spot(Vec3::Y * 4.0, Vec3::NEG_Y, 0.9)];
+    let views = light_views(0, &lights[0], 16, None, &bounds).unwrap();
+    let mut prepare = || shadows.prepare(&casters, &views, &settings).unwrap();
+    let positions = gpu.upload("positions", &[0.0_f32; 3], BufferUsages::STORAGE);
+    let points = PointBuffers { count: 1, positions: &positions, normals: None };
+    let depth = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 16, height: 16, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Depth32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let columns = views[0].clip_from_world().to_cols_array_2d();
+    let seen = MaskView::new(columns, &depth);
+    let layout = MapLayout::new(FilterFormat::Rgba8Unorm);
+    let read = |prepared: &gobo::Prepared| {
+        let masks = MaskSettings::default();
+        [
+            prepared.bind_lights(&lights, &[0]).map(drop),
+            prepared.bind_area_lights(&lights, &[0]).map(drop),
+            prepared.light_points(&lights, &[0], &points).map(drop),
+            prepared.converted(&layout).map(drop),
+            LightMasks::new().prepare(prepared, &lights, &[0], &seen, &masks),
+            prepared.rebind(0, &HostBuffers::new(&gpu, &[]).bindings),
+        ]
+    };
+    let first = prepare();
+    assert!(read(&first)[..5].iter().all(Result::is_ok));
+    let second = prepare();
+    for (i, result) in read(&first).into_iter().enumerate() {
+        assert!(matches!(result, Err(Error::Superseded)), "{i}: {result:?}");
+    }
+    assert!(read(&second)[..5].iter().all(Result::is_ok));
+    assert!(gpu.check().is_ok());
+}
+
+/// Maps that there is no memory for, and the last ones after them.
+#[test]
+fn no_memory_is_an_error_and_keeps_the_last_maps() {
+    let gpu = own_gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let (materials, particles) = (materials(), particles(200, 3));
+    let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
+    let settings = ShadowSettings { size: 64, ..ShadowSettings::default() };
+    let small = shadows.prepare(&casters, &views(), &settings).unwrap();
+    let before = super::submit(&gpu, &small);
+    // 32 GiB of filters.
+    let large: Vec<View> = (0..32)
+        .flat_map(|_| views())
+        .take(256)
+        .map(|view| View { size: UVec2::splat(4096), ..view })
+        .collect();
+    let error = shadows.prepare(&casters, &large, &settings).unwrap_err();
+    assert!(matches!(error, Error::Memory(_)), "{error}");
+    assert!(gpu.check().is_ok(), "the host's handler hears of it");
+    assert!(super::submit(&gpu, &small) == before);
+    let again = shadows.prepare(&casters, &views(), &settings).unwrap();
+    assert!(super::submit(&gpu, &again) == before);
 }

@@ -1,10 +1,14 @@
 //! Light look-up in a shader of the host.
-use super::light_points::{BLUE, RED, prepared, through};
+use super::light_points::{BLUE, RED, layers, prepared, through};
 use crate::common::{TIERS, gpu};
 use gobo::{
-    Error, Receiver,
+    Bounds, Casters, Error, HostInputs, Light, LightKind, Prepared, Receiver, ShadowSettings,
     glam::Vec3,
-    host::{Input, PointBuffers},
+    host::{Input, LightBindings, PointBuffers},
+    internals::gpu::Gpu,
+    light_views,
+    model::Source,
+    scene::Scene,
     wgpu,
 };
 use wgpu::BufferUsages;
@@ -32,80 +36,131 @@ fn look(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 "#;
 
+/// Sums of the shares of both lights at four positions, by the host's shader and by the stage.
+fn looked_up(
+    gpu: &Gpu,
+    prepared: &Prepared,
+    lights: &[Light],
+    text: &str,
+    bound: &LightBindings,
+) -> [Vec<Vec3>; 2] {
+    let device = &gpu.device;
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl((text.to_owned() + HOST).into()),
+    });
+    let own = |binding, read_only| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let own = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[own(0, true), own(1, false)],
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(&own), None, Some(&bound.layout)],
+        immediate_size: 0,
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some("look"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let vectors = [[0.0_f32, 3.0, 0.1], [0.1, 1.5, 0.1], [0.0, 0.5, 0.2], [-0.3, 0.1, 0.1]];
+    let positions = gpu.upload("positions", &vectors, BufferUsages::STORAGE);
+    let shares = gpu.storage::<[f32; 3]>("shares", 4);
+    let buffers = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &own,
+        entries: &[(0, &positions), (1, &shares)].map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        }),
+    });
+    let points = PointBuffers { count: 4, positions: &positions, normals: None };
+    let lit = prepared.light_points(lights, &[0, 1], &points).unwrap();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    prepared.record(&mut encoder).unwrap();
+    bound.record(&mut encoder);
+    lit.record(&mut encoder);
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &buffers, &[]);
+    pass.set_bind_group(2, &bound.group, &[]);
+    pass.dispatch_workgroups(1, 1, 1);
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    let shares: Vec<[f32; 3]> = gpu.read(&shares);
+    let expected: Vec<[f32; 3]> = gpu.read(lit.shares());
+    assert!(gpu.check().is_ok());
+    let sums = expected.chunks(2).map(|both| Vec3::from(both[0]) + Vec3::from(both[1]));
+    [shares.into_iter().map(Vec3::from).collect(), sums.collect()]
+}
+
+fn assert_alike([found, expected]: &[Vec<Vec3>; 2]) {
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs().max_element() < 1e-6, "{found} {expected}");
+    }
+}
+
 #[test]
 fn a_shader_of_the_hosts_sees_what_the_stage_sees() {
     let gpu = gpu(TIERS[0]);
-    let device = &gpu.device;
     for receiver in [Receiver::Nearest, Receiver::Curve] {
         let (prepared, lights) = prepared(&gpu, receiver);
         let text = prepared.maps().wgsl(2, "my_").unwrap();
         let bound = prepared.bind_lights(&lights, &[0, 1]).unwrap();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: None,
-            source: wgpu::ShaderSource::Wgsl((text + HOST).into()),
-        });
-        let own = |binding, read_only| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let own = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[own(0, true), own(1, false)],
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&own), None, Some(&bound.layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: None,
-            layout: Some(&layout),
-            module: &module,
-            entry_point: Some("look"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        let vectors = [[0.0_f32, 3.0, 0.1], [0.1, 1.5, 0.1], [0.0, 0.5, 0.2], [-0.3, 0.1, 0.1]];
-        let positions = gpu.upload("positions", &vectors, BufferUsages::STORAGE);
-        let shares = gpu.storage::<[f32; 3]>("shares", 4);
-        let buffers = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &own,
-            entries: &[(0, &positions), (1, &shares)].map(|(binding, buffer)| {
-                wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
-            }),
-        });
-        let points = PointBuffers { count: 4, positions: &positions, normals: None };
-        let lit = prepared.light_points(&lights, &[0, 1], &points).unwrap();
-        let mut encoder = device.create_command_encoder(&Default::default());
-        prepared.record(&mut encoder).unwrap();
-        lit.record(&mut encoder);
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &buffers, &[]);
-        pass.set_bind_group(2, &bound.group, &[]);
-        pass.dispatch_workgroups(1, 1, 1);
-        drop(pass);
-        gpu.queue.submit([encoder.finish()]);
-        let shares: Vec<[f32; 3]> = gpu.read(&shares);
-        let expected: Vec<[f32; 3]> = gpu.read(lit.shares());
-        for (i, share) in shares.iter().enumerate() {
-            let sum = Vec3::from(expected[2 * i]) + Vec3::from(expected[2 * i + 1]);
-            assert!(
-                (Vec3::from(*share) - sum).abs().max_element() < 1e-6,
-                "{shares:?} {expected:?}"
-            );
-        }
+        let sums = looked_up(&gpu, &prepared, &lights, &text, &bound);
+        assert_alike(&sums);
         let below = 2.0 * through(RED) * through(BLUE);
-        assert!((Vec3::from(shares[3]) - below).abs().max_element() < 2e-3, "{shares:?}");
-        assert!(gpu.check().is_ok());
+        assert!((sums[0][3] - below).abs().max_element() < 2e-3, "{sums:?}");
     }
+}
+
+/// Frame after frame in the same bind group, and in one more for a host that binds twice.
+#[test]
+fn bindings_have_the_lights_of_their_frame() {
+    let gpu = gpu(TIERS[0]);
+    let scene = layers(Receiver::Nearest);
+    let mut shadows = crate::common::shadows(&gpu);
+    let Scene { particles, materials, .. } = &scene;
+    let casters = Casters { particles, materials, ..Casters::default() };
+    let settings = ShadowSettings::default();
+    let bounds = Bounds { min: Vec3::splat(-3.0), max: Vec3::splat(3.0) };
+    let (mut groups, mut shares) = (Vec::new(), Vec::new());
+    for frame in 0..3 {
+        let mut lights = scene.lights.clone();
+        let position = Vec3::new(0.4 * frame as f32, 4.0, 0.0);
+        lights[1].kind = LightKind::Point { position };
+        lights[1].source = Some(Source::Sphere { radius: 0.2 + 0.1 * frame as f32 });
+        let views: Vec<_> = (0..)
+            .zip(&lights)
+            .flat_map(|(index, light)| light_views(index, light, 64, None, &bounds).unwrap())
+            .collect();
+        let inputs = HostInputs::new().area_lights();
+        let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs).unwrap();
+        let text = prepared.maps().area_wgsl(2, "my_").unwrap();
+        let dimmed = [Light { source: None, ..lights[0].clone() }, lights[1].clone()];
+        let bound = prepared.bind_area_lights(&lights, &[0, 1]).unwrap();
+        let other = prepared.bind_area_lights(&dimmed, &[1, 0]).unwrap();
+        assert!(bound.group != other.group, "both are alive");
+        let sums = looked_up(&gpu, &prepared, &lights, &text, &bound);
+        assert_alike(&sums);
+        groups.push(bound.group);
+        shares.push(sums[0].clone());
+    }
+    assert!(groups[0] == groups[1] && groups[1] == groups[2]);
+    assert!(shares[0] != shares[1] && shares[1] != shares[2], "the lamp moves");
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub(super) fn through(color: Vec4) -> Vec3 {
 }
 
 /// A red disc at y = 1 and a blue one at y = 2, over an opaque floor at y = 0, under a sun and a lamp.
-fn layers(receiver: Receiver) -> Scene {
+pub(super) fn layers(receiver: Receiver) -> Scene {
     let flat = Material { profile: Profile::Flat, ..material(Transfer::Filter) };
     let mut scene = empty(vec![flat, material(Transfer::Opaque)]);
     scene.particles =

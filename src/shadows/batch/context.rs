@@ -128,9 +128,16 @@ impl ChunkBuffers {
 
 /// The views of a batch in a uniform array.
 pub(crate) fn view_uniform(allocator: &mut Allocator<'_>, views: &[GpuView]) -> Buffer {
-    let mut array = views.to_vec();
-    array.resize(MAX_VIEWS, bytemuck::Zeroable::zeroed());
-    allocator.filled("views", &array, BufferUsages::UNIFORM | BufferUsages::COPY_DST)
+    let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+    allocator.filled("views", &padded(views, MAX_VIEWS), usage)
+}
+
+/// Values with zeros behind them, up to a number.
+pub(super) fn padded<T: bytemuck::Zeroable + Copy>(values: &[T], count: usize) -> Vec<T> {
+    let mut all = Vec::with_capacity(count);
+    all.extend_from_slice(values);
+    all.resize(count, T::zeroed());
+    all
 }
 
 /// Workgroups of `edge` x `edge` texels that cover the largest map of a batch, and its views in z.

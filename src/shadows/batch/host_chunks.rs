@@ -1,7 +1,7 @@
 //! Chunks of a list's host casters: their number is known on the device only.
 use crate::shadows::{
     batch::{
-        context::{ChunkBuffers, Context},
+        context::{ChunkBuffers, Context, padded},
         list_plan::{HostList, ListPlan},
     },
     casters::host_casters::{HostKinds, HostSets},
@@ -13,7 +13,6 @@ use crate::{
     records::{CullParams, Listed, MAX_VIEWS},
     stage::{bin::BinParams, features::Features, load, project::ProjectParams},
 };
-use glam::Vec4;
 use std::mem::offset_of;
 use wgpu::{Buffer, BufferUsages};
 
@@ -23,6 +22,8 @@ pub(crate) struct HostChunks {
     /// Capacity for all chunks.
     pub buffers: ChunkBuffers,
     pub kinds: HostKinds,
+    /// Six frustum planes of each view.
+    pub planes: Buffer,
     listed: Buffer,
     cull: Dispatch,
 }
@@ -44,22 +45,21 @@ impl HostChunks {
             ..CullParams::default()
         };
         let params = context.uniform("cull_params", &values);
-        let mut planes = host.planes.clone();
-        planes.resize(6 * MAX_VIEWS, Vec4::ZERO);
-        let plane_buffer = context.allocator.filled("cull_planes", &planes, BufferUsages::UNIFORM);
+        let planes = padded(&host.planes, 6 * MAX_VIEWS);
+        let planes = context.allocator.filled("cull_planes", &planes, BufferUsages::UNIFORM);
         let none = BufferUsages::empty();
         let counts = context.allocator.storage::<u32>("listed_counts", entries.into(), none)?;
         let listed = context.allocator.storage::<Listed>("listed", 1, BufferUsages::COPY_SRC)?;
         let resources = Resources::new()
             .with("cull_params", &params)
-            .with("cull_planes", &plane_buffer)
+            .with("cull_planes", &planes)
             .with("host_groups", &sets.groups)
             .with("listed_counts", &counts)
             .with("listed", &listed)
             .with("chunks", &buffers.chunks);
         let kernels = context.kernels;
         let cull = kernels.dispatch(&load::GROUPS, Features::NONE, &resources, [1, 1, 1])?;
-        Ok(Self { buffers, kinds: host.kinds, listed, cull })
+        Ok(Self { buffers, planes, kinds: host.kinds, listed, cull })
     }
 
     /// The culling of the groups against each view. The number of footprints goes to the parameters of bin

@@ -1,10 +1,6 @@
 //! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use crate::shadows::batch::{
-    context::{ChunkBuffers, Context},
-    host_chunks::HostChunks,
-    list_plan::ListPlan,
-    parts::Parts,
-    scratch::Scratch,
+    context::Context, host_chunks::HostChunks, list_plan::ListPlan, parts::Parts, scratch::Scratch,
 };
 use crate::{
     error::Error,
@@ -54,8 +50,10 @@ pub(crate) struct List {
     pub sorted_pairs: usize,
     /// The parts of its tiles, where the pairs may not fit.
     pub parts: Option<Parts>,
+    /// Chunks of Gaussians, particles and triangles.
+    pub chunks: [Option<Buffer>; 3],
     /// Chunks of host casters, whose number is known on the device only.
-    pub host_chunks: Option<ChunkBuffers>,
+    pub host_chunks: Option<HostChunks>,
     pub counters: Buffer,
 }
 
@@ -182,7 +180,8 @@ impl List {
             tiles,
             sorted_pairs: sorted[1],
             parts,
-            host_chunks: host.map(|host| host.buffers),
+            chunks: chunks.map(|(_, buffers)| buffers.map(|buffers| buffers.chunks)),
+            host_chunks: host,
             counters,
         })
     }

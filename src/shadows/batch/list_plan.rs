@@ -1,5 +1,6 @@
 //! The casters that a list of a batch projects.
 use crate::shadows::{
+    batch::scratch::Scratch,
     casters::{
         CasterSet,
         groups::Kind,
@@ -130,6 +131,34 @@ impl ListPlan {
         }
         self.triangle_chunks = rest;
         taken
+    }
+
+    /// Whether the commands of `other` are this one's, too: see [`Plan::is_alike`](super::plan::Plan::is_alike).
+    pub(crate) fn is_alike(
+        &self,
+        other: &Self,
+        profile: &Profile,
+        scratch: &Scratch,
+        tile_count: u32,
+    ) -> bool {
+        let (shape, capacity) = (profile.shape, scratch.pair_capacity);
+        let decided = |list: &Self| {
+            let chunks = [
+                &list.gaussian_chunks,
+                &list.particle_chunks,
+                &list.tiny_chunks,
+                &list.triangle_chunks,
+            ];
+            (
+                (list.filters, list.camera, list.features, chunks.map(Vec::len)),
+                (list.footprint_count, list.gaussian_count, list.first_setup),
+                list.has_segments(profile),
+                (list.may_overflow(shape, capacity), list.may_part(shape, capacity)),
+                list.most_parts(scratch.part_room, tile_count),
+                list.host.as_ref().map(HostList::shape),
+            )
+        };
+        decided(self) == decided(other)
     }
 
     /// Whether segments are composed one by one.
@@ -272,6 +301,11 @@ pub(crate) struct HostList {
 }
 
 impl HostList {
+    /// All but the planes.
+    fn shape(&self) -> (Range<u32>, u32, u32, usize) {
+        (self.groups.clone(), self.first_footprint, self.capacity, self.planes.len())
+    }
+
     /// Number of (view, group) combinations.
     pub(crate) fn entry_count(&self) -> u32 {
         self.view_count() * self.groups.len() as u32

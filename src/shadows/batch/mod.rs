@@ -20,7 +20,7 @@ use crate::shadows::{
     },
     views::maps::Maps,
 };
-use crate::{error::Error, frame::Commands};
+use crate::{error::Error, frame::Commands, stage::project::Chunk};
 use walk::Walk;
 use wgpu::Buffer;
 
@@ -33,6 +33,52 @@ pub(in crate::shadows) struct Batch {
     pub counting: Commands,
     /// Counters of the blocking and of the filtering list.
     pub counters: [Buffer; 2],
+    pub inputs: BatchInputs,
+}
+
+/// Buffers of a batch whose contents its plan alone decides.
+#[derive(Debug)]
+pub(in crate::shadows) struct BatchInputs {
+    pub views: Buffer,
+    lists: [ListInputs; 2],
+    tiny_chunks: Option<Buffer>,
+    small_chunks: Option<Buffer>,
+    imports: Vec<Buffer>,
+    /// Whether our own opaque casters render the batch's depths in each frame.
+    is_rendered: bool,
+}
+
+#[derive(Debug)]
+struct ListInputs {
+    /// Of Gaussians, particles and triangles.
+    chunks: [Option<Buffer>; 3],
+    /// Frustum planes for the host's casters.
+    planes: Option<Buffer>,
+}
+
+impl BatchInputs {
+    /// Writes the contents for another plan, which is [alike](Plan::is_alike).
+    pub(in crate::shadows) fn write(&self, queue: &wgpu::Queue, plan: &Plan) {
+        fn write<T: bytemuck::NoUninit>(queue: &wgpu::Queue, to: &Buffer, values: &[T]) {
+            queue.write_buffer(to, 0, bytemuck::cast_slice(values));
+        }
+        let chunks = |to: &Option<Buffer>, chunks: &[Chunk]| {
+            to.iter().for_each(|to| write(queue, to, chunks));
+        };
+        write(queue, &self.views, &plan.views);
+        for (inputs, list) in self.lists.iter().zip(&plan.lists) {
+            let all = [&list.gaussian_chunks, &list.particle_chunks, &list.triangle_chunks];
+            inputs.chunks.iter().zip(all).for_each(|(to, all)| chunks(to, all));
+            if let Some((planes, host)) = inputs.planes.as_ref().zip(list.host.as_ref()) {
+                write(queue, planes, &host.planes);
+            }
+        }
+        chunks(&self.tiny_chunks, &plan.lists[1].tiny_chunks);
+        chunks(&self.small_chunks, &plan.small_chunks);
+        for (to, (view, input)) in self.imports.iter().zip(&plan.depths) {
+            write(queue, to, &[import::params(&plan.views[*view], input, self.is_rendered)]);
+        }
+    }
 }
 
 impl Batch {
@@ -46,7 +92,7 @@ impl Batch {
         let mut list =
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, tile_count);
         let (blocking, filtering) = (list(0)?, list(1)?);
-        let small = small_triangles(context, plan, &views)?;
+        let (small, small_chunks) = small_triangles(context, plan, &views)?.unzip();
         // Without opaque casters the opaque depth of new maps stays 1, as `Maps` initialised it.
         let has_old_depths = plan.kept && small.is_none();
         let by_channel = maps.colored.is_some() && small.is_some();
@@ -73,20 +119,30 @@ impl Batch {
         if reads_blocking {
             commands.append(walk(&blocking, 0, Vec::new()).commands(context)?);
         }
-        let imports = imports(context, maps, &plan.views, &plan.depths, is_rendered)?;
-        if !imports.is_empty() {
-            commands.pass("gobo import", imports);
+        let (dispatches, imports): (Vec<_>, Vec<_>) =
+            imports(context, maps, &plan.views, &plan.depths, is_rendered)?.into_iter().unzip();
+        if !dispatches.is_empty() {
+            commands.pass("gobo import", dispatches);
         }
+        let mut tiny_chunks = None;
         if reads_filtering {
             let mut tiny = Vec::new();
             if context.scatters(&plan.lists[1]) {
-                tiny.extend(context.chunk_buffers(&plan.lists[1], &plan.lists[1].tiny_chunks)?);
-                tiny.extend(filtering.host_chunks.clone());
+                let uploaded = context.chunk_buffers(&plan.lists[1], &plan.lists[1].tiny_chunks)?;
+                tiny_chunks = uploaded.as_ref().map(|uploaded| uploaded.chunks.clone());
+                tiny.extend(uploaded);
+                tiny.extend(filtering.host_chunks.as_ref().map(|host| host.buffers.clone()));
             }
             commands.append(walk(&filtering, 1, tiny).commands(context)?);
         }
         let mut counting = blocking.counting();
         counting.append(filtering.counting());
-        Ok(Self { commands, counting, counters: [blocking.counters, filtering.counters] })
+        let counters = [&blocking, &filtering].map(|list| list.counters.clone());
+        let lists = [blocking, filtering].map(|list| ListInputs {
+            chunks: list.chunks,
+            planes: list.host_chunks.map(|host| host.planes),
+        });
+        let inputs = BatchInputs { views, lists, tiny_chunks, small_chunks, imports, is_rendered };
+        Ok(Self { commands, counting, counters, inputs })
     }
 }

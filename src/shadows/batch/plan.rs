@@ -1,7 +1,7 @@
 //! Plan of a frame, made on the CPU: its batches, and the casters that each of their lists projects.
 use crate::shadows::{
     Config,
-    batch::list_plan::ListPlan,
+    batch::{list_plan::ListPlan, scratch::Scratch},
     casters::{CasterSet, TriangleExtent, groups::Group},
     cull::{PairBound, TileLoadBound},
     views::host_depths::DepthInput,
@@ -12,6 +12,7 @@ use crate::{
     records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
         features::{Features, Flags},
+        profile::Profile,
         project::Chunk,
     },
     view::atlas::MapPlace,
@@ -20,6 +21,11 @@ use std::ops::RangeInclusive;
 
 /// Most tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
 const MAX_TILES: u32 = 65536;
+
+/// Footprints of the host's casters that a frame has room for at once, 60 bytes each. Each view has room for all casters,
+/// whatever it sees: of more, it has room for fewer, and more views take more batches, not more memory.
+const HOST_FOOTPRINTS: u64 = 3 << 19;
+const FEWER_HOST_FOOTPRINTS: u64 = 1 << 19;
 
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
 /// for the nearest casters and the rest.
@@ -70,14 +76,16 @@ pub(crate) fn batches(
     kept: bool,
 ) -> Result<Vec<Plan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
+    let host = |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
+    let of_host = host(0).max(host(1)) * views.len() as u64;
+    let most_together =
+        if of_host > HOST_FOOTPRINTS { FEWER_HOST_FOOTPRINTS } else { most_footprints };
     let mut plans = Vec::new();
     let mut batch = Vec::new();
     let mut footprints = [0; 2];
     let mut tile_count = 0;
     for pending in views {
         let PendingView { view, place, groups, .. } = *pending;
-        let host =
-            |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
         let listed = [0, 1].map(|i| count(casters, groups, &Class::LISTS[i]) + host(i));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {
@@ -94,7 +102,7 @@ pub(crate) fn batches(
             || batch.first().is_some_and(|(v, _): &(GpuView, PendingView<'_>)| {
                 v.perspective != gpu_view.perspective
             })
-            || (0..2).any(|i| footprints[i] + listed[i] > most_footprints);
+            || (0..2).any(|i| footprints[i] + listed[i] > most_together);
         if full && !batch.is_empty() {
             plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, config, kept));
             (tile_count, footprints) = (0, [0; 2]);
@@ -140,6 +148,27 @@ impl Plan {
         };
         let listed: u64 = self.lists.iter().map(|list| u64::from(uploaded(list))).sum();
         listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
+    }
+
+    /// Whether the commands of `other` are this one's, too, with the same scratch memory: they differ in the
+    /// contents of the [inputs](super::BatchInputs).
+    pub(crate) fn is_alike(&self, other: &Self, profile: &Profile, scratch: &Scratch) -> bool {
+        let place =
+            |view: &GpuView| (view.first_tile, view.tiles_x, view.size, view.origin, view.layer);
+        let same_depths = |((a, of_a), (b, of_b)): (&(usize, DepthInput), &(usize, DepthInput))| {
+            (a, of_a.instead, &of_a.texture) == (b, of_b.instead, &of_b.texture)
+        };
+        self.views.iter().map(place).eq(other.views.iter().map(place))
+            && (self.tile_count, self.kept, self.cleared, self.camera)
+                == (other.tile_count, other.kept, other.cleared, other.camera)
+            && self.small_chunks.len() == other.small_chunks.len()
+            && self.depths.len() == other.depths.len()
+            && self.depths.iter().zip(&other.depths).all(same_depths)
+            && self
+                .lists
+                .iter()
+                .zip(&other.lists)
+                .all(|(list, other)| list.is_alike(other, profile, scratch, self.tile_count))
     }
 
     fn new(

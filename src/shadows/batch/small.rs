@@ -17,12 +17,12 @@ use crate::{
 };
 use wgpu::Buffer;
 
-/// Commands that write the small triangles of a batch; `None` if there are none.
+/// Commands that write the small triangles of a batch, and the buffer of their chunks; `None` if there are none.
 pub(in crate::shadows) fn small_triangles(
     context: &mut Context<'_, '_>,
     plan: &Plan,
     views: &Buffer,
-) -> Result<Option<Commands>, Error> {
+) -> Result<Option<(Commands, Buffer)>, Error> {
     const LABEL: &str = "gobo occlude";
     let SmallDepths { depths, far } = &context.scratch.small;
     let Some(far) = far.as_ref().filter(|_| !plan.small_chunks.is_empty()) else {
@@ -38,7 +38,7 @@ pub(in crate::shadows) fn small_triangles(
     let bytes = u64::from(plan.tile_count * TILE_SIZE * TILE_SIZE) * 4;
     commands.copy_buffer(LABEL, (far, 0), (depths, 0), bytes);
     commands.pass(LABEL, [small]);
-    Ok(Some(commands))
+    Ok(Some((commands, buffers.chunks)))
 }
 
 /// Copies the depths to the maps of `views`, for batches without other opaque casters.

@@ -52,7 +52,8 @@ impl Walk<'_> {
         // Segments of a tile, or its pairs and scattered casters, are merged; tiles of curves read scattered
         // casters themselves.
         let may_scatter = !tiny.is_empty() || overflows;
-        let merges = plan.has_segments(&context.config.profile) || (may_scatter && features.nodes == 0);
+        let merges =
+            plan.has_segments(&context.config.profile) || (may_scatter && features.nodes == 0);
 
         let [x, y, _] = bin::tile_grid(self.tile_count);
         let shares = context.config.profile.tile_shares(kernels.tiles);

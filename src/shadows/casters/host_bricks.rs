@@ -1,6 +1,6 @@
 //! Grids of voxels in the host's textures and buffers: their bricks as casters.
 use crate::shadows::{
-    casters::{CasterSet, check::material_problem},
+    casters::{CasterSet, check::material_problem, host_casters},
     host_grids::{HostGrid, VoxelSource},
 };
 use crate::{
@@ -41,12 +41,12 @@ pub(super) fn check(grids: &[HostGrid<'_>], materials: &[Material]) -> Result<()
 }
 
 impl HostBricks {
-    /// `bricks`, `first_slot`: as uploaded; `counters`: those of the host's casters.
+    /// `index`: of the grid; `bricks`, `first_slot`: as uploaded; `counters`: those of the host's casters.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         kernels: &Kernels,
         set: &CasterSet,
-        of_host: &HostGrid<'_>,
+        (index, of_host): (usize, &HostGrid<'_>),
         (bricks, first_slot): (&[Particle], u32),
         counters: &Buffer,
     ) -> Result<Self, Error> {
@@ -86,6 +86,7 @@ impl HostBricks {
             VoxelSource::Loader(loader, bindings) => {
                 let kernel = loader.kernel.clone();
                 let dispatch = kernels.dispatch_of(kernel, &resources, groups)?;
+                host_casters::check(Input::HostGrid, index, &dispatch, bindings)?;
                 dispatch.with_host(HostBindings::new(bindings))
             }
         };

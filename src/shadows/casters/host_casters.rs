@@ -41,6 +41,8 @@ pub(crate) struct HostSets {
     pub first_caster: u32,
     /// Spans by list.
     pub spans: [HostSpan; 2],
+    /// What the materials say of Gaussians; empty without Gaussians.
+    looks: Vec<GaussianLook>,
 }
 
 /// Host casters of a list.
@@ -82,7 +84,19 @@ impl HostKinds {
 struct HostSet {
     /// Index among the host's sets; `None` of a grid.
     index: Option<usize>,
+    /// Index in [`Class::LISTS`].
+    list: usize,
     load: Dispatch,
+    capacity: u32,
+    /// Buffer of the count and index in it; `None` of a fixed count.
+    counts: (Option<Buffer>, u32),
+    materials: Vec<u32>,
+    kinds: HostKinds,
+}
+
+/// What the host says of a set or grid in each frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HostSeen {
     kinds: HostKinds,
     bounds: Option<Bounds>,
     version: Option<u64>,
@@ -135,11 +149,11 @@ pub(in crate::shadows) fn record_count(inputs: &HostInputs<'_>) -> u32 {
 struct Given<'a> {
     /// Index among the host's sets; `None` of a grid.
     index: Option<usize>,
+    /// Index in [`Class::LISTS`].
+    list: usize,
     count: CasterCount<'a>,
     materials: &'a [u32],
     kinds: HostKinds,
-    bounds: Option<Bounds>,
-    version: Option<u64>,
     source: Source<'a>,
 }
 
@@ -149,21 +163,19 @@ enum Source<'a> {
 }
 
 impl<'a> Given<'a> {
-    fn of_set(index: usize, set: &'a HostCasters<'a>) -> Self {
-        let &HostCasters { loader, count, materials, bounds, version, .. } = set;
+    fn of_set(index: usize, list: usize, set: &'a HostCasters<'a>) -> Self {
+        let &HostCasters { loader, count, materials, .. } = set;
         let kinds = HostKinds { gaussians: loader.gaussians, particles: !loader.gaussians };
-        let source = Source::Set(set);
-        Self { index: Some(index), count, materials, kinds, bounds, version, source }
+        Self { index: Some(index), list, count, materials, kinds, source: Source::Set(set) }
     }
 
     fn of_grid(grid: &'a HostGrid<'a>, bricks: &'a HostBricks) -> Self {
         Self {
             index: None,
+            list: 1,
             count: CasterCount::Fixed(bricks.count),
             materials: std::slice::from_ref(&grid.grid.material),
             kinds: HostKinds { gaussians: false, particles: true },
-            bounds: Some(grid.bounds()),
-            version: grid.version,
             source: Source::Bricks(bricks),
         }
     }
@@ -190,6 +202,73 @@ impl<'a> Given<'a> {
 }
 
 impl HostSets {
+    /// Whether these are the sets of `inputs`, whose bindings then are theirs, too: with the same loaders, counts and
+    /// materials, and no grids.
+    pub(super) fn follow(
+        &self,
+        materials: &[Material],
+        first_caster: u32,
+        inputs: &HostInputs<'_>,
+    ) -> Result<bool, Error> {
+        let given = inputs.casters;
+        let own = given.iter().enumerate().filter(|(_, set)| set.count.capacity() > 0);
+        let looks = materials.iter().map(GaussianLook::new);
+        let keeps_looks = self.looks.is_empty() || looks.eq(self.looks.iter().copied());
+        if self.first_caster != first_caster
+            || own.clone().count() != self.sets.len()
+            || !inputs.grids.is_empty()
+            || !keeps_looks
+        {
+            return Ok(false);
+        }
+        for (index, casters) in own {
+            let list = list_of(index, casters, materials)?;
+            let Some(set) = self.set(index) else { return Ok(false) };
+            let (counts, at) = casters.count.buffer();
+            let is_alike = set.list == list
+                && set.load.kernel == casters.loader.kernel
+                && set.capacity == casters.count.capacity()
+                && (set.counts.0.as_ref(), set.counts.1) == (counts, at)
+                && set.materials == casters.materials;
+            if !is_alike {
+                return Ok(false);
+            }
+            check(Input::HostCasters, index, &set.load, casters.bindings)?;
+        }
+        for set in &self.sets {
+            if let (Some(index), Some(host)) = (set.index, &set.load.host) {
+                host.replace(given[index].bindings);
+            }
+        }
+        Ok(true)
+    }
+
+    fn set(&self, index: usize) -> Option<&HostSet> {
+        self.sets.iter().find(|set| set.index == Some(index))
+    }
+
+    /// What `inputs` say of each set, in their order: of the grids last.
+    pub(super) fn seen<'a>(
+        &'a self,
+        inputs: &'a HostInputs<'_>,
+    ) -> impl Iterator<Item = HostSeen> + 'a {
+        let mut grids = inputs.grids.iter();
+        self.sets.iter().filter_map(move |set| {
+            let kinds = set.kinds;
+            match set.index {
+                Some(index) => {
+                    let HostCasters { bounds, version, .. } = inputs.casters[index];
+                    Some(HostSeen { kinds, bounds, version })
+                }
+                None => grids.next().map(|grid| HostSeen {
+                    kinds,
+                    bounds: Some(grid.bounds()),
+                    version: grid.version,
+                }),
+            }
+        })
+    }
+
     /// Binds the sets and grids to the records that [`record_count`] has reserved. `None` without any.
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
@@ -202,10 +281,9 @@ impl HostSets {
         let none = BufferUsages::empty();
         let mut by_list = [Vec::new(), Vec::new()];
         for (index, casters) in inputs.casters.iter().enumerate() {
-            casters.check(index)?;
             let list = list_of(index, casters, materials)?;
             if casters.count.capacity() > 0 {
-                by_list[list].push(Given::of_set(index, casters));
+                by_list[list].push(Given::of_set(index, list, casters));
             }
         }
         if by_list.iter().all(Vec::is_empty) && inputs.grids.is_empty() {
@@ -213,7 +291,7 @@ impl HostSets {
         }
         let counters =
             allocator.storage::<LoadCounters>("host_counters", 1, BufferUsages::COPY_SRC)?;
-        let of_grids = inputs.grids.iter().zip(set.bricks.of_host());
+        let of_grids = inputs.grids.iter().enumerate().zip(set.bricks.of_host());
         let mut bind_grid =
             |(grid, bricks)| HostBricks::new(allocator, kernels, set, grid, bricks, &counters);
         let bricks = of_grids.map(&mut bind_grid).collect::<Result<Vec<_>, _>>()?;
@@ -223,10 +301,13 @@ impl HostSets {
         let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
         // Bound in place of the counts of sets with a fixed count, which are never read.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
-        let looks = all.clone().any(|given| given.kinds.gaussians).then(|| {
-            let mut looks: Vec<_> = materials.iter().map(GaussianLook::new).collect();
-            looks.resize(MAX_MATERIALS, GaussianLook::default());
-            allocator.filled("gaussian_looks", &looks, BufferUsages::UNIFORM)
+        let has_gaussians = all.clone().any(|given| given.kinds.gaussians);
+        let of_gaussians = if has_gaussians { materials } else { &[] };
+        let looks: Vec<_> = of_gaussians.iter().map(GaussianLook::new).collect();
+        let bound_looks = has_gaussians.then(|| {
+            let mut padded = looks.clone();
+            padded.resize(MAX_MATERIALS, GaussianLook::default());
+            allocator.filled("gaussian_looks", &padded, BufferUsages::UNIFORM)
         });
         let first_caster = set.host_records.start;
         let (mut first_group, mut first_axes) = (0, first_caster + total * CHUNK_SIZE);
@@ -249,12 +330,18 @@ impl HostSets {
             let workgroups = grid(own.group_count);
             let load = match given.source {
                 Source::Set(set) => {
-                    let looks = looks.as_ref().filter(|_| given.kinds.gaussians);
+                    let of_looks = bound_looks.as_ref().filter(|_| given.kinds.gaussians);
                     let of_looks =
-                        looks.map(|looks| Resources::new().with("gaussian_looks", looks));
+                        of_looks.map(|looks| Resources::new().with("gaussian_looks", looks));
                     let resources = of_looks.iter().fold(resources, Resources::and);
                     let kernel = set.loader.kernel.clone();
                     let load = kernels.dispatch_of(kernel, &resources, workgroups)?;
+                    check(
+                        Input::HostCasters,
+                        given.index.unwrap_or_default(),
+                        &load,
+                        set.bindings,
+                    )?;
                     load.with_host(HostBindings::new(set.bindings))
                 }
                 Source::Bricks(bricks) => {
@@ -262,8 +349,11 @@ impl HostSets {
                     kernels.dispatch(&load::BRICKS, Features::NONE, &resources, workgroups)?
                 }
             };
-            let &Given { index, kinds, bounds, version, .. } = given;
-            Ok::<_, Error>(HostSet { index, load, kinds, bounds, version })
+            let (counts, at) = given.count.buffer();
+            let counts = (counts.cloned(), at);
+            let (capacity, materials) = (own.capacity, given.materials.to_vec());
+            let &Given { index, list, kinds, .. } = given;
+            Ok::<_, Error>(HostSet { index, list, load, capacity, counts, materials, kinds })
         };
         let sets = all.map(&mut bind).collect::<Result<_, _>>()?;
         let mut end = 0;
@@ -275,22 +365,7 @@ impl HostSets {
             HostSpan { groups: start..end, capacity, kinds }
         });
         let packs = bricks.into_iter().map(|bricks| bricks.pack).collect();
-        Ok(Some(Arc::new(Self { packs, sets, groups, counters, first_caster, spans })))
-    }
-
-    /// Identity and version of each set that a view may see.
-    pub(in crate::shadows) fn versions<'a>(
-        &'a self,
-        view: &GpuView,
-    ) -> impl Iterator<Item = (usize, Option<u64>)> + use<'a> {
-        let [facing, gaussians] = [false, true]
-            .map(|gaussians| HostKinds { gaussians, particles: !gaussians }.frustum(view));
-        let sees = move |set: &HostSet| {
-            let frustum = if set.kinds.gaussians { &gaussians } else { &facing };
-            set.bounds.as_ref().and_then(widened).is_none_or(|bounds| frustum.sees(&bounds))
-        };
-        let seen = self.sets.iter().enumerate().filter(move |(_, set)| sees(set));
-        seen.map(|(index, set)| (index, set.version))
+        Ok(Some(Arc::new(Self { packs, sets, groups, counters, first_caster, spans, looks })))
     }
 
     /// The loading: records and boxes from the contents of the host's buffers at that time.
@@ -303,16 +378,56 @@ impl HostSets {
     }
 
     /// Replaces the host's bindings of one of its sets. Returns whether the set exists.
-    pub(in crate::shadows) fn rebind(&self, index: usize, bindings: &BindGroup) -> bool {
-        let set = self.sets.iter().find(|set| set.index == Some(index));
-        let host = set.and_then(|set| set.load.host.as_ref());
-        host.map(|host| host.replace(bindings)).is_some()
+    pub(in crate::shadows) fn rebind(
+        &self,
+        index: usize,
+        bindings: &BindGroup,
+    ) -> Result<bool, Error> {
+        rebound(Input::HostCasters, index, self.set(index).map(|set| &set.load), bindings)
     }
 
     /// Replaces the host's bindings of one of its grids. Returns whether a loader reads it.
-    pub(in crate::shadows) fn rebind_grid(&self, index: usize, bindings: &BindGroup) -> bool {
-        let host = self.packs.get(index).and_then(|pack| pack.host.as_ref());
-        host.map(|host| host.replace(bindings)).is_some()
+    pub(in crate::shadows) fn rebind_grid(
+        &self,
+        index: usize,
+        bindings: &BindGroup,
+    ) -> Result<bool, Error> {
+        rebound(Input::HostGrid, index, self.packs.get(index), bindings)
+    }
+}
+
+/// Replaces the host's bindings of a loader. Returns whether it has any.
+fn rebound(
+    input: Input,
+    index: usize,
+    load: Option<&Dispatch>,
+    bindings: &BindGroup,
+) -> Result<bool, Error> {
+    let Some((load, host)) = load.and_then(|load| Some((load, load.host.as_ref()?))) else {
+        return Ok(false);
+    };
+    check(input, index, load, bindings)?;
+    host.replace(bindings);
+    Ok(true)
+}
+
+/// Whether bindings of the host are of its loader's layout.
+pub(super) fn check(
+    input: Input,
+    index: usize,
+    load: &Dispatch,
+    bindings: &BindGroup,
+) -> Result<(), Error> {
+    let problem = "its bind group is not of the layout that its loader was made for";
+    load.takes(bindings).then_some(()).ok_or(input.invalid(index, problem))
+}
+
+impl HostSeen {
+    /// The set's version, if a view may see it.
+    pub(super) fn version(&self, view: &GpuView) -> Option<Option<u64>> {
+        let bounds = self.bounds.as_ref().and_then(widened);
+        let frustum = self.kinds.frustum(view);
+        bounds.is_none_or(|bounds| frustum.sees(&bounds)).then_some(self.version)
     }
 }
 

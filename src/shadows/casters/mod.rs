@@ -19,7 +19,7 @@ use crate::shadows::cull::Occluders;
 use crate::shadows::{
     casters::{
         groups::{Group, Groups, Members, next_generation, sort_by_place},
-        host_casters::{HostSets, record_count},
+        host_casters::{HostSeen, HostSets, record_count},
     },
     host_inputs::HostInputs,
 };
@@ -77,6 +77,8 @@ pub struct CasterSet {
     features: [Features; CLASSES],
     /// Sets in the host's buffers.
     host: Option<Arc<HostSets>>,
+    /// What the host says of each set.
+    host_seen: Vec<HostSeen>,
     /// Records reserved for the host's casters, behind the uploaded ones.
     host_records: Range<u32>,
     /// Particles of emitters, behind those.
@@ -289,6 +291,7 @@ impl CasterSet {
             triangle_ranges,
             features,
             host: None,
+            host_seen: Vec::new(),
             host_records,
             emitted,
             owners,
@@ -319,20 +322,41 @@ impl CasterSet {
             && self.emitted.iter().map(|emitter| &emitter.slots).eq(inputs.emitted)
     }
 
-    /// Replaces the host's sets. `materials`: those of the uploaded casters.
+    /// Replaces the host's sets, except where they are like those before. `materials`: those of the uploaded
+    /// casters.
     pub(super) fn set_host_casters(
         &mut self,
         kernels: &Kernels,
         materials: &[Material],
         inputs: &HostInputs<'_>,
     ) -> Result<(), Error> {
-        let mut memory = Memory::default();
-        let shelf = kernels.shelf();
-        let mut allocator = Allocator { shelf, ..Allocator::new(kernels.device(), &mut memory) };
-        self.host = HostSets::new(&mut allocator, kernels, self, materials, inputs)?;
-        self.host_memory = memory;
+        inputs.casters.iter().enumerate().try_for_each(|(index, set)| set.check(index))?;
+        let follows = match &self.host {
+            Some(sets) => sets.follow(materials, self.host_records.start, inputs)?,
+            None => false,
+        };
+        if !follows {
+            let (mut memory, shelf) = (Memory::default(), kernels.shelf());
+            shelf.iter().for_each(|shelf| shelf.turn());
+            let mut allocator =
+                Allocator { shelf, ..Allocator::new(kernels.device(), &mut memory) };
+            self.host = HostSets::new(&mut allocator, kernels, self, materials, inputs)?;
+            self.host_memory = memory;
+        }
+        self.host_seen.clear();
+        self.host_seen.extend(self.host.iter().flat_map(|sets| sets.seen(inputs)));
         add_host_features(&mut self.features, materials, inputs);
         Ok(())
+    }
+
+    /// Identity and version of each of the host's sets that a view may see.
+    pub(super) fn host_versions<'a>(
+        &'a self,
+        view: &GpuView,
+    ) -> impl Iterator<Item = (usize, Option<u64>)> + use<'a> {
+        let view = *view;
+        let sets = self.host_seen.iter().enumerate();
+        sets.filter_map(move |(index, seen)| Some((index, seen.version(&view)?)))
     }
 
     pub(crate) fn host(&self) -> Option<&HostSets> {

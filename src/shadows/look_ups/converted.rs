@@ -3,7 +3,7 @@ use crate::shadows::{Prepared, views::host_depths::HostCamera};
 use crate::{
     error::{Error, Input},
     frame::{Commands, Dispatch},
-    gpu::{Allocator, Memory, Timeline},
+    gpu::{Allocator, Memory, Timeline, allocated},
     records::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT},
     stage::import,
 };
@@ -59,8 +59,14 @@ impl Prepared {
     /// Converts the filters of all views to another layout; rectangles stay those of [`Maps`](crate::Maps).
     ///
     /// # Errors
-    /// If the format has no alpha for the depth, a camera is invalid, or the device is out of memory.
+    /// If the format has no alpha for the depth, a camera is invalid, a later `prepare` has taken the maps over, or the
+    /// device is out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
+        self.check_current()?;
+        allocated(self.device().0, || self.conversion(layout))
+    }
+
+    fn conversion(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
         let invalid = |index, problem| Input::MapLayout.invalid(index, problem);
         let (format, number) = match layout.format {

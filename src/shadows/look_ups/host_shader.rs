@@ -2,18 +2,25 @@
 use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
     error::{Error, Input},
-    gpu::{Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory, Timeline},
+    gpu::{
+        Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory, Shelf,
+        Timeline, allocated, bind_host_part,
+    },
     model::Light,
     stage::{
         features::{Features, Flags},
         levels::{IN_REGISTERS, OF_AREA, OF_POINT},
     },
 };
-use std::sync::LazyLock;
+use std::sync::{
+    LazyLock,
+    atomic::{AtomicU32, Ordering},
+};
 use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
 
-/// Bindings of the declarations of [`Maps::wgsl`]. Valid until the maps are made anew: bind again after
-/// each [`prepare`](crate::Shadows::prepare).
+/// Bindings of the declarations of [`Maps::wgsl`], for one frame: bind again after each
+/// [`prepare`](crate::Shadows::prepare). Layout and group stay the same ones while no size changes, and only the lights
+/// are written, before the next submission: submit what you recorded of a frame before you prepare the next.
 #[derive(Debug)]
 pub struct LightBindings {
     /// Layout for the host's pipeline, at the group that the text was made for.
@@ -35,17 +42,53 @@ impl LightBindings {
     }
 }
 
+/// A look-up, and what it binds.
+struct Part {
+    linked: Linked,
+    bindings: Vec<Binding>,
+    label: &'static str,
+}
+
 /// The look-ups for point and area lights.
-static PARTS: LazyLock<[Result<Linked, KernelError>; 2]> = LazyLock::new(|| {
-    [OF_POINT, OF_AREA].map(|source| {
+static PARTS: LazyLock<[Result<Part, KernelError>; 2]> = LazyLock::new(|| {
+    [(OF_POINT, "gobo lights"), (OF_AREA, "gobo area lights")].map(|(source, label)| {
         let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
-        Ok(Library::embedded()?.link("shade/light_through.wgsl", "light_at", &choices)?)
+        let linked = Library::embedded()?.link("shade/light_through.wgsl", "light_at", &choices)?;
+        let bindings = linked.bindings()?;
+        Ok(Part { linked, bindings, label })
     })
 });
 
-fn part(source: Choice) -> Result<&'static Linked, KernelError> {
+fn part(source: Choice) -> Result<&'static Part, KernelError> {
     let is_area = source.files == OF_AREA.files;
     PARTS[usize::from(is_area)].as_ref().map_err(Clone::clone)
+}
+
+/// Frames bind the lights anew into what the last frame's bindings were made of, of the first few alive at a time.
+#[derive(Debug)]
+pub(in crate::shadows) struct LightShelf {
+    shelf: Shelf,
+    /// Bindings since the last frame.
+    bound: AtomicU32,
+}
+
+impl LightShelf {
+    pub(in crate::shadows) fn new(queue: &wgpu::Queue) -> Self {
+        Self { shelf: Shelf::new(queue), bound: AtomicU32::new(0) }
+    }
+
+    /// Begins a frame.
+    pub(in crate::shadows) fn turn(&self) {
+        if self.bound.swap(0, Ordering::Relaxed) > 0 {
+            self.shelf.turn();
+        }
+    }
+
+    /// `None` for a host that binds again and again between frames.
+    fn take(&self) -> Option<&Shelf> {
+        const MOST: u32 = 8;
+        (self.bound.fetch_add(1, Ordering::Relaxed) < MOST).then_some(&self.shelf)
+    }
 }
 
 impl Maps {
@@ -83,7 +126,7 @@ impl Maps {
             let problem = "a name of WGSL must be able to begin with it";
             return Err(Input::Prefix.invalid(0, problem));
         }
-        Ok(part(source)?.host_part(group, prefix, &constants(self.nodes, self.gain)))
+        Ok(part(source)?.linked.host_part(group, prefix, &constants(self.nodes, self.gain)))
     }
 }
 
@@ -101,7 +144,8 @@ pub fn look_up_text(
     prefix: &str,
 ) -> Result<(String, Vec<Binding>), Error> {
     let part = part(OF_POINT)?;
-    Ok((part.host_part(group, prefix, &constants(nodes, gain)), part.bindings()?))
+    let text = part.linked.host_part(group, prefix, &constants(nodes, gain));
+    Ok((text, part.bindings.clone()))
 }
 
 impl Prepared {
@@ -109,16 +153,17 @@ impl Prepared {
     /// lights are treated as points.
     ///
     /// # Errors
-    /// If a light is invalid or does not exist.
+    /// If a light is invalid or does not exist, or a later `prepare` has taken the maps over.
     pub fn bind_lights(&self, lights: &[Light], chosen: &[usize]) -> Result<LightBindings, Error> {
         self.bind_source(OF_POINT, lights, chosen)
     }
 
     /// Like [`Self::bind_lights`], for [`Maps::area_wgsl`]. [`LightBindings::record`] must be recorded
-    /// after the maps of each frame.
+    /// after the maps of each frame. Kernels are compiled here unless [`HostInputs::area_lights`](crate::HostInputs::area_lights)
+    /// said so before.
     ///
     /// # Errors
-    /// If a light is invalid or does not exist, or there are too many area lights.
+    /// Those of [`Self::bind_lights`], or there are too many area lights.
     pub fn bind_area_lights(
         &self,
         lights: &[Light],
@@ -133,11 +178,24 @@ impl Prepared {
         lights: &[Light],
         chosen: &[usize],
     ) -> Result<LightBindings, Error> {
+        self.check_current()?;
         let (device, _) = self.device();
+        allocated(device, || self.bound_source(device, choice, lights, chosen))
+    }
+
+    fn bound_source(
+        &self,
+        device: &wgpu::Device,
+        choice: Choice,
+        lights: &[Light],
+        chosen: &[usize],
+    ) -> Result<LightBindings, Error> {
         let mut memory = Memory::default();
-        let mut allocator = Allocator::new(device, &mut memory);
+        let shelf = self.light_shelf.take();
+        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
         let with_areas = choice.files == OF_AREA.files;
         let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
+        source.levels.iter().try_for_each(|levels| levels.commands.compile())?;
         let none = match &source.levels {
             None if with_areas => {
                 Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)
@@ -146,7 +204,8 @@ impl Prepared {
         };
         let resources = source.resources(self.maps());
         let resources = none.iter().fold(resources, |all, none| all.with("levels", none));
-        let (layout, group) = part(choice)?.bind_host_part(device, "gobo lights", &resources)?;
+        let Part { bindings, label, .. } = part(choice)?;
+        let (layout, group) = bind_host_part(device, shelf, label, bindings, &resources)?;
         Ok(LightBindings { layout, group, memory, levels: source.levels })
     }
 }

@@ -2,7 +2,7 @@
 use crate::{
     error::Error,
     frame::{Commands, Kernels},
-    gpu::{Allocator, Resources},
+    gpu::{Allocator, KernelError, Resources},
     records::{BLOCK_TEXELS, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
     stage::{
         features::Features,
@@ -11,7 +11,8 @@ use crate::{
 };
 use glam::UVec2;
 use wgpu::{
-    Extent3d, Origin3d, TexelCopyTextureInfo, Texture, TextureFormat::Rgba32Uint, TextureUsages,
+    BufferUsages, Extent3d, Origin3d, TexelCopyTextureInfo, Texture, TextureFormat::Rgba32Uint,
+    TextureUsages,
 };
 
 /// Levels of all maps of area lights.
@@ -24,11 +25,16 @@ pub(crate) struct AreaLevels {
 }
 
 impl AreaLevels {
+    /// Asks for the kernels, so that they are compiled with others. `features`: of the maps.
+    pub(crate) fn plan_kernels(kernels: &Kernels, features: Features) -> Result<(), KernelError> {
+        let mut descs = [&levels::FIRST, &levels::NEXT].into_iter();
+        descs.try_for_each(|desc| kernels.get(desc, features).map(drop))
+    }
+
     /// `None` without area lights. `resources`: the maps, `lights` and `picture_params`; `features`: of the
     /// maps.
     pub(crate) fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         kernels: &Kernels,
         records: &LightRecords,
         resources: &Resources<'_>,
@@ -57,9 +63,8 @@ impl AreaLevels {
         let mut commands = Commands::new();
         for (level, (&first, &end)) in (1..).zip(firsts.iter().zip(ends)) {
             const LABEL: &str = "gobo levels";
-            let params = allocator.uniform::<LevelParams>("level_params");
             let values = LevelParams { level, first_block: first, pad_0: 0, pad_1: 0 };
-            queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+            let params = allocator.filled("level_params", &[values], BufferUsages::UNIFORM);
             let desc = if level == 1 { &levels::FIRST } else { &levels::NEXT };
             let resources = resources
                 .clone()

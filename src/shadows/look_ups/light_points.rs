@@ -4,7 +4,7 @@ use crate::shadows::Prepared;
 use crate::{
     error::{Error, Input},
     frame::Commands,
-    gpu::{Allocator, Memory, Timeline},
+    gpu::{Allocator, Memory, Timeline, allocated},
     model::Light,
     stage::{
         features::{Features, Flags},
@@ -43,16 +43,28 @@ impl Prepared {
     /// that the views were made of.
     ///
     /// # Errors
-    /// If a light is invalid or does not exist, a buffer is shorter than its points, or the device is out
-    /// of memory for the shares.
+    /// If a light is invalid or does not exist, a buffer is shorter than its points, a later `prepare` has
+    /// taken the maps over, or the device is out of memory for the shares.
     pub fn light_points(
         &self,
         lights: &[Light],
         chosen: &[usize],
         points: &PointBuffers<'_>,
     ) -> Result<LightPoints, Error> {
+        self.check_current()?;
         check(points)?;
         let (device, queue) = self.device();
+        allocated(device, || self.points(device, queue, lights, chosen, points))
+    }
+
+    fn points(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        lights: &[Light],
+        chosen: &[usize],
+        points: &PointBuffers<'_>,
+    ) -> Result<LightPoints, Error> {
         let maps = self.maps();
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(device, &mut memory);

@@ -72,7 +72,11 @@ impl Prepared {
             maps.look_up_resources().with("lights", &lights).with("picture_params", &params);
         let features = Features::of_maps(maps.nodes, maps.gain);
         let levels = if with_areas {
-            AreaLevels::new(allocator, queue, &self.kernels, &records, &resources, features)?
+            let kernels = match allocator.shelf {
+                Some(shelf) => &self.kernels.with_shelf(shelf),
+                None => &self.kernels,
+            };
+            AreaLevels::new(allocator, kernels, &records, &resources, features)?
         } else {
             None
         };

@@ -3,7 +3,7 @@ use super::{MaskMemory, MaskTextures, camera::MaskCamera};
 use crate::{
     error::{Error, Input},
     frame::Commands,
-    gpu::{Allocator, HostText, Kernel, KernelError, Memory, Tier, Timeline},
+    gpu::{Allocator, HostText, Kernel, KernelError, Memory, Tier, Timeline, allocated},
     model::{Light, MaskSettings},
     records::{
         ALL_LIGHTS, COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds,
@@ -123,7 +123,8 @@ impl LightMasks {
     /// The textures are kept while the size stays and their capacity suffices.
     ///
     /// # Errors
-    /// If a light or an input is invalid, or the device is out of memory.
+    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device is out of
+    /// memory.
     pub fn prepare(
         &mut self,
         prepared: &Prepared,
@@ -132,7 +133,20 @@ impl LightMasks {
         view: &MaskView<'_>,
         settings: &MaskSettings,
     ) -> Result<(), Error> {
+        prepared.check_current()?;
         check(settings)?;
+        let (device, _) = prepared.device();
+        allocated(device, || self.made(prepared, lights, chosen, view, settings))
+    }
+
+    fn made(
+        &mut self,
+        prepared: &Prepared,
+        lights: &[Light],
+        chosen: &[usize],
+        view: &MaskView<'_>,
+        settings: &MaskSettings,
+    ) -> Result<(), Error> {
         let camera = view.camera()?;
         let (device, queue) = prepared.device();
         let mut bytes = Memory::default();

@@ -13,7 +13,7 @@ use crate::{
     },
 };
 use wgpu::{
-    Texture,
+    Buffer, Texture,
     TextureFormat::{Rgba32Float, Rgba32Uint},
 };
 
@@ -26,7 +26,7 @@ pub(in crate::shadows) struct Blur {
     near_around: Texture,
     /// `None` without curves.
     row_curves: Option<Texture>,
-    params: wgpu::Buffer,
+    params: Buffer,
 }
 
 impl Blur {
@@ -48,12 +48,11 @@ impl Blur {
         Ok(Self { radius, rows, near_around, row_curves, params })
     }
 
-    /// The blur of the views of `plans`.
+    /// The blur of the views of `batches`, each with the buffer of its views.
     pub(in crate::shadows) fn commands(
         &self,
-        allocator: &mut Allocator<'_>,
         kernels: &Kernels,
-        plans: &[Plan],
+        batches: &[(&Plan, &Buffer)],
         maps: &Maps,
     ) -> Result<Commands, Error> {
         let features = Features::of_maps(maps.nodes, maps.gain);
@@ -64,7 +63,7 @@ impl Blur {
             .with("near_around", &self.near_around)
             .with("rows", &self.rows)
             .with("blur_params", &self.params);
-        passes(allocator, "gobo blur", plans, &resources, |resources, groups| {
+        passes("gobo blur", batches, &resources, |resources, groups| {
             let run = |desc, resources: &Resources<'_>| {
                 kernels.dispatch(desc, features, resources, groups)
             };

@@ -23,12 +23,12 @@ pub(in crate::shadows) fn filter_mips(
     maps: &Maps,
     is_new: bool,
 ) -> Result<Commands, Error> {
-    let levels: Vec<TextureView> =
-        (0..maps.filters.mip_level_count()).map(|level| one_level(maps, level)).collect();
     let mut commands = Commands::new();
-    if levels.len() == 1 || !is_new {
+    let level_count = maps.filters.mip_level_count();
+    if level_count == 1 || !is_new {
         return Ok(commands);
     }
+    let levels: Vec<TextureView> = (0..level_count).map(|level| one_level(maps, level)).collect();
     let placed = views.iter().zip(&maps.places);
     let all: Vec<GpuView> =
         placed.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect();

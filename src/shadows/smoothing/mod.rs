@@ -3,16 +3,13 @@ pub(super) mod blur;
 pub(super) mod filter_mips;
 pub(super) mod soften;
 
-use super::batch::{
-    context::{map_groups, view_uniform},
-    plan::Plan,
-};
+use super::batch::{context::map_groups, plan::Plan};
 use crate::{
     error::Error,
     frame::{Commands, Dispatch},
     gpu::{Allocator, KernelError, Resources},
 };
-use wgpu::{Texture, TextureFormat, TextureUsages};
+use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
 
 /// Texels of a workgroup in x and y.
 const GROUP_SIZE: u32 = 8;
@@ -30,18 +27,16 @@ fn texture_like(
     allocator.texture(name, format, size, TextureUsages::STORAGE_BINDING)
 }
 
-/// A pass over the texels of each plan's views; `dispatches`: of the resources and workgroups.
+/// A pass over the texels of each batch's views; `dispatches`: of the resources and workgroups.
 fn passes(
-    allocator: &mut Allocator<'_>,
     label: &'static str,
-    plans: &[Plan],
+    batches: &[(&Plan, &Buffer)],
     resources: &Resources<'_>,
     dispatches: impl Fn(&Resources<'_>, [u32; 3]) -> Result<Vec<Dispatch>, KernelError>,
 ) -> Result<Commands, Error> {
     let mut commands = Commands::new();
-    for plan in plans {
-        let views = view_uniform(allocator, &plan.views);
-        let resources = resources.clone().with("views", &views);
+    for &(plan, views) in batches {
+        let resources = resources.clone().with("views", views);
         commands.pass(label, dispatches(&resources, map_groups(&plan.views, GROUP_SIZE))?);
     }
     Ok(commands)

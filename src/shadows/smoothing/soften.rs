@@ -10,7 +10,7 @@ use crate::{
         soften::{self, CURVE_TEXELS, SoftenParams},
     },
 };
-use wgpu::TextureFormat::Rgba32Float;
+use wgpu::{Buffer, TextureFormat::Rgba32Float};
 
 /// Maps before softening, and intermediate textures.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub(in crate::shadows) struct Soften {
     pub raw: Maps,
     pub window: u32,
     rows: wgpu::Texture,
-    params: wgpu::Buffer,
+    params: Buffer,
 }
 
 impl Soften {
@@ -40,12 +40,11 @@ impl Soften {
         Ok((soft, Self { raw, window, rows, params }))
     }
 
-    /// The softening of the views of `plans`. `over`: hits may add light.
+    /// The softening of the views of `batches`, each with the buffer of its views. `over`: hits may add light.
     pub(in crate::shadows) fn commands(
         &self,
-        allocator: &mut Allocator<'_>,
         kernels: &Kernels,
-        plans: &[Plan],
+        batches: &[(&Plan, &Buffer)],
         soft: &Maps,
         over: bool,
     ) -> Result<Commands, Error> {
@@ -65,7 +64,7 @@ impl Soften {
             .with("soft_filters", &soft.filters)
             .with("soft_nearests", &soft.nearests)
             .with("soft_opaques", &soft.opaques);
-        passes(allocator, "gobo soften", plans, &resources, |resources, [x, y, z]| {
+        passes("gobo soften", batches, &resources, |resources, [x, y, z]| {
             let run = |desc, y| kernels.dispatch(desc, features, resources, [x, y, z]);
             let mut dispatches = vec![run(of_rows, y)?, run(of_columns, y)?];
             if raw.nodes > 0 {

@@ -7,7 +7,8 @@ use crate::{
 };
 use bytemuck::Zeroable as _;
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec2};
-use wgpu::{TextureFormat, TextureUsages, TextureView};
+use std::collections::HashMap;
+use wgpu::{Texture, TextureFormat, TextureUsages, TextureView};
 
 /// Depth map of the host for a view.
 #[derive(Clone, Debug)]
@@ -22,16 +23,28 @@ pub(crate) struct DepthInput {
 /// Largest deviation of our rays in the host's window over their length [texels of ours].
 const ASTRAY: f64 = 0.25;
 
-/// Depth inputs by view.
+/// Views of the host's textures by texture and layer, kept from frame to frame.
+#[derive(Debug, Default)]
+pub(in crate::shadows) struct DepthViews(HashMap<(Texture, u32), TextureView>);
+
+/// Depth inputs by view. `kept`: of the last frame, then of this one.
 pub(in crate::shadows) fn depth_inputs(
     views: &[View],
     given: &[HostDepth<'_>],
+    kept: &mut DepthViews,
 ) -> Result<Vec<Option<DepthInput>>, Error> {
+    let mut before = std::mem::take(kept);
+    if given.is_empty() {
+        return Ok(Vec::new());
+    }
     let mut inputs = vec![None; views.len()];
     for (index, depth) in given.iter().enumerate() {
         let invalid = |problem| Input::HostDepth.invalid(index, problem);
         let view = views.get(depth.view).ok_or(invalid("its view is not among the views"))?;
-        let input = DepthInput::new(depth, view).map_err(invalid)?;
+        let key = (depth.texture.clone(), depth.layer);
+        let known = kept.0.get(&key).cloned().or_else(|| before.0.remove(&key));
+        let input = DepthInput::new(depth, view, known).map_err(invalid)?;
+        kept.0.insert(key, input.texture.clone());
         if inputs[depth.view].replace(input).is_some() {
             return Err(invalid("its view has one already"));
         }
@@ -40,7 +53,12 @@ pub(in crate::shadows) fn depth_inputs(
 }
 
 impl DepthInput {
-    fn new(depth: &HostDepth<'_>, view: &View) -> Result<Self, &'static str> {
+    /// `known`: view of the texture's layer.
+    fn new(
+        depth: &HostDepth<'_>,
+        view: &View,
+        known: Option<TextureView>,
+    ) -> Result<Self, &'static str> {
         use TextureFormat::{
             Depth16Unorm, Depth24Plus, Depth24PlusStencil8, Depth32Float, Depth32FloatStencil8,
             R32Float,
@@ -62,15 +80,18 @@ impl DepthInput {
             return Err("it has no such layer");
         }
         let params = params(depth, view)?;
-        let texture = texture.create_view(&wgpu::TextureViewDescriptor {
-            label: Some("host_depths"),
-            dimension: Some(wgpu::TextureViewDimension::D2),
-            aspect,
-            mip_level_count: Some(1),
-            base_array_layer: depth.layer,
-            array_layer_count: Some(1),
-            ..Default::default()
-        });
+        let made = || {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                label: Some("host_depths"),
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                aspect,
+                mip_level_count: Some(1),
+                base_array_layer: depth.layer,
+                array_layer_count: Some(1),
+                ..Default::default()
+            })
+        };
+        let texture = known.unwrap_or_else(made);
         Ok(Self { texture, params, instead: depth.instead, version: depth.version })
     }
 }

@@ -1,7 +1,7 @@
 //! The shadow atlas: every view's filter, nearest depth and opaque depth.
 use crate::{
     error::Error,
-    gpu::{Allocator, Resources},
+    gpu::{Allocator, Resources, allocated},
     model::View,
     shadows::Config,
     stage::soften::run_layers,
@@ -67,32 +67,32 @@ impl Maps {
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
         let places = atlas.places;
-        let opaques = allocator.texture("opaques", R32Float, size, usage)?;
-        fill(queue, &opaques, 1.0_f32);
-        let colored =
-            colored.then(|| allocator.texture("colored", Rgba32Float, size, usage)).transpose()?;
-        if let Some(colored) = &colored {
-            fill(queue, colored, [1.0_f32; 4]);
-        }
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
-        Ok(Self {
-            filters: allocator.texture_with_levels(
-                "filters",
-                Rgba16Float,
-                size,
-                1 + mips,
-                usage,
-            )?,
-            nearests: allocator.texture("nearests", R32Float, size, usage)?,
-            opaques,
-            colored,
-            curves: allocator.texture("curves", Rgba32Uint, of_curves, usage)?,
-            sums: sums.then(|| allocator.texture("sums", Rgba32Uint, size, usage)).transpose()?,
-            nodes,
-            gain: false,
-            places,
-        })
+        let maps = allocated(allocator.device, || {
+            let mut texture = |name, format| allocator.texture(name, format, size, usage);
+            let opaques = texture("opaques", R32Float)?;
+            let nearests = texture("nearests", R32Float)?;
+            let colored = colored.then(|| texture("colored", Rgba32Float)).transpose()?;
+            let sums = sums.then(|| texture("sums", Rgba32Uint)).transpose()?;
+            let filters =
+                allocator.texture_with_levels("filters", Rgba16Float, size, 1 + mips, usage)?;
+            let curves = allocator.texture("curves", Rgba32Uint, of_curves, usage)?;
+            Ok(Self {
+                filters,
+                nearests,
+                opaques,
+                colored,
+                curves,
+                sums,
+                nodes,
+                gain: false,
+                places,
+            })
+        })?;
+        fill(queue, &maps.opaques, 1.0_f32);
+        maps.colored.iter().for_each(|colored| fill(queue, colored, [1.0_f32; 4]));
+        Ok(maps)
     }
 
     /// Fills the maps with their values without translucent casters.

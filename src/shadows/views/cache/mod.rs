@@ -43,80 +43,84 @@ struct CachedView {
     /// The host's inputs that the view may see, each with its version.
     inputs: Vec<(Input, Option<u64>)>,
     /// Occluders of the view, and the number of casters that they hid.
-    occluders: Arc<Occluders>,
+    occluders: Occluders,
     hidden: u64,
     /// Generation of the inputs; no later change is in the map. 0 for never rendered.
     at: u64,
+    /// Whether it is among those to render or rendered last.
+    pending: bool,
+}
+
+impl CachedView {
+    /// The view of a map that was never rendered.
+    fn new(view: &View) -> Self {
+        let (groups, inputs, occluders) = (Vec::new(), Vec::new(), Occluders::default());
+        Self { view: view.clone(), groups, inputs, occluders, hidden: 0, at: 0, pending: true }
+    }
 }
 
 impl MapCache {
-    /// The cache after `earlier`, or an empty one. A view is pending if its own parameters, its groups or a
+    /// The cache after `self`, or after an empty one. A view is pending if its own parameters, its groups or a
     /// caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
     /// compared, not its camera: a camera's move that leaves the matrix unchanged keeps the map. `hides`:
     /// nodes of a curve, if groups behind opaque surfaces are culled.
-    pub(in crate::shadows) fn after(
-        earlier: Self,
+    #[must_use]
+    pub(in crate::shadows) fn followed(
+        mut self,
         casters: &CasterSet,
         views: &[View],
         hides: Option<u32>,
         depths: &[Option<DepthInput>],
     ) -> Self {
-        let same_set = earlier.set == casters.id();
-        let was_recorded = earlier.recorded.load(Ordering::Relaxed);
-        let moving = !earlier.fits(views);
-        let lost = |index| {
-            !was_recorded && (earlier.moving || earlier.pending.binary_search(&index).is_ok())
-        };
-        let mut before = earlier.views.into_iter();
-        let mut pending = Vec::new();
-        let views = views.iter().enumerate().map(|(index, view)| {
+        let same_set = self.set == casters.id();
+        let was_recorded = self.recorded.load(Ordering::Relaxed);
+        let (was_moving, moving) = (self.moving, !self.fits(views));
+        self.pending.clear();
+        self.views.truncate(views.len());
+        let (mut inputs, changed_at) = (Vec::new(), casters.changed_at());
+        for (index, view) in views.iter().enumerate() {
             let gpu_view = view.to_gpu(0, glam::UVec2::ZERO, 0);
             let mut groups = casters.visible(&gpu_view);
             let depth = depths.get(index).and_then(Option::as_ref);
-            let of_casters = casters.host().into_iter().flat_map(|sets| sets.versions(&gpu_view));
-            let of_depth =
-                depth.map(|depth| (Input::Depth { instead: depth.instead }, depth.version));
-            let inputs: Vec<_> = of_casters
-                .map(|(set, version)| (Input::Casters(set), version))
-                .chain(of_depth)
-                .collect();
+            inputs.clear();
+            inputs.extend(
+                casters
+                    .host_versions(&gpu_view)
+                    .map(|(set, version)| (Input::Casters(set), version)),
+            );
+            inputs.extend(
+                depth.map(|depth| (Input::Depth { instead: depth.instead }, depth.version)),
+            );
             // The host's depth map that replaces them has unknown occluders.
             let hides = hides.filter(|_| depth.is_none_or(|depth| !depth.instead));
-            let before = before.next();
-            let same = before.as_ref().filter(|before| {
-                same_set && before.view == *view && before.at >= casters.occluders_at()
-            });
-            let occluders = same.map_or_else(
-                || Arc::new(casters.occluders(&gpu_view)),
-                |before| Arc::clone(&before.occluders),
-            );
-            let hide = |nodes| casters.hide(&mut groups, &gpu_view, &occluders, nodes);
-            let hidden = hides.map_or(0, hide);
-            let is_kept = before.is_some_and(|before| {
-                let changed =
-                    |&group: &u32| casters.groups()[group as usize].changed_at > before.at;
-                same_set
-                    && !lost(index)
-                    && before.view == *view
-                    && before.groups == groups
-                    && before.inputs == inputs
-                    && inputs.iter().all(|(_, version)| version.is_some())
-                    && !groups.iter().any(changed)
-            });
+            let is_new = index == self.views.len();
+            if is_new {
+                self.views.push(CachedView::new(view));
+            }
+            let cached = &mut self.views[index];
+            let same_view = same_set && !is_new && cached.view == *view;
+            if !same_view || cached.at < casters.occluders_at() {
+                cached.occluders = casters.occluders(&gpu_view);
+            }
+            let hide = |nodes| casters.hide(&mut groups, &gpu_view, &cached.occluders, nodes);
+            cached.hidden = hides.map_or(0, hide);
+            let lost = !was_recorded && (was_moving || cached.pending);
+            let changed = |&group: &u32| casters.groups()[group as usize].changed_at > cached.at;
+            let is_kept = same_view
+                && !lost
+                && cached.groups == groups
+                && cached.inputs == inputs
+                && inputs.iter().all(|(_, version)| version.is_some())
+                && !groups.iter().any(changed);
             if !is_kept {
-                pending.push(index);
+                self.pending.push(index);
             }
-            CachedView {
-                view: view.clone(),
-                groups,
-                inputs,
-                occluders,
-                hidden,
-                at: casters.changed_at(),
-            }
-        });
-        let views = views.collect();
-        Self { views, set: casters.id(), pending, moving, recorded: Arc::default() }
+            (cached.view, cached.groups, cached.pending) = (view.clone(), groups, !is_kept);
+            cached.at = changed_at;
+            std::mem::swap(&mut cached.inputs, &mut inputs);
+        }
+        (self.set, self.moving, self.recorded) = (casters.id(), moving, Arc::default());
+        self
     }
 
     /// Whether maps of these views have the same sizes.

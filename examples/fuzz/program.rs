@@ -1,0 +1,115 @@
+//! Files that only the program reads: sidecars, by `gobo verify`, and arrays of points, by `gobo light`.
+use std::{
+    env, fs,
+    io::{self, Error},
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+
+/// A file of a folder that a command of the program reads.
+pub(super) struct Program {
+    gobo: PathBuf,
+    folder: PathBuf,
+    /// Name of the file in the folder.
+    file: &'static str,
+    arguments: &'static [&'static str],
+}
+
+const SCENE: &str = "[[material]]\nname = 'm'\n[[shape]]\nkind = 'pane'\nmaterial = 'm'\n[[light]]\n\
+    kind = 'spot'\nposition = [0, 3, 0]\ndirection = [0, -1, 0]\nangle = 40\n[camera]\nsize = [8, 4]\n\
+    [shadow]\nsize = 16\n";
+
+impl Program {
+    /// Frames with sidecars, and the first of these.
+    pub(super) fn of_sidecars(out: &Path) -> io::Result<(Self, Vec<Vec<u8>>)> {
+        let program = Self::new(out.join("job"), "frame_0000.json", &["verify", "."])?;
+        let job = [
+            "render",
+            "../scene.toml",
+            "--backend",
+            "cpu",
+            "-o",
+            ".",
+            "--skip-existing",
+            "--frames",
+            "0..2",
+        ];
+        program.make(&job)?;
+        let seed = fs::read(program.folder.join(program.file))?;
+        Ok((program, vec![seed]))
+    }
+
+    /// Points, with normals and without.
+    pub(super) fn of_points(out: &Path) -> io::Result<(Self, Vec<Vec<u8>>)> {
+        let light =
+            ["light", "../scene.toml", "--points", "p.npy", "-o", "l.npy", "--backend", "cpu"];
+        let program = Self::new(out.join("points"), "p.npy", Box::leak(Box::new(light)))?;
+        let array = |columns: usize| {
+            let head =
+                format!("{{'descr': '<f4', 'fortran_order': False, 'shape': (4, {columns}), }}");
+            let head = format!("{head:<117}\n");
+            let rows = (0..4 * columns).flat_map(|i| (i as f32 * 0.3).to_le_bytes());
+            b"\x93NUMPY\x01\x00\x76\x00"
+                .iter()
+                .copied()
+                .chain(head.into_bytes())
+                .chain(rows)
+                .collect()
+        };
+        Ok((program, vec![array(3), array(6)]))
+    }
+
+    fn new(
+        folder: PathBuf,
+        file: &'static str,
+        arguments: &'static [&'static str],
+    ) -> io::Result<Self> {
+        // Beside this example's folder, unless GOBO names it.
+        let beside = env::current_exe()?.with_file_name("gobo");
+        let built = beside.parent().and_then(Path::parent).map(|folder| folder.join("gobo"));
+        let named = env::var_os("GOBO").map(PathBuf::from);
+        let gobo = named.or(built).ok_or_else(|| Error::other("GOBO must name the program"))?;
+        let gobo = gobo.canonicalize().map_err(|error| {
+            Error::other(format!("{}: {error}; build it first, or name it by GOBO", gobo.display()))
+        })?;
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder)?;
+        fs::write(folder.with_file_name("scene.toml"), SCENE)?;
+        Ok(Self { gobo, folder, file, arguments })
+    }
+
+    fn run(&self, arguments: &[&str]) -> io::Result<Output> {
+        Command::new(&self.gobo)
+            .args(arguments)
+            .current_dir(&self.folder)
+            .stdin(Stdio::null())
+            .output()
+    }
+
+    fn make(&self, arguments: &[&str]) -> io::Result<()> {
+        let output = self.run(arguments)?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        if output.status.success() { Ok(()) } else { Err(Error::other(said.into_owned())) }
+    }
+
+    /// Whether the program takes the file, or what is wrong: it ends with a status of its own, soon, and says why in
+    /// few words.
+    pub(super) fn read(&self, bytes: &[u8]) -> io::Result<(Result<bool, &'static str>, Duration)> {
+        fs::write(self.folder.join(self.file), bytes)?;
+        let start = Instant::now();
+        let output = self.run(self.arguments)?;
+        let took = start.elapsed();
+        Ok(match output.status.code() {
+            _ if output.stdout.len() + output.stderr.len() > 1 << 16 => {
+                (Err("says too much"), took)
+            }
+            Some(0) => (Ok(true), took),
+            Some(1 | 2) if !output.stdout.is_empty() || !output.stderr.is_empty() => {
+                (Ok(false), took)
+            }
+            Some(1 | 2) => (Err("says nothing"), took),
+            _ => (Err("panics or is killed"), took),
+        })
+    }
+}

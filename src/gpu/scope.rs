@@ -1,0 +1,40 @@
+//! Error scopes around what is made on a device, which may be a host's: its own handler hears of none of our errors.
+use crate::error::Error;
+use std::{
+    pin::pin,
+    task::{Context, Poll, Waker},
+};
+use wgpu::{Device, ErrorFilter};
+
+/// The result of `make`, or the device's validation error.
+pub(super) fn guarded<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T, String> {
+    let (made, error) = scoped(device, ErrorFilter::Validation, make);
+    error.map_or(Ok(made), Err)
+}
+
+/// The result of `make`, or [`Error::Memory`] where the device has no memory for what it allocates.
+pub fn allocated<T>(device: &Device, make: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    // What uses an object that there was no memory for is invalid.
+    let invalid = || scoped(device, ErrorFilter::Validation, make);
+    let ((made, invalid), full) = scoped(device, ErrorFilter::OutOfMemory, invalid);
+    let full = full.map(Error::Memory);
+    full.or(invalid.map(Error::Refused)).map_or(made, Err)
+}
+
+fn scoped<T>(
+    device: &Device,
+    filter: ErrorFilter,
+    make: impl FnOnce() -> T,
+) -> (T, Option<String>) {
+    // A browser reports errors later, on its console.
+    if cfg!(target_arch = "wasm32") {
+        return (make(), None);
+    }
+    let scope = device.push_error_scope(filter);
+    let made = make();
+    let mut context = Context::from_waker(Waker::noop());
+    match pin!(scope.pop()).as_mut().poll(&mut context) {
+        Poll::Ready(Some(error)) => (made, Some(error.to_string())),
+        _ => (made, None),
+    }
+}
