@@ -95,8 +95,9 @@ gpu-static: program
 ash: program
 	sh tools/ash.sh
 
-# Each reader of files on changed ones, FUZZ_SECONDS each: fails where one panics or hangs, and keeps what made it.
-fuzz:
+# Each reader of files on changed ones, FUZZ_SECONDS each: fails where one panics or hangs, or what it accepts cannot be
+# rendered, and keeps what made it.
+fuzz: program
 	cargo run --release --quiet --example fuzz
 
 # Memory over 2,000 frames of one run: fails where it grows.
