@@ -1,5 +1,7 @@
 //! Overrides that stay open: names of SPIR-V's specialisation constants, which naga does not write.
-use gobo::internals::stage::{bin::WIDE_DISC_SEGMENT, features::Features, profile::Profile, sort::Shape};
+use gobo::internals::stage::{
+    bin::WIDE_DISC_SEGMENT, features::Features, profile::Profile, sort::Shape,
+};
 use std::collections::{BTreeMap, HashMap};
 
 /// `SpecId` of each flag, the same in every kernel.

@@ -54,11 +54,8 @@ pub const LOOK_UP: KernelDesc = KernelDesc {
     ..of("mask_look_up", "mask/mask_look_up.wgsl")
 };
 /// [`LOOK_UP`] with area lights.
-pub const AREA_LOOK_UP: KernelDesc = KernelDesc {
-    name: "area_mask_look_up",
-    with: &[OF_AREA, IN_WORKGROUP, NOT_JOINED],
-    ..LOOK_UP
-};
+pub const AREA_LOOK_UP: KernelDesc =
+    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, IN_WORKGROUP, NOT_JOINED], ..LOOK_UP };
 /// The kernel that looks masks up.
 pub fn look_up(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }

@@ -106,7 +106,8 @@ impl ScratchSizes {
         let changes = lists().any(|list| list.features.flags.intersects(changing));
         let segment_bytes = partial_bytes(nodes, changes);
         let curved = lists().filter(|list| list.features.nodes > 0);
-        let segment = curved.map(|list| list.segment_length(&config.profile)).min().unwrap_or(CURVE_SEGMENT);
+        let segment =
+            curved.map(|list| list.segment_length(&config.profile)).min().unwrap_or(CURVE_SEGMENT);
         let limit = match nodes {
             0 => limit,
             _ => {
