@@ -62,3 +62,25 @@ impl PairCapacity {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(capacity: &mut PairCapacity, pairs_needed: u32, overflowed: u64) -> [Option<u32>; 2] {
+        let pair_capacity = capacity.pairs.unwrap_or(1000);
+        capacity.see(&Counters { pairs_needed, pair_capacity, overflowed, ..Counters::default() });
+        [capacity.expected(), capacity.pairs]
+    }
+
+    #[test]
+    fn a_quarter_more_is_expected_and_half_as_much_again_makes_room() {
+        let mut capacity = PairCapacity::new(5000);
+        assert_eq!(capacity.expected(), None);
+        assert_eq!(seen(&mut capacity, 800, 0), [Some(1000), None]);
+        assert_eq!(seen(&mut capacity, 100, 0), [Some(1000), None], "the most so far");
+        assert_eq!(seen(&mut capacity, 804, 0), [Some(1005), Some(1206)]);
+        assert_eq!(seen(&mut capacity, 4400, 7), [Some(5500), Some(5000)], "the budget");
+        assert_eq!(seen(&mut capacity, 900, 7), [Some(u32::MAX), Some(5000)], "neighbours");
+    }
+}

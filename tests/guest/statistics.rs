@@ -1,11 +1,15 @@
 //! Counters of frames, read without blocking.
-use super::{HostBuffers, materials, on_device, particles, shadows, views};
+use super::{HostBuffers, materials, on_device, particles, shadows, submit as bits, views};
 use crate::common::{TIERS, gpu};
 use gobo::{
     CasterCount, Casters, Counters, HostCasters, Prepared, ShadowSettings, Shadows,
-    internals::gpu::Gpu, wgpu,
+    internals::{frame::Command, gpu::Gpu},
+    wgpu,
 };
 use std::time::{Duration, Instant};
+
+/// Dispatches of a steady frame of a host: two batches of lists, each projected, sorted, binned and walked.
+const MOST_DISPATCHES: usize = 60;
 
 fn submit(gpu: &Gpu, prepared: &Prepared) {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -62,6 +66,51 @@ fn statistics_are_the_counters_of_their_frame() {
         shadows.prepare(&none, &views(), &settings).unwrap();
         assert_eq!(told(&mut shadows), counters, "of maps that were taken over since");
     }
+}
+
+/// Passes and dispatches of a frame.
+fn recorded(prepared: &Prepared) -> [usize; 2] {
+    let passes = prepared.commands().iter().filter_map(|command| match command {
+        Command::Pass { dispatches, .. } => Some(dispatches.len()),
+        _ => None,
+    });
+    passes.fold([0; 2], |[passes, all], own| [passes + 1, all + own])
+}
+
+/// The pairs of a host's casters have no useful bound. What its frames needed so far is known from the second on:
+/// then no work is recorded for pairs that do not fit, beyond the dispatch that scatters them.
+#[test]
+fn steady_frames_of_a_host_record_no_empty_work() {
+    const COUNT: u32 = 20_000;
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let host = HostBuffers::new(&gpu, &particles(COUNT as usize, 21));
+    let loader = host.loader(&shadows);
+    let sets = [HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(COUNT), &[0, 1])];
+    let settings = ShadowSettings::default();
+    let first = on_device(&mut shadows, &[], &sets, &settings);
+    submit(&gpu, &first);
+    let counters = told(&mut shadows);
+    let (needed, capacity) = (u64::from(counters.pairs_needed), u64::from(counters.pair_capacity));
+    assert!(needed > 0 && needed * 5 / 4 < capacity, "{counters:?}");
+    let whole = bits(&gpu, &first);
+    let steady = on_device(&mut shadows, &[], &sets, &settings);
+    assert!(bits(&gpu, &steady) == whole);
+    let [before, after] = [&first, &steady].map(recorded);
+    println!("passes and dispatches: {before:?}, then {after:?}");
+    let count = |prepared: &Prepared, kernel| {
+        format!("{:?}", prepared.commands()).matches(&format!("\n  {kernel} ")).count()
+    };
+    for (kernel, unknown, known) in [
+        ("part_count", 1, 0),
+        ("part_plan", 1, 0),
+        ("part_next", 32, 0),
+        ("part_gather", 32, 0),
+        ("accumulate_overflow", 1, 1),
+    ] {
+        assert_eq!([&first, &steady].map(|it| count(it, kernel)), [unknown, known], "{kernel}");
+    }
+    assert!(after[1] <= MOST_DISPATCHES && before[1] > after[1] + 5 * 31, "{before:?}, {after:?}");
 }
 
 #[test]

@@ -3,7 +3,10 @@
 use super::{curve, parts};
 use crate::common::{Tier, gpu, tiers};
 use gobo::{
-    internals::records::ViewMaps,
+    internals::{
+        records::ViewMaps,
+        stage::bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+    },
     model::Receiver,
     render::{RenderOptions, Renderer},
     scene::Scene,
@@ -24,6 +27,39 @@ pub(super) fn assert_forms_agree(name: &str, scene: &Scene) {
         let [one, columns] = [false, true].map(|columns| maps(tier, scene, columns));
         parts::assert_same(&one.0, &columns.0, &format!("{name}, {tier:?}"));
         assert_eq!(one.1, columns.1, "{name}, {tier:?}: disordered");
+    }
+}
+
+/// Maps of discs with segments of so many pairs, and the number of segments.
+fn maps_of_segments(tier: Tier, scene: &Scene, length: u32) -> (Vec<ViewMaps>, u64) {
+    let mut renderer = Renderer::on(gpu(tier)).unwrap();
+    renderer.configure(|config| config.profile.disc_segment = length);
+    let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+    let frame = renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"));
+    (frame.maps, frame.counters.segments)
+}
+
+/// Each segment rounds its sum to a step of 2^-16 in optical depth, and the map the product to a half: two neighbours
+/// below 1 are 2^-11 apart. Depths are the same.
+#[test]
+fn short_segments_of_discs_only_round() {
+    const STEP: f32 = 1.0 / 2048.0;
+    let (name, mut scene) = parts::long_tiles().into_iter().next().unwrap();
+    scene.shadow.receiver = Receiver::Nearest;
+    for tier in tiers(Tier::Native) {
+        let [long, short] =
+            [DISC_SEGMENT, WIDE_DISC_SEGMENT].map(|length| maps_of_segments(tier, &scene, length));
+        assert!(short.1 > 4 && long.1 < 2, "{} and {} segments", long.1, short.1);
+        for (long, short) in long.0.iter().zip(&short.0) {
+            assert!(
+                long.opaque == short.opaque && long.nearest == short.nearest,
+                "{name}, {tier:?}"
+            );
+            let both = long.filter.as_flattened().iter().zip(short.filter.as_flattened());
+            let apart = both.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(apart <= STEP, "{name}, {tier:?}: {apart}");
+            assert!(long.filter.iter().any(|light| light[1] < 0.9), "{name}");
+        }
     }
 }
 

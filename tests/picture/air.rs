@@ -22,7 +22,7 @@ use gobo::{
 };
 
 /// Red is scattered without extinction, blue has more extinction than scattering.
-const AIR: Air = Air {
+pub(super) const AIR: Air = Air {
     scattering: Vec3::new(0.18, 0.14, 0.1),
     extinction: Vec3::new(0.0, 0.14, 0.3),
     ambient: 0.5,

@@ -1,5 +1,6 @@
 //! The lit picture.
 mod air;
+mod asides;
 mod bloom;
 mod bricks;
 mod emitters;

@@ -15,7 +15,7 @@ use crate::{
         features::Features,
     },
 };
-use wgpu::BufferUsages;
+use wgpu::{Buffer, BufferUsages};
 
 /// The commands of the parts of a list.
 #[derive(Debug)]
@@ -24,6 +24,8 @@ pub(crate) struct Parts {
     pub count: u32,
     /// The choice between parts and scattering, after the pairs were written.
     pub plan: Commands,
+    /// Counts of neither segments nor merged tiles.
+    pub no_segments: Buffer,
     /// The pairs of the next part.
     pub next: [Dispatch; 2],
 }
@@ -77,6 +79,9 @@ impl Parts {
             run(&bin::PART_NEXT, Work::indirect(&buffers.turn, 0))?,
             run(&bin::PART_GATHER, by(bin::Dispatch::Part))?,
         ];
-        Ok(Some(Self { count, plan, next }))
+        // `Dispatch::Segment` and `Dispatch::Merged`, side by side.
+        let no_segments =
+            context.kernels.filled("no_segments", &[[0_u32; 4]; 2], BufferUsages::COPY_SRC);
+        Ok(Some(Self { count, plan, no_segments, next }))
     }
 }
