@@ -3,6 +3,8 @@
 use crate::records::{BrickRecord, Bricks, GpuView, LATTICE_EDGE, LATTICE_POINTS};
 use glam::{UVec3, Vec2, Vec3};
 
+/// Parts of a ray's way through a brick, each of which counts as even.
+pub const THIRDS: u32 = 3;
 /// Optical depth below which a series is more precise.
 pub const SERIES: f32 = 0.02;
 
@@ -15,7 +17,7 @@ pub(super) struct Thirds {
     /// Where the ray enters and leaves the box, 0..1.
     pub ends: [Vec3; 2],
     /// Optical depths.
-    pub depths: [Vec3; 3],
+    pub depths: [Vec3; THIRDS as usize],
 }
 
 impl Thirds {
@@ -25,7 +27,7 @@ impl Thirds {
         let (mut left, mut all, mut sum) = (Vec3::ONE, Vec3::ZERO, Vec3::ZERO);
         let mut before = at(0.0);
         for (tau, end) in self.depths.into_iter().zip([1.0, 2.0, 3.0]) {
-            let behind = at(end / 3.0);
+            let behind = at(end / THIRDS as f32);
             let passed = (-tau).map(f32::exp);
             let absorbed = left * (1.0 - passed);
             all += absorbed;
