@@ -22,6 +22,7 @@ mod maps;
 mod mask;
 mod material;
 mod occlusion;
+mod outline;
 mod owner;
 mod pack;
 mod sums;
@@ -50,7 +51,9 @@ pub use footprint::{
     BRICK_SEGMENT, CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, GAUSSIAN_MARK,
     INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
 };
-pub use gaussian::{GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT};
+pub use gaussian::{
+    GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL,
+};
 pub use host::{CullParams, DIAGONAL, FARTHEST_PLACE, HostGroup, Listed, LoadCounters, LoadParams};
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};
@@ -66,6 +69,7 @@ pub use mask::{
 };
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use occlusion::OcclusionRadius;
+pub use outline::{OUTLINE_ROUNDING, Outline};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub use pack::OPACITY_SCALE;
 pub(crate) use pack::{from_octahedral, octahedral};

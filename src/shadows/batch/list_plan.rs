@@ -152,8 +152,11 @@ impl ListPlan {
 
     /// Whether some footprints' pairs may not fit.
     pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
-        let of_run = u64::from(bin::run_length(shape, self.footprint_count))
-            * u64::from(self.bound.of_caster);
+        let of_caster = u64::from(self.bound.of_caster);
+        // Rows of outlines take turns, too.
+        let outlined = self.features.has(Flags::HAS_GAUSSIANS);
+        let turns = if outlined { 3 * of_caster + 2 } else { of_caster };
+        let of_run = u64::from(bin::run_length(shape, self.footprint_count)) * turns;
         self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
     }
 
@@ -188,7 +191,8 @@ impl ListPlan {
 
     /// Number of triangles' setups that those of the Gaussians in front of them take the room of.
     pub(crate) fn gaussian_setups(&self) -> u32 {
-        self.gaussian_count.div_ceil(SETUP_TEXELS / GAUSSIAN_TEXELS)
+        let texels = u64::from(self.gaussian_count) * u64::from(GAUSSIAN_TEXELS);
+        texels.div_ceil(SETUP_TEXELS.into()) as u32
     }
 
     /// Footprint of the setup with number 0, modulo 2^32.
