@@ -95,7 +95,14 @@ fn lists(casters: &[Caster]) -> Lists {
     reference::sort(&mut sorted, 0..DEPTH_BITS);
     let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
     let tiles = view.tiles();
-    let bins = reference::bin::bin(&sorted, &rects, &[gpu_view], tiles.element_product(), u32::MAX);
+    let bins = reference::bin::bin(
+        &sorted,
+        &rects,
+        |_| None,
+        &[gpu_view],
+        tiles.element_product(),
+        u32::MAX,
+    );
     Lists {
         footprints: projected.iter().map(|projected| projected.footprint).collect(),
         pairs: bins.pairs.iter().map(|pair| pair.footprint).collect(),

@@ -9,7 +9,7 @@ use crate::{
         batch::{context::Context, list::List, plan::Plan, scratch::Scratch},
     },
     stage::{
-        features::Features,
+        features::{Features, Flags},
         shade::{CLIP, NO_LIST, PointBatch, point_grid},
         sort::PAIR_FORMAT,
     },
@@ -70,14 +70,17 @@ impl CameraList {
                 PointBatch { first: 0, count: own.footprint_count, has_normals: 0, list: NO_LIST };
             let batch = context.uniform("point_batch", &batch);
             let groups = point_grid(own.footprint_count);
+            let gaussians = own.features.has(Flags::HAS_GAUSSIANS);
+            let features = Features::NONE.with(Flags::HAS_GAUSSIANS, gaussians);
             for part in parts {
                 let band = context.uniform("band", &part.band(0, 0));
                 let resources = Resources::new()
                     .with("rects", &scratch.rects)
+                    .with("setups", &scratch.setups)
                     .with("clipped_rects", clipped)
                     .with("point_batch", &batch)
                     .with("band", &band);
-                clips.push(kernels.dispatch(&CLIP, Features::NONE, &resources, groups)?);
+                clips.push(kernels.dispatch(&CLIP, features, &resources, groups)?);
             }
         }
         let (features, first_setup) = (own.features, own.first_setup);

@@ -1,5 +1,8 @@
 //! Footprints: casters projected to one view.
-use super::pack::{from_opacity, from_unorm, opacity_bits, unorm2};
+use super::{
+    Outline,
+    pack::{from_opacity, from_unorm, opacity_bits, unorm2},
+};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
@@ -82,13 +85,15 @@ impl Footprint {
 pub struct TileRect {
     /// First and last column and row, inclusive, 8 bits each: x0, y0, x1, y1.
     pub corners: u32,
-    /// Low half: which tiles of a rectangle of at most 4x4 are touched, row by row, 4 bits a row;
-    /// all ones for a larger rectangle, 0 for none. High half: the view's index in its batch.
+    /// Low half: which tiles of a rectangle of at most 4x4 are touched, row by row, 4 bits a row; of a larger one
+    /// [`TileRect::WHOLE`], or the number of those that its outline touches; 0 for none. High half: the view's index in its batch.
     pub mask_view: u32,
 }
 
 impl TileRect {
     pub const EMPTY: Self = Self { corners: 0, mask_view: 0 };
+    /// Mask of a larger rectangle than 4x4 whose tiles are all touched.
+    pub const WHOLE: u32 = 0xffff;
 
     /// Mark of a caster on the scatter path: no tiles, and corners that no rectangle without tiles has.
     pub fn scattered(view: u32) -> Self {
@@ -111,13 +116,21 @@ impl TileRect {
         self.mask_view >> 16
     }
 
-    /// Tiles `(x, y)` in row order.
-    pub fn tiles(&self) -> impl Iterator<Item = (u32, u32)> {
+    /// Whether it is at most 4 x 4 tiles, with a mask.
+    fn is_small(&self) -> bool {
+        self.x().end() - self.x().start() < 4 && self.y().end() - self.y().start() < 4
+    }
+
+    /// Tiles `(x, y)` in row order. `outline`: of its footprint, if that is a Gaussian's.
+    pub fn tiles(&self, outline: Option<&Outline>) -> impl Iterator<Item = (u32, u32)> {
         let (xs, ys, mask) = (self.x(), self.y(), self.mask_view & 0xffff);
-        let small = xs.end() - xs.start() < 4 && ys.end() - ys.start() < 4;
-        let (x0, y0) = (*xs.start(), *ys.start());
-        ys.flat_map(move |y| xs.clone().map(move |x| (x, y))).filter(move |&(x, y)| {
-            mask != 0 && (!small || mask >> ((y - y0) * 4 + x - x0) & 1 == 1)
+        let (x0, y0, is_small) = (*xs.start(), *ys.start(), self.is_small());
+        let outline = outline.copied().filter(|_| !is_small && mask != Self::WHOLE);
+        ys.flat_map(move |y| {
+            let whole = *xs.start()..xs.end() + 1;
+            let columns = outline.map_or(whole, |outline| outline.columns(y, xs.clone()));
+            columns.map(move |x| (x, y))
         })
+        .filter(move |&(x, y)| mask != 0 && (!is_small || mask >> ((y - y0) * 4 + x - x0) & 1 == 1))
     }
 }

@@ -1,6 +1,6 @@
 //! Gaussians as uploaded, and their setups for one view.
 use super::{
-    Caster,
+    Caster, Outline,
     pack::{from_opacity, from_unorm, opacity_bits, unorm2},
 };
 use crate::model::{Gaussian, GaussianOpacity, Material};
@@ -8,7 +8,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 /// Texels of a [`GaussianSetup`].
-pub const GAUSSIAN_TEXELS: u32 = 2;
+pub const GAUSSIAN_TEXELS: u32 = 3;
+/// Texel of a [`GaussianSetup`] with its outline.
+pub const OUTLINE_TEXEL: u32 = 2;
 /// Rounding of a unit quaternion's squared length.
 pub const UNIT_ROUNDING: f32 = 1e-6;
 /// Flag of a Gaussian's [`Caster::material_rotation`]: in shadow views its colour is black.
@@ -93,9 +95,11 @@ pub struct GaussianSetup {
     pub red_green: u32,
     /// Blue, unorm16, and how much thinner it is for being enlarged, f16.
     pub blue_thin: u32,
+    /// Its tiles, where its rectangle says so.
+    pub outline: Outline,
 }
 
-crate::texel_layout!(GaussianSetup { whitening, spread, tilt, red_green, blue_thin });
+crate::texel_layout!(GaussianSetup { whitening, spread, tilt, red_green, blue_thin, outline });
 
 impl GaussianSetup {
     pub fn set_color(&mut self, color: Vec3, thin: f32) {

@@ -22,6 +22,7 @@ mod maps;
 mod mask;
 mod material;
 mod occlusion;
+mod outline;
 mod owner;
 mod pack;
 mod sums;
@@ -51,7 +52,8 @@ pub use footprint::{
     INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
 };
 pub use gaussian::{
-    GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT, UNIT_ROUNDING,
+    GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL,
+    UNIT_ROUNDING,
 };
 pub use host::{
     CullParams, DIAGONAL, FARTHEST_PLACE, GaussianLook, HostGridParams, HostGroup, Listed,
@@ -71,6 +73,7 @@ pub use mask::{
 };
 pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE};
 pub use occlusion::OcclusionRadius;
+pub use outline::{OUTLINE_ROUNDING, Outline};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub use pack::OPACITY_SCALE;
 pub(crate) use pack::{from_octahedral, octahedral};

@@ -1,7 +1,7 @@
 //! CPU reference of `wgsl/bin/bin_*.wgsl`: depth-sorted footprints -> pairs by tile, front to back.
 //!
 //! count -> scan -> emit in sorted order, then a stable sort by tile.
-use crate::records::{GpuView, TileRect};
+use crate::records::{GpuView, Outline, TileRect};
 
 /// A footprint that may touch a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,10 +30,11 @@ impl Bins {
 }
 
 /// Bins footprints. `sorted`: footprints by depth key, without the invisible ones; `rects`: of every
-/// footprint.
-pub fn bin(
+/// footprint; `outline`: of a footprint, if that is a Gaussian's.
+pub fn bin<'a>(
     sorted: &[u32],
     rects: &[TileRect],
+    outline: impl Fn(u32) -> Option<&'a Outline>,
     views: &[GpuView],
     tile_count: u32,
     pair_budget: u32,
@@ -46,14 +47,14 @@ pub fn bin(
     for &footprint in sorted {
         let rect = &rects[footprint as usize];
         let view = &views[rect.view() as usize];
-        let count = rect.tiles().count() as u64;
+        let count = rect.tiles(outline(footprint)).count() as u64;
         let fits = offset + count <= u64::from(pair_budget);
         offset += count;
         if !fits {
             bins.overflowed.push(footprint);
             continue;
         }
-        for (x, y) in rect.tiles() {
+        for (x, y) in rect.tiles(outline(footprint)) {
             let tile = view.first_tile + y * view.tiles_x + x;
             counts[tile as usize] += 1;
             emitted.push(TilePair { tile, footprint });

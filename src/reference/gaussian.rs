@@ -7,12 +7,11 @@
 use super::{
     caster_hit::Hit,
     hit::{absorption, transmittance},
-    project::{
-        MIN_COSINE, ProjectParams, Projected, SLACK, TexelBox, depth_key, tangents, tile_rect,
-    },
+    outline::{Ellipse, outline_of, outlined_tiles},
+    project::{MIN_COSINE, ProjectParams, Projected, TexelBox, depth_key, tangents, tile_rect},
 };
 use crate::{
-    model::{TILE_SIZE, Transfer, reach_squared},
+    model::{Transfer, reach_squared},
     records::{
         Caster, Footprint, GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView,
         MEDIUM_BIT, NEUTRAL_BIT, OPACITY_SCALE, TileRect,
@@ -26,8 +25,6 @@ pub const MIN_SQUARE: f32 = 0.5;
 pub const FLAT: f32 = 1e-12;
 /// Least deviation of a Gaussian beside the view, a share of its longest.
 pub const THINNEST: f32 = 1e-5;
-/// How much farther than a texel a tile's test looks, for rounding, a share of the squared reach.
-pub const WIDER: f32 = 1.001;
 /// Bounds of a Gaussian that reaches the eye's plane [texels].
 pub const ENDLESS: f32 = 1e6;
 /// Deviations around the closest approach in which a medium absorbs.
@@ -44,6 +41,8 @@ struct Placed {
     /// Share of the area before it was enlarged.
     thin: f32,
     bounds: TexelBox,
+    /// `None`: unknown.
+    ellipse: Option<Ellipse>,
 }
 
 /// Components to the right, down and along the axis.
@@ -96,16 +95,17 @@ pub fn project_gaussian(
     } else {
         nearest
     };
-    let Placed { center: at, depth, is_beside, mut setup, thin, bounds } = placed;
+    let Placed { center: at, depth, is_beside, mut setup, thin, bounds, ellipse } = placed;
     let radius = squared.sqrt() * if is_beside { -1.0 } else { 1.0 };
     let Some(rect) = tile_rect(view, view_index, bounds, at, f32::INFINITY, false) else {
         return nothing;
     };
-    let touches = |lo: Vec2, hi: Vec2| touches_box(view, &setup, at, radius, lo, hi);
-    let rect = touched_tiles(rect, touches);
+    let outline = ellipse.and_then(|ellipse| outline_of(&ellipse, *rect.y().start()));
+    let rect = outline.map_or(rect, |outline| outlined_tiles(&outline, rect));
     if rect == TileRect::EMPTY {
         return nothing;
     }
+    setup.outline = outline.unwrap_or_default();
     let is_black = caster.material_rotation & NEUTRAL_BIT != 0 && !params.include_non_casters;
     let rgb = if is_black { Vec3::ZERO } else { color.truncate().min(Vec3::ONE) };
     setup.set_color(rgb, thin);
@@ -125,26 +125,6 @@ pub fn project_gaussian(
 /// One component of three vectors.
 fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
     Vec3::from_array(vectors.map(|vector| vector[component]))
-}
-
-/// The tiles of a small rectangle that are touched.
-fn touched_tiles(rect: TileRect, touches: impl Fn(Vec2, Vec2) -> bool) -> TileRect {
-    let (xs, ys) = (rect.x(), rect.y());
-    let (x0, y0) = (*xs.start(), *ys.start());
-    if xs.end() - x0 >= 4 || ys.end() - y0 >= 4 {
-        return rect;
-    }
-    let mut mask = 0;
-    for (x, y) in rect.tiles() {
-        let lo = Vec2::new(x as f32, y as f32) * TILE_SIZE as f32 + 0.5;
-        if touches(lo, lo + (TILE_SIZE - 1) as f32) {
-            mask |= 1 << ((y - y0) * 4 + x - x0);
-        }
-    }
-    if mask == 0 {
-        return TileRect::EMPTY;
-    }
-    TileRect { mask_view: rect.mask_view & 0xffff_0000 | mask, ..rect }
 }
 
 /// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis [m];
@@ -167,14 +147,16 @@ fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed
         along = z / range;
     }
     let conic = Conic::new(p, q, along);
-    let bounds = conic.bounds(at, squared, is_perspective);
+    let ellipse = conic.ellipse(at, squared, is_perspective);
+    let endless = || TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
     Placed {
         center: at,
         depth: (center.z - view.near) / range,
         is_beside: false,
         setup: conic.setup(),
         thin: conic.thin,
-        bounds,
+        bounds: ellipse.as_ref().map_or_else(endless, Ellipse::bounds),
+        ellipse,
     }
 }
 
@@ -241,23 +223,32 @@ impl Conic {
         }
     }
 
-    /// Exact box of the texels with `q^2 <= squared`, by the dual conic.
-    fn bounds(&self, center: Vec2, squared: f32, is_perspective: bool) -> TexelBox {
+    /// The texels with `q^2 <= squared`, by the dual conic; `None` if it reaches the eye's plane.
+    fn ellipse(&self, center: Vec2, squared: f32, is_perspective: bool) -> Option<Ellipse> {
         let Self { major, squares, tilt, spread, .. } = *self;
         let minor = Vec2::new(-major.y, major.x);
         let square = major * major * squares.x + minor * minor * squares.y;
-        if !is_perspective {
-            let reach = (square * squared).map(f32::sqrt);
-            return TexelBox { min: center - reach, max: center + reach };
+        let (mut open, mut rest, mut lean) = (1.0, 1.0, Vec2::ZERO);
+        if is_perspective {
+            rest = 1.0 - squared * spread;
+            open = 1.0 - squared * spread - squared * tilt.length_squared();
+            let across = tilt * squares.map(f32::sqrt);
+            lean = (major * across.x + minor * across.y) * squared;
         }
-        let open = 1.0 - squared * spread - squared * tilt.length_squared();
         if open.is_nan() || open <= 0.0 {
-            return TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
+            return None;
         }
-        let across = tilt * squares.map(f32::sqrt);
-        let lean = (major * across.x + minor * across.y) * squared;
-        let reach = (lean * lean + square * (squared * open)).map(f32::sqrt);
-        TexelBox { min: center + (lean - reach) / open, max: center + (lean + reach) / open }
+        let half = (lean * lean + square * (squared * open)).map(f32::sqrt) / open;
+        // Its shape matrix [W^2, L H; L H, H^2] of half width, lean and half height.
+        let aslant = lean.x * lean.y + squared * open * major.x * major.y * (squares.x - squares.y);
+        let area = (squares.x * squares.y * rest / (open * open * open)).sqrt();
+        Some(Ellipse {
+            middle: center + lean / open,
+            half,
+            lean: aslant / (open * open * half.y),
+            width: squared * area / half.y,
+            open,
+        })
     }
 }
 
@@ -296,6 +287,7 @@ fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f
             min: Vec2::new(x.x, y.x) * view.scale + half,
             max: Vec2::new(x.y, y.y) * view.scale + half,
         },
+        ellipse: None,
     }
 }
 
@@ -344,48 +336,6 @@ pub fn approach(
         deviation: unit * (setup.spread / all).sqrt() / range,
         place: u,
     }
-}
-
-/// Whether some texel centre in the box `lo..hi` may be within the footprint's end: its conic is convex and contains
-/// the centre, so one that touches the box touches an edge that faces the centre.
-fn touches_box(
-    view: &GpuView,
-    setup: &GaussianSetup,
-    center: Vec2,
-    radius: f32,
-    lo: Vec2,
-    hi: Vec2,
-) -> bool {
-    if radius < 0.0 {
-        return true;
-    }
-    let squared = radius * radius * WIDER;
-    let (lo, hi) = (lo - SLACK - center, hi + SLACK - center);
-    let [a, b, c] = setup.whitening.to_array();
-    let (tilt, spread) = if view.perspective > 0.0 {
-        (Vec2::new(setup.tilt.x * a, setup.tilt.x * b + setup.tilt.y * c), setup.spread)
-    } else {
-        (Vec2::ZERO, 0.0)
-    };
-    let open = 1.0 - squared * spread;
-    let (xx, xy, yy) = (
-        open * a * a - squared * tilt.x * tilt.x,
-        open * a * b - squared * tilt.x * tilt.y,
-        open * (b * b + c * c) - squared * tilt.y * tilt.y,
-    );
-    // Written so that a NaN touches.
-    if !(open > 0.0 && xx > 0.0 && yy > 0.0) {
-        return true;
-    }
-    let near = Vec2::ZERO.clamp(lo, hi);
-    let inside = |at: Vec2| {
-        let u = Vec2::new(a * at.x + b * at.y, c * at.y);
-        let ahead = 1.0 + tilt.dot(at);
-        open * u.length_squared() <= squared * ahead * ahead
-    };
-    let along_x = ((squared * tilt.x - xy * near.y) / xx).clamp(lo.x, hi.x);
-    let along_y = ((squared * tilt.y - xy * near.x) / yy).clamp(lo.y, hi.y);
-    inside(Vec2::new(along_x, near.y)) || inside(Vec2::new(near.x, along_y))
 }
 
 /// Hit of the ray through `texel`, which ends at light depth `opaque_depth`.

@@ -26,8 +26,8 @@ use crate::{
     },
     records::{
         BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint,
-        GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER, TileRect,
-        TriangleRecord, TriangleSetup, ViewMaps,
+        GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
+        TileRect, TriangleRecord, TriangleSetup, ViewMaps,
     },
 };
 use glam::{UVec2, Vec3};
@@ -67,6 +67,24 @@ pub(super) struct ViewCasters {
     pub rects: Vec<TileRect>,
     pub gaussians: Vec<GaussianSetup>,
     pub setups: Vec<TriangleSetup>,
+}
+
+impl ViewCasters {
+    /// Their pairs. `sorted`: the visible footprints, front to back.
+    pub(super) fn bins(
+        &self,
+        sorted: &[u32],
+        view: &GpuView,
+        tile_count: u32,
+        budget: u32,
+    ) -> Bins {
+        let outline = |i: u32| {
+            let footprint = &self.footprints[i as usize];
+            (footprint.base == GAUSSIAN_MARK)
+                .then(|| &self.gaussians[footprint.red_green as usize].outline)
+        };
+        bin(sorted, &self.rects, outline, &[*view], tile_count, budget)
+    }
 }
 
 /// Maps of all views, and their counters. Each view is a batch of its own.
@@ -160,12 +178,12 @@ impl<'a> SceneRecords<'a> {
             include_non_casters: false,
             by_distance: self.modes.ordered,
         };
-        let ViewCasters { footprints, keys, rects, gaussians, setups } =
-            self.project(&gpu_view, params);
-        let sorted = depth_order(&keys);
-        let within = |budget| bin(&sorted, &rects, &[gpu_view], tile_count as u32, budget);
+        let casters = self.project(&gpu_view, params);
+        let sorted = depth_order(&casters.keys);
+        let within = |budget| casters.bins(&sorted, &gpu_view, tile_count as u32, budget);
         // What does not fit is counted; the maps are the same.
         let (fitting, bins) = (within(self.pair_budget), within(u32::MAX));
+        let ViewCasters { footprints, keys, gaussians, setups, .. } = casters;
 
         let records = self.hit_records(&gpu_view, &gaussians, &setups);
         let blocking =

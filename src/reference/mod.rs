@@ -20,6 +20,7 @@ pub mod mask;
 pub mod occlude;
 pub mod occlusion;
 pub mod order;
+pub mod outline;
 pub mod project;
 pub mod receive;
 pub mod resolve;

@@ -2,7 +2,6 @@
 //! added.
 use super::{
     accumulate::VISIBLE_PRESENCE,
-    bin::bin,
     caster_hit::{Hit, Target},
     maps::{SceneRecords, ViewCasters, depth_order},
     project::ProjectParams,
@@ -28,8 +27,9 @@ fn sums(scene: &SceneRecords<'_>, maps: &ViewMaps) -> Vec<[u32; 4]> {
     let view = maps.view.to_gpu(0, UVec2::ZERO, 0);
     let tiles = maps.view.tiles().element_product();
     let params = ProjectParams { scatter: false, include_non_casters: false, by_distance: false };
-    let ViewCasters { footprints, keys, rects, gaussians, setups } = scene.project(&view, params);
-    let bins = bin(&depth_order(&keys), &rects, &[view], tiles, u32::MAX);
+    let casters = scene.project(&view, params);
+    let bins = casters.bins(&depth_order(&casters.keys), &view, tiles, u32::MAX);
+    let ViewCasters { footprints, gaussians, setups, .. } = casters;
     let records = scene.hit_records(&view, &gaussians, &setups);
     let at = |texel: Vec2| (texel.y as u32 * width + texel.x as u32) as usize;
     let of_tiles = each(tiles as usize, |index| {

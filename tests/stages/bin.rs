@@ -1,13 +1,17 @@
 //! The stage bin: from depth order to tiles.
-use crate::common::{gpu, scenes::flat_view};
+use crate::common::{
+    gpu,
+    scenes::{Chance, flat_view},
+};
 use gobo::{
-    glam::UVec2,
+    glam::{UVec2, Vec2},
     internals::{
         gpu::{Gpu, Resources, Tier},
-        records::{GpuView, MAX_VIEWS, TileRect},
+        records::{GAUSSIAN_TEXELS, GpuView, MAX_VIEWS, OUTLINE_TEXEL, Outline, TileRect},
         reference::{
             Pair,
             bin::{TilePair, bin},
+            outline::{Ellipse, outline_of, outlined_tiles},
         },
         stage::{
             bin::{self, BatchCounters, BinParams},
@@ -33,7 +37,7 @@ fn views() -> [GpuView; 2] {
 #[test]
 fn pairs_are_by_tile_and_keep_their_order_within_it() {
     let rects = [rect(0, 0, 1, 1, 0), rect(1, 1, 3, 1, 0), rect(1, 1, 1, 1, 1)];
-    let bins = bin(&[1, 2, 0], &rects, &views(), 32, 100);
+    let bins = bin(&[1, 2, 0], &rects, |_| None, &views(), 32, 100);
     let pairs: Vec<_> = bins.pairs.iter().map(|p| (p.tile, p.footprint)).collect();
     assert_eq!(pairs, [(0, 0), (1, 0), (4, 0), (5, 1), (5, 0), (6, 1), (7, 1), (21, 2)]);
     assert_eq!(bins.tile(5), [1, 0].map(|footprint| TilePair { tile: 5, footprint }));
@@ -44,19 +48,21 @@ fn pairs_are_by_tile_and_keep_their_order_within_it() {
 #[test]
 fn what_does_not_fit_emits_nothing_and_is_listed() {
     let rects = [rect(0, 0, 1, 1, 0), rect(1, 1, 3, 1, 0), rect(1, 1, 1, 1, 1)];
-    let bins = bin(&[0, 1, 2], &rects, &views(), 32, 6);
+    let bins = bin(&[0, 1, 2], &rects, |_| None, &views(), 32, 6);
     assert_eq!(bins.overflowed, [1, 2]);
     assert!(bins.pairs.iter().all(|pair| pair.footprint == 0) && bins.pairs.len() == 4);
-    let bins = bin(&[0, 1, 2], &rects, &views(), 32, 8);
+    let bins = bin(&[0, 1, 2], &rects, |_| None, &views(), 32, 8);
     assert!(bins.overflowed.is_empty() && bins.pairs.len() == 8);
 }
 
 #[test]
 fn a_scattered_caster_has_no_tiles() {
     let scattered = TileRect::scattered(3);
-    assert!(scattered.is_scattered() && scattered.view() == 3 && scattered.tiles().count() == 0);
+    assert!(
+        scattered.is_scattered() && scattered.view() == 3 && scattered.tiles(None).count() == 0
+    );
     let corner = rect(255, 255, 255, 255, 0);
-    assert!(!corner.is_scattered() && corner.tiles().eq([(255, 255)]));
+    assert!(!corner.is_scattered() && corner.tiles(None).eq([(255, 255)]));
     assert!(!TileRect::EMPTY.is_scattered());
 }
 
@@ -83,6 +89,8 @@ fn emitted(
     shape: Shape,
     sorted: &[u32],
     rects: &[TileRect],
+    views: &[GpuView],
+    outlines: &[Outline],
     pair_capacity: u32,
 ) -> (Vec<Pair>, Vec<u32>, BatchCounters) {
     let kernel = |desc| gpu.kernels.kernel(&gpu.device, desc, Tier::Core, &[], &[]).unwrap();
@@ -102,8 +110,8 @@ fn emitted(
         segment_capacity: 1,
         segment_length: 1,
     };
-    let mut all_views = views().to_vec();
-    all_views.resize(MAX_VIEWS, views()[0]);
+    let mut all_views = views.to_vec();
+    all_views.resize(MAX_VIEWS, views[0]);
     let records = |texels: &[Pair]| {
         let size = pair_texture_size(texels.len() as u32);
         let texture = gpu.texture("records", size, PAIR_FORMAT);
@@ -117,6 +125,13 @@ fn emitted(
         rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
     let (keys, corners) = (records(&keys), records(&corners));
     let pairs = records(&vec![Pair { key: POISON, value: POISON }; pair_capacity as usize]);
+    let size = pair_texture_size(GAUSSIAN_TEXELS * outlines.len().max(1) as u32);
+    let setups = gpu.texture("setups", size, wgpu::TextureFormat::Rgba32Uint);
+    let mut texels = vec![[POISON; 4]; (size[0] * size[1]) as usize];
+    for (outline, setup) in outlines.iter().zip(texels.chunks_exact_mut(GAUSSIAN_TEXELS as usize)) {
+        setup[OUTLINE_TEXEL as usize] = bytemuck::cast(*outline);
+    }
+    gpu.write_texture(&setups, &texels);
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let params = gpu.upload("bin_params", &[params], BufferUsages::UNIFORM);
     let view_buffer = gpu.upload("views", &all_views, BufferUsages::UNIFORM);
@@ -129,6 +144,7 @@ fn emitted(
         .with("views", &view_buffer)
         .with("sorted", &keys)
         .with("rects", &corners)
+        .with("setups", &setups)
         .with("run_offsets", &runs)
         .with("counters", &counters)
         .with("dispatches", &dispatches)
@@ -154,9 +170,10 @@ fn both_shapes_emit_what_the_reference_emits() {
         let rects = scattered_rects(count);
         let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
         let sorted: Vec<_> = (0..count).rev().filter(visible).collect();
-        let bins = bin(&sorted, &rects, &views(), 32, capacity);
+        let bins = bin(&sorted, &rects, |_| None, &views(), 32, capacity);
         for shape in [Shape::Serial, Shape::Wide] {
-            let (pairs, mut overflow, counters) = emitted(&gpu, shape, &sorted, &rects, capacity);
+            let (pairs, mut overflow, counters) =
+                emitted(&gpu, shape, &sorted, &rects, &views(), &[], capacity);
             let name = format!("{count} footprints, {shape:?}");
             // A stable sort by tile, like the stage that follows.
             let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
@@ -172,5 +189,47 @@ fn both_shapes_emit_what_the_reference_emits() {
             assert_eq!(overflow, expected, "{name}");
             assert_eq!(counters.visible as usize, sorted.len(), "{name}");
         }
+    }
+}
+
+/// An ellipse of a map of 1024 x 1024 texels, up to 1000 times as long as wide and longer than the map.
+fn ellipse(chance: &mut Chance) -> Ellipse {
+    let [x, y] = [0; 2].map(|_| chance.within(-200.0, 1224.0));
+    let [wide, high] = [0; 2].map(|_| 2.5 * 1000.0_f32.powf(chance.unit()));
+    let aslant = chance.within(-1.0, 1.0).signum() * (1.0 - 0.001_f32.powf(chance.unit()));
+    let width = wide * (1.0 - aslant * aslant).sqrt();
+    let (middle, half) = (Vec2::new(x, y), Vec2::new(wide, high));
+    Ellipse { middle, half, lean: wide * aslant, width, open: 1.0 }
+}
+
+/// Count and emit take the tiles of an outline as the reference does, integer by integer.
+#[test]
+fn both_shapes_emit_the_tiles_of_outlines() {
+    let gpu = gpu(Tier::Core);
+    let views = [flat_view(1024, 1.0).to_gpu(0, UVec2::ZERO, 0)];
+    let mut chance = Chance::new(3);
+    let (mut rects, mut outlines) = (Vec::new(), Vec::new());
+    for _ in 0..20_000 {
+        let ellipse = ellipse(&mut chance);
+        let tile = |texels: Vec2| (texels / 16.0).floor().clamp(Vec2::ZERO, Vec2::splat(63.0));
+        let lo = tile(ellipse.middle - ellipse.half).as_uvec2();
+        let hi = tile(ellipse.middle + ellipse.half).as_uvec2();
+        let corners = lo.x | lo.y << 8 | hi.x << 16 | hi.y << 24;
+        let outline = outline_of(&ellipse, lo.y).unwrap();
+        rects.push(outlined_tiles(&outline, TileRect { corners, mask_view: TileRect::WHOLE }));
+        outlines.push(outline);
+    }
+    let sorted: Vec<u32> = (0..rects.len() as u32).collect();
+    let bins = bin(&sorted, &rects, |i| outlines.get(i as usize), &views, 4096, u32::MAX);
+    assert!(bins.pairs.len() > 1_000_000, "{}", bins.pairs.len());
+    let capacity = bins.pairs.len() as u32;
+    for shape in [Shape::Serial, Shape::Wide] {
+        let (mut found, _, counters) =
+            emitted(&gpu, shape, &sorted, &rects, &views, &outlines, capacity);
+        assert_eq!((counters.pair_count, counters.overflowed), (capacity, 0), "{shape:?}");
+        found.truncate(bins.pairs.len());
+        found.sort_by_key(|pair| pair.key);
+        let cpu = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
+        assert!(found.into_iter().eq(cpu), "{shape:?}");
     }
 }

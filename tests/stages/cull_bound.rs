@@ -21,7 +21,7 @@ fn counted(rects: impl IntoIterator<Item = TileRect>) -> PairBound {
     let (mut pairs, mut of_caster) = (0, 0);
     for rect in rects {
         let mut tiles = 0;
-        for tile in rect.tiles() {
+        for tile in rect.tiles(None) {
             *of_tile.entry(tile).or_default() += 1;
             tiles += 1;
         }

@@ -4,7 +4,7 @@
 import package::bind::changed::{counters, run_offsets};
 import package::bind::loaded::{rects, sorted};
 import package::bind::uniform::bin_params;
-import package::records::bin::{RUN_PAIRS, rect_count};
+import package::records::bin::{RUN_PAIRS, emit_turns, rect_count};
 import package::records::record::record_texel;
 
 override WORKGROUP_SIZE: u32;
@@ -18,12 +18,17 @@ fn bin_count(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = run * bin_params.run_length;
     let end = min(first + bin_params.run_length, bin_params.footprint_count);
     var pairs = 0u;
+    var run_turns = 0u;
     var visible = 0u;
     for (var i = first; i < end; i += 1u) {
         let footprint = textureLoad(sorted, record_texel(i)).g;
-        let count = rect_count(textureLoad(rects, record_texel(footprint)).rg);
+        let rect = textureLoad(rects, record_texel(footprint)).rg;
+        let count = rect_count(rect);
+        let turns = emit_turns(rect, count);
+        let counted = run_turns + turns <= RUN_PAIRS;
         visible += min(count, 1u);
-        pairs += select(0u, count, pairs + count <= RUN_PAIRS);
+        pairs += select(0u, count, counted);
+        run_turns += select(0u, turns, counted);
     }
     run_offsets[run] = pairs;
     atomicAdd(&counters.visible, visible);

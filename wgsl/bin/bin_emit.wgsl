@@ -7,13 +7,29 @@ import package::bind::changed::{counters, overflow, run_offsets};
 import package::bind::loaded::{rects, sorted};
 import package::bind::stored::pairs;
 import package::bind::uniform::{bin_params, views};
-import package::records::bin::{RUN_PAIRS, rect_count};
+import package::features::HAS_GAUSSIANS;
+import package::records::bin::{RUN_PAIRS, emit_turns, rect_count};
 import package::records::dispatch::{
     OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH,
 };
+import package::records::outline::{is_outlined, load_outline, outlined_columns};
 import package::records::record::record_texel;
 
 override WORKGROUP_SIZE: u32;
+
+// The pairs of an outline, from pair `first` on.
+fn emit_outlined(rect: vec2<u32>, first_tile: u32, tiles_x: u32, footprint: u32, first: u32) {
+    let outline = load_outline(footprint);
+    var pair = first;
+    for (var row = (rect.x >> 8u) & 255u; row <= (rect.x >> 24u); row += 1u) {
+        let columns = outlined_columns(outline, row, rect.x);
+        for (var x = columns.x; x < columns.y; x += 1u) {
+            let tile = first_tile + row * tiles_x + x;
+            textureStore(pairs, record_texel(pair), vec4(tile, footprint, 0u, 0u));
+            pair += 1u;
+        }
+    }
+}
 
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -24,13 +40,14 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = run * bin_params.run_length;
     let end = min(first + bin_params.run_length, bin_params.footprint_count);
     var offset = run_offsets[run];
-    var run_pairs = 0u;
+    var run_turns = 0u;
     var overflowed = 0u; // running total of all runs after this one's last addition
     for (var i = first; i < end; i += 1u) {
         let footprint = textureLoad(sorted, record_texel(i)).g;
         let rect = textureLoad(rects, record_texel(footprint)).rg;
         var count = rect_count(rect);
-        let counted = run_pairs + count <= RUN_PAIRS;
+        let turns = emit_turns(rect, count);
+        let counted = run_turns + turns <= RUN_PAIRS;
         let fits = counted && offset + count <= bin_params.pair_capacity;
         if count > 0u && !fits {
             let slot = atomicAdd(&counters.overflowed, 1u);
@@ -43,7 +60,11 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         let width = ((rect.x >> 16u) & 255u) - corner.x + 1u;
         let small = width <= 4u && (rect.x >> 24u) - corner.y < 4u;
         var mask = rect.y & 0xffffu;
-        let emitted = select(0u, count, fits);
+        var emitted = select(0u, count, fits);
+        if HAS_GAUSSIANS && emitted > 0u && is_outlined(rect) {
+            emit_outlined(rect, view.first_tile, view.tiles_x, footprint, offset);
+            emitted = 0u;
+        }
         for (var k = 0u; k < emitted; k += 1u) {
             let bit = firstTrailingBit(mask);
             mask &= mask - 1u;
@@ -52,7 +73,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
             textureStore(pairs, record_texel(offset + k), vec4(tile, footprint, 0u, 0u));
         }
         offset += select(0u, count, counted);
-        run_pairs += select(0u, count, counted);
+        run_turns += select(0u, turns, counted);
     }
     if overflowed > 0u {
         raise_dispatch(PART_COUNT_DISPATCH, (bin_params.footprint_count + 31u) / 32u, 1u);

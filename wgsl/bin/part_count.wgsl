@@ -6,22 +6,28 @@ import package::bind::changed::tile_pairs;
 import package::bind::loaded::{rects, sorted};
 import package::bind::stored::keys;
 import package::bind::uniform::{bin_params, views};
+import package::features::HAS_GAUSSIANS;
 import package::records::bin::{covers, rect_count};
 import package::records::dispatch::workgroup_number;
+import package::records::outline::{Outline, is_outlined, is_within, load_outline};
 import package::records::record::record_texel;
 
 const LANES: u32 = 32u;
 
+fn footprint_of(index: u32) -> u32 {
+    return textureLoad(sorted, record_texel(min(index, bin_params.footprint_count - 1u))).g;
+}
+
 fn rect_of(index: u32) -> vec2<u32> {
-    let footprint = textureLoad(sorted, record_texel(min(index, bin_params.footprint_count - 1u))).g;
-    let rect = textureLoad(rects, record_texel(footprint)).rg;
+    let rect = textureLoad(rects, record_texel(footprint_of(index))).rg;
     return select(vec2(0u), rect, index < bin_params.footprint_count);
 }
 
-fn add_tile(rect: vec2<u32>, corner: vec2<u32>, width: u32, height: u32, k: u32) {
+fn add_tile(rect: vec2<u32>, outline: Outline, corner: vec2<u32>, width: u32, height: u32, k: u32) {
     let view = rect.y >> 16u;
     let place = corner + vec2(k % width, k / width);
-    if k < width * height && covers(rect, view, place) {
+    let is_outside = HAS_GAUSSIANS && is_outlined(rect) && !is_within(outline, rect, place);
+    if k < width * height && covers(rect, view, place) && !is_outside {
         atomicAdd(&tile_pairs[views[view].first_tile + place.y * views[view].tiles_x + place.x], 1u);
     }
 }
@@ -48,10 +54,14 @@ fn part_count(
     let corner = vec2(own.x & 255u, (own.x >> 8u) & 255u);
     let width = ((own.x >> 16u) & 255u) - corner.x + 1u;
     let height = select(0u, (own.x >> 24u) - corner.y + 1u, rect_count(own) > 0u);
+    var outline: Outline;
+    if HAS_GAUSSIANS && is_outlined(own) {
+        outline = load_outline(footprint_of(first + lane));
+    }
     // Two at a time: a map has more tiles than llvmpipe lets one invocation walk.
     for (var k = 0u; k < width * height; k += 2u) {
-        add_tile(own, corner, width, height, k);
-        add_tile(own, corner, width, height, k + 1u);
+        add_tile(own, outline, corner, width, height, k);
+        add_tile(own, outline, corner, width, height, k + 1u);
     }
     var words = vec2(0u);
     for (var i = 0u; i < LANES; i += 1u) {

@@ -8,8 +8,10 @@ import package::bind::read::{dispatches, tile_pairs};
 import package::bind::sampled::tiles;
 import package::bind::stored::pairs;
 import package::bind::uniform::bin_params;
+import package::features::HAS_GAUSSIANS;
 import package::records::bin::covers;
 import package::records::dispatch::{PART_DISPATCH, workgroup_number};
+import package::records::outline::{is_outlined, is_within, load_outline};
 import package::records::record::record_texel;
 import package::records::tile::{Tile, tile_of};
 
@@ -29,8 +31,12 @@ fn footprint_of(index: u32) -> u32 {
 fn test(tile: Tile, first: u32) {
     let bit = firstTrailingBit(left | 0x80000000u);
     let index = min(first + bit, bin_params.footprint_count - 1u);
-    let rect = textureLoad(rects, record_texel(footprint_of(index))).rg;
-    let touches = left != 0u && covers(rect, tile.view, tile.place);
+    let footprint = footprint_of(index);
+    let rect = textureLoad(rects, record_texel(footprint)).rg;
+    var touches = left != 0u && covers(rect, tile.view, tile.place);
+    if HAS_GAUSSIANS && touches && is_outlined(rect) {
+        touches = is_within(load_outline(footprint), rect, tile.place);
+    }
     found |= select(0u, 1u << bit, touches);
     left &= left - 1u;
 }

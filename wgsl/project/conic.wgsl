@@ -1,9 +1,9 @@
-// A Gaussian's projected covariance: its whitening, exact box and tiles. CPU reference: src/reference/gaussian.rs.
+// A Gaussian's projected covariance: its whitening and ellipse in the map. CPU reference: src/reference/gaussian.rs.
 
-import package::hit::gaussian::gaussian_touches;
+import package::project::outline_of::Ellipse;
 import package::project::tangents::tangents;
 import package::records::gaussian::GaussianSetup;
-import package::records::view::{GpuView, TILE_SIZE};
+import package::records::view::GpuView;
 
 const MIN_SQUARE: f32 = 0.5;  // squared deviation below which the conic is enlarged [texels^2]
 const FLAT: f32 = 1e-12;      // ratio of squared deviations below which the smaller has no direction in space
@@ -19,6 +19,7 @@ struct Placed {
     thin: f32, // share of the area before it was enlarged
     lo: vec2<f32>,
     hi: vec2<f32>,
+    ellipse: Ellipse,
 }
 
 // Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends.
@@ -98,6 +99,12 @@ fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared:
     let reach = sqrt(lean * lean + square * (squared * open));
     placed.lo = placed.center + (lean - reach) / open;
     placed.hi = placed.center + (lean + reach) / open;
+    // Its shape matrix [W^2, L H; L H, H^2] of half width, lean and half height.
+    let half = reach / open;
+    let aslant = lean.x * lean.y + squared * open * major.x * major.y * (squares.x - squares.y);
+    let rest = 1.0 - squared * spread * view.perspective;
+    let width = squared * sqrt(squares.x * squares.y * rest / (open * open * open)) / half.y;
+    placed.ellipse = Ellipse(placed.center + lean / open, half, aslant / (open * open * half.y), width, open);
     // Written so that a NaN is endless.
     if !(open > 0.0) {
         placed.lo = vec2(-ENDLESS);
@@ -148,23 +155,4 @@ fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: v
     placed.lo = vec2(x.x, y.x) * view.scale + view.size * 0.5;
     placed.hi = vec2(x.y, y.y) * view.scale + view.size * 0.5;
     return placed;
-}
-
-// The tiles of a small rectangle that are touched; (0, 0) for none.
-fn touched_tiles(view: GpuView, setup: GaussianSetup, place: vec4<f32>, rect: vec2<u32>) -> vec2<u32> {
-    let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
-    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
-    if (rect.y & 0xffffu) == 0u || any(last - first >= vec2(4u)) {
-        return rect;
-    }
-    var mask = 0u;
-    for (var y = first.y; y <= last.y; y += 1u) {
-        for (var x = first.x; x <= last.x; x += 1u) {
-            let lo = vec2<f32>(vec2(x, y) * TILE_SIZE) + 0.5;
-            if gaussian_touches(view, setup, place, lo, lo + f32(TILE_SIZE - 1u)) {
-                mask |= 1u << ((y - first.y) * 4u + x - first.x);
-            }
-        }
-    }
-    return select(vec2(rect.x, (rect.y & 0xffff0000u) | mask), vec2(0u), mask == 0u);
 }

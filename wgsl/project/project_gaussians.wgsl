@@ -5,11 +5,13 @@ import package::bind::read::chunks;
 import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects, setups};
 import package::bind::uniform::{materials, project_params, views};
-import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach_squared, touched_tiles};
+import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach_squared};
+import package::project::outline_of::{has_outline, outline_of};
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
-import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT};
+import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL};
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
+import package::records::outline::{Outline, outlined_tiles};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, depth_key, distance_key, tile_rect};
 
@@ -100,8 +102,12 @@ fn project_gaussians(
         return;
     }
     let place = vec4(placed.center, select(1.0, -1.0, is_beside) * sqrt(squared), placed.depth);
-    let around = tile_rect(view.size, chunk.view, placed.lo, placed.hi, placed.center, 1e30, false);
-    let rect = touched_tiles(view, placed.setup, place, around);
+    var rect = tile_rect(view.size, chunk.view, placed.lo, placed.hi, placed.center, 1e30, false);
+    var outline: Outline;
+    if (rect.y & 0xffffu) != 0u && !is_beside && has_outline(placed.ellipse) {
+        outline = outline_of(placed.ellipse, (rect.x >> 8u) & 255u);
+        rect = outlined_tiles(outline, rect);
+    }
     let least = distance_key(view, max(length(center) - reach * longest, 0.0));
     let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
     let front = depth_key(select(nearest, least, by_distance));
@@ -117,6 +123,8 @@ fn project_gaussians(
     textureStore(setups, record_texel(at), bitcast<vec4<u32>>(vec4(setup.whitening, setup.spread)));
     let tilt = bitcast<vec2<u32>>(setup.tilt);
     textureStore(setups, record_texel(at + 1u), vec4(tilt, pack2x16unorm(rgb.rg), blue_thin));
+    let lines = vec4(bitcast<u32>(outline.first), outline.step_shift, outline.lean_width, outline.row_middle);
+    textureStore(setups, record_texel(at + OUTLINE_TEXEL), lines);
     textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(place));
     textureStore(
         footprints,

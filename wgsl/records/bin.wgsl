@@ -1,5 +1,9 @@
 // Records that the steps of `bin` share. Rust: src/stage/bin.rs.
 
+import package::features::HAS_GAUSSIANS;
+import package::records::outline::is_outlined;
+import package::records::tile_rect::WHOLE;
+
 struct BinParams {
     footprint_count: u32,
     run_length: u32,     // footprints that one invocation walks
@@ -30,7 +34,7 @@ struct PartParams {
 }
 
 // llvmpipe lets all loops of one invocation run 65,535 times in total; a run's footprints and
-// pairs must stay below it. Footprints past it overflow.
+// the turns that emit their pairs must stay below it. Footprints past it overflow.
 const RUN_PAIRS: u32 = 49152u;
 
 // Number of tiles that the rectangle covers.
@@ -38,11 +42,17 @@ fn rect_count(rect: vec2<u32>) -> u32 {
     let width = ((rect.x >> 16u) & 255u) - (rect.x & 255u) + 1u;
     let height = (rect.x >> 24u) - ((rect.x >> 8u) & 255u) + 1u;
     let mask = rect.y & 0xffffu;
-    let whole = select(0u, width * height, mask != 0u);
+    let whole = select(mask, width * height, mask == WHOLE);
     return select(whole, countOneBits(mask), width <= 4u && height <= 4u);
 }
 
-// Whether the rectangle covers a tile of a view.
+// Turns of loops that emit a rectangle's tiles, of which there are `count`: rows of outlines take turns of their own.
+fn emit_turns(rect: vec2<u32>, count: u32) -> u32 {
+    let rows = (rect.x >> 24u) - ((rect.x >> 8u) & 255u) + 1u;
+    return count + select(0u, 2u * rows + 2u, HAS_GAUSSIANS && is_outlined(rect));
+}
+
+// Whether the rectangle, without its outline, covers a tile of a view.
 fn covers(rect: vec2<u32>, view: u32, place: vec2<u32>) -> bool {
     let corner = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);

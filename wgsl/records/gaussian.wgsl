@@ -5,7 +5,8 @@ import package::bind::sampled::setups;
 import package::records::footprint::Footprint;
 import package::records::record::record_texel;
 
-const GAUSSIAN_TEXELS: u32 = 2u;
+const GAUSSIAN_TEXELS: u32 = 3u;
+const OUTLINE_TEXEL: u32 = 2u; // of a setup: its outline, for `bin`
 const NEUTRAL_BIT: u32 = 0x10000u; // of its look: black in shadow views
 const MEDIUM_BIT: u32 = 0x20000u;  // of its look: its alpha is an extinction
 const GAUSSIAN_MARK: u32 = 0xffffu; // in place of a footprint's base opacity

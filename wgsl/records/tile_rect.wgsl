@@ -3,6 +3,9 @@
 import package::records::view::{GpuView, TILE_SIZE};
 
 const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
+// Mask of a larger rectangle than 4x4 whose tiles are all touched; 1..WHOLE is the number of those that its
+// outline touches.
+const WHOLE: u32 = 0xffffu;
 const INVISIBLE: u32 = 0xffffu; // key of a caster that touches no texel
 // Corners of a footprint on the scatter path; it has no tiles.
 const SCATTERED: u32 = 0xffffffffu;
@@ -54,7 +57,7 @@ fn tile_rect(
             }
         }
     } else {
-        mask = 0xffffu;
+        mask = WHOLE;
     }
     if mask == 0u {
         return vec2(0u);

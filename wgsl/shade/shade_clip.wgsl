@@ -4,7 +4,10 @@
 import package::bind::sampled::rects;
 import package::bind::stored::clipped_rects;
 import package::bind::uniform::{band, point_batch};
+import package::features::HAS_GAUSSIANS;
+import package::records::outline::{is_outlined, load_outline, outlined_tiles};
 import package::records::record::record_texel;
+import package::records::tile_rect::WHOLE;
 
 override WORKGROUP_SIZE: u32;
 
@@ -25,7 +28,7 @@ fn shade_clip(
     let has_mask = all(own_last - own_first < vec2(4u));
     var mask = 0u;
     if all(first <= last) && (rect.y & 0xffffu) != 0u {
-        mask = 0xffffu;
+        mask = WHOLE;
         if all(last - first < vec2(4u)) {
             mask = 0u;
             for (var y = first.y; y <= last.y; y += 1u) {
@@ -38,6 +41,9 @@ fn shade_clip(
         }
     }
     let corners = first.x | (first.y << 8u) | (last.x << 16u) | (last.y << 24u);
-    let clipped = select(vec2(0u), vec2(corners, mask | (rect.y & 0xffff0000u)), mask != 0u);
+    var clipped = select(vec2(0u), vec2(corners, mask | (rect.y & 0xffff0000u)), mask != 0u);
+    if HAS_GAUSSIANS && mask != 0u && is_outlined(rect) {
+        clipped = outlined_tiles(load_outline(footprint), clipped);
+    }
     textureStore(clipped_rects, record_texel(footprint), vec4(clipped, 0u, 0u));
 }

@@ -250,7 +250,9 @@ impl Eye<'_> {
 
     fn light_caster(&self, blended: &Seen<'_>, footprint: usize) -> Vec3 {
         let caster = blended.casters.footprints[footprint].caster;
-        if blended.casters.rects[footprint].tiles().next().is_none() || caster & TRIANGLE_BIT != 0 {
+        if blended.casters.rects[footprint].tiles(None).next().is_none()
+            || caster & TRIANGLE_BIT != 0
+        {
             return Vec3::ZERO;
         }
         let caster = &blended.records.casters[caster as usize];

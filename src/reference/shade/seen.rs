@@ -3,7 +3,7 @@ use crate::{
     model::{Casters, Material, ShadowSettings, TILE_SIZE},
     records::{Footprint, GpuView, TRIANGLE_BIT, TriangleRecord, TriangleSetup, from_octahedral},
     reference::{
-        bin::{Bins, bin},
+        bin::Bins,
         caster_hit::Records,
         hit::TriangleHit,
         maps::{SceneRecords, ViewCasters, depth_order},
@@ -29,7 +29,7 @@ impl<'a> Seen<'a> {
         );
         let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(TILE_SIZE);
         let sorted = depth_order(&casters.keys);
-        let bins = bin(&sorted, &casters.rects, &[*view], tile_count, u32::MAX);
+        let bins = casters.bins(&sorted, view, tile_count, u32::MAX);
         Self { records, casters, bins, view: *view }
     }
 

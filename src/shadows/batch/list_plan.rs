@@ -186,8 +186,11 @@ impl ListPlan {
 
     /// Whether some footprints' pairs may not fit.
     pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
-        let of_run = u64::from(bin::run_length(shape, self.footprint_count))
-            * u64::from(self.bound.of_caster);
+        let of_caster = u64::from(self.bound.of_caster);
+        // Rows of outlines take turns, too.
+        let outlined = self.features.has(Flags::HAS_GAUSSIANS);
+        let turns = if outlined { 3 * of_caster + 2 } else { of_caster };
+        let of_run = u64::from(bin::run_length(shape, self.footprint_count)) * turns;
         self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
     }
 
@@ -222,7 +225,8 @@ impl ListPlan {
     pub(crate) fn setup_count(&self) -> u32 {
         let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
         let of_host = self.host.as_ref().filter(|host| host.kinds.gaussians);
-        let of_host = of_host.map_or(0, |_| gaussian_room(self.footprint_count - end));
+        // They begin at a whole setup of theirs.
+        let of_host = of_host.map_or(0, |_| gaussian_room(self.footprint_count - end + 1));
         self.gaussian_setups() + end - self.first_setup + of_host
     }
 
@@ -230,7 +234,8 @@ impl ListPlan {
     pub(crate) fn host_setup_origin(&self) -> u32 {
         self.host.as_ref().map_or(0, |host| {
             let before = self.gaussian_setups() + host.first_footprint - self.first_setup;
-            host.first_footprint.wrapping_sub(before * (SETUP_TEXELS / GAUSSIAN_TEXELS))
+            let texels = u64::from(before) * u64::from(SETUP_TEXELS);
+            host.first_footprint.wrapping_sub(texels.div_ceil(GAUSSIAN_TEXELS.into()) as u32)
         })
     }
 
@@ -283,7 +288,8 @@ impl ListPlan {
 
 /// Number of triangles' setups that so many setups of Gaussians take the room of.
 fn gaussian_room(count: u32) -> u32 {
-    count.div_ceil(SETUP_TEXELS / GAUSSIAN_TEXELS)
+    let texels = u64::from(count) * u64::from(GAUSSIAN_TEXELS);
+    texels.div_ceil(SETUP_TEXELS.into()) as u32
 }
 
 /// Host casters of a list.

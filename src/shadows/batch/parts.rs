@@ -12,7 +12,7 @@ use crate::{
     gpu::Resources,
     stage::{
         bin::{self, PartParams},
-        features::Features,
+        features::{Features, Flags},
     },
 };
 use wgpu::{Buffer, BufferUsages};
@@ -63,8 +63,9 @@ impl Parts {
             .with("part_params", &params)
             .with("sorted", &scratch.keys[sorted])
             .with("keys", &scratch.keys[1 - sorted]);
-        let run =
-            |desc, work: Work| context.kernels.dispatch(desc, Features::NONE, &resources, work);
+        let gaussians = list.features.has(Flags::HAS_GAUSSIANS);
+        let features = Features::NONE.with(Flags::HAS_GAUSSIANS, gaussians);
+        let run = |desc, work: Work| context.kernels.dispatch(desc, features, &resources, work);
         let by = |counts: bin::Dispatch| Work::indirect(&scratch.dispatches, counts.offset());
         let mut plan = Commands::new();
         plan.clear("gobo clear", &buffers.tile_pairs);

@@ -1,0 +1,105 @@
+// Outlines: which tiles a Gaussian touches, row by row, in integers, so that all kernels decide with the same bits.
+// At a height v over its middle, a share of its half height downwards, an ellipse is
+// middle + lean v -+ width sqrt(1 - v^2). A unit is a tile's edge halved `shift` times. Rust: src/records/outline.rs.
+
+import package::bind::sampled::setups;
+import package::records::gaussian::{GAUSSIAN_TEXELS, OUTLINE_TEXEL};
+import package::records::record::record_texel;
+import package::records::tile_rect::WHOLE;
+
+// Rounding of what is stored and evaluated, besides the slack of a texel [units].
+const OUTLINE_ROUNDING: i32 = 4;
+const MIDDLE_HEIGHT: i32 = 0x1000000; // 1 in heights of 24 bits behind the point
+
+struct Outline {
+    first: i32,      // height of the first texels of row `row` [2^-24]
+    step_shift: u32, // height of a tile [2^-24], 27 bits, and shift
+    lean_width: u32, // lean, signed, and width [units]
+    row_middle: u32, // row [tiles], 8 bits, and middle, signed [units]
+}
+
+// Of a Gaussian, whose footprint has the number of its setup.
+fn load_outline(footprint: u32) -> Outline {
+    let record = textureLoad(setups, record_texel(footprint * GAUSSIAN_TEXELS + OUTLINE_TEXEL), 0);
+    return Outline(bitcast<i32>(record.x), record.y, record.z, record.w);
+}
+
+// Whether the tiles of a rectangle are those of an outline.
+fn is_outlined(rect: vec2<u32>) -> bool {
+    let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    let mask = rect.y & 0xffffu;
+    return any(last - first >= vec2(4u)) && mask != 0u && mask != WHOLE;
+}
+
+// Largest integer whose square is at most n, of up to 31 bits, whatever the device's root is off by.
+fn integer_root(n: i32) -> i32 {
+    var root = i32(sqrt(f32(n)));
+    root -= select(0, 1, root * root > n);
+    root += select(0, 1, (root + 1) * (root + 1) <= n);
+    return root;
+}
+
+// Offset of the middle and half width at a height [units].
+fn outline_at(lean: i32, width: i32, height: i32) -> vec2<i32> {
+    let v = clamp(height, -MIDDLE_HEIGHT, MIDDLE_HEIGHT) >> 9u;
+    let inner = max(abs(v) - 1, 0);
+    let across = integer_root(0x40000000 - inner * inner) + 1;
+    return vec2((lean * v) >> 15u, (width * across) >> 15u);
+}
+
+// First column that the ellipse touches in a row of tiles, and the one behind its last, among those of a
+// rectangle's `corners`; none if they are equal.
+fn outlined_columns(outline: Outline, row: u32, corners: u32) -> vec2<u32> {
+    let step = i32(outline.step_shift & 0x7ffffffu);
+    let shift = outline.step_shift >> 27u;
+    let lean = extractBits(bitcast<i32>(outline.lean_width), 0u, 16u);
+    let width = i32(outline.lean_width >> 16u);
+    let below = i32(row) - i32(outline.row_middle & 255u);
+    let high = outline.first + below * step;
+    // Texel centres of a tile are 15/16 of it apart, and a 64th of a texel of slack on both sides.
+    let low = high + step - (step >> 4u) + (step >> 9u) + 512;
+    let half = max(integer_root(lean * lean + width * width), 1);
+    let farthest = ((lean << 15u) / half) << 9u;
+    let left = outline_at(lean, width, min(max(-farthest, high), low));
+    let right = outline_at(lean, width, min(max(farthest, high), low));
+    let middle = bitcast<i32>(outline.row_middle) >> 8u;
+    let unit = 1 << shift;
+    let inset = (unit >> 5u) - (unit >> 10u) - OUTLINE_ROUNDING;
+    let first = max((middle + left.x - left.y + inset - 1) >> shift, i32(corners & 255u));
+    let end = min((middle + right.x + right.y - inset) >> shift, i32((corners >> 16u) & 255u)) + 1;
+    return vec2<u32>(vec2(first, max(end, first)));
+}
+
+// Whether a tile of a rectangle is within its outline.
+fn is_within(outline: Outline, rect: vec2<u32>, place: vec2<u32>) -> bool {
+    let columns = outlined_columns(outline, place.y, rect.x);
+    return place.x >= columns.x && place.x < columns.y;
+}
+
+// The tiles of a rectangle that are within an outline, as a mask if they are at most 4x4, else their number; (0, 0)
+// for none. Rows without a tile are left out.
+fn outlined_tiles(outline: Outline, rect: vec2<u32>) -> vec2<u32> {
+    let left = rect.x & 255u;
+    var top = 255u;
+    var bottom = 0u;
+    var count = 0u;
+    var mask = 0u;
+    for (var row = (rect.x >> 8u) & 255u; row <= (rect.x >> 24u); row += 1u) {
+        let columns = outlined_columns(outline, row, rect.x);
+        let wide = columns.y - columns.x;
+        if wide > 0u {
+            top = min(top, row);
+            bottom = row;
+            count += wide;
+            let bits = ((1u << min(wide, 4u)) - 1u) << min(columns.x - left, 4u);
+            mask |= select(0u, (bits & 15u) << (4u * min(row - top, 3u)), row - top < 4u);
+        }
+    }
+    if count == 0u {
+        return vec2(0u);
+    }
+    let is_small = ((rect.x >> 16u) & 255u) < left + 4u && bottom - top < 4u;
+    let corners = (rect.x & 0x00ff00ffu) | (top << 8u) | (bottom << 24u);
+    return vec2(corners, (rect.y & 0xffff0000u) | select(min(count, WHOLE), mask, is_small));
+}
