@@ -6,7 +6,7 @@ override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
-// Some particles are none: discs, quads and puffs, which face the light.
+// Some particles are discs, quads and puffs, which face the light, or bricks.
 override HAS_FACING: bool = true;
 // Some Gaussians absorb along the ray, as media.
 override HAS_MEDIA: bool = true;
@@ -14,6 +14,8 @@ override HAS_MEDIA: bool = true;
 override HAS_QUADS: bool = true;
 // Bricks of grids of voxels.
 override HAS_BRICKS: bool = false;
+// Capsules of strands.
+override HAS_CAPSULES: bool = false;
 // Some caster may amplify light: sums have both signs, and saturation does not end a walk.
 override HAS_GAIN: bool = false;
 // Some caster adds light: order-dependent blending, without an early-out at saturation.

@@ -128,7 +128,7 @@ fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
 }
 
 /// The tiles of a small rectangle that are touched.
-fn touched_tiles(rect: TileRect, touches: impl Fn(Vec2, Vec2) -> bool) -> TileRect {
+pub(super) fn touched_tiles(rect: TileRect, touches: impl Fn(Vec2, Vec2) -> bool) -> TileRect {
     let (xs, ys) = (rect.x(), rect.y());
     let (x0, y0) = (*xs.start(), *ys.start());
     if xs.end() - x0 >= 4 || ys.end() - y0 >= 4 {

@@ -5,7 +5,7 @@ use super::{
     defaults,
     document::{
         CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable,
-        SplatsTable, VolumeTable,
+        SplatsTable, StrandsTable, VolumeTable,
     },
     emitters, environment,
     keys::Keys,
@@ -292,6 +292,7 @@ pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
             shape: keys.many("shape", ShapeTable::read)?,
             mesh: keys.many("mesh", MeshTable::read)?,
             volume: keys.many("volume", VolumeTable::read)?,
+            strands: keys.many("strands", StrandsTable::read)?,
             animate: keys.many("animate", Keys::all)?,
             camera: keys.one("camera", tables::camera)?,
         })

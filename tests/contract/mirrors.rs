@@ -156,6 +156,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SETUP_TEXELS", SETUP_TEXELS),
         ("SHAFTS_BIT", SHAFTS_BIT),
         ("SHAPE_BRICK", Shape::Brick as u32),
+        ("SHAPE_CAPSULE", Shape::Capsule as u32),
         ("SHAPE_DISC", Shape::Disc as u32),
         ("SHAPE_GAUSSIAN", Shape::Gaussian as u32),
         ("SHAPE_PUFF", Shape::Puff as u32),

@@ -3,10 +3,11 @@
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{
-    HAS_BRICKS, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
+    HAS_BRICKS, HAS_CAPSULES, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
 };
 import package::hit::brick::passage;
 import package::hit::brick_light::{SHADES_BRICKS, start_weights};
+import package::hit::capsule::{CapsuleSetup, capsule_hit, capsule_setup};
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{
     Facing, Hit, MISS, absorption, coverage, facing, facing_hit, transmittance,
@@ -15,12 +16,15 @@ import package::hit::puff::puff_hit;
 import package::hit::texture::sample_texture;
 import package::hit::triangle::triangle_hit;
 import package::records::brick::{brick_of, grid_of};
+import package::records::capsule::is_capsule;
 import package::records::caster::{caster_look, look_rotation, particle_object};
 import package::records::footprint::{
     Footprint, caster_of, footprint_color, opacity_base, opacity_slope, setup_of,
 };
 import package::records::gaussian::{GaussianSetup, gaussian_setup, is_gaussian};
-import package::records::material::{NO_TEXTURE, SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF};
+import package::records::material::{
+    NO_TEXTURE, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF,
+};
 import package::records::view::GpuView;
 import package::sums::faint::tau_absorbed;
 
@@ -28,6 +32,7 @@ import package::sums::faint::tau_absorbed;
 struct Faced {
     plane: Facing,
     gaussian: GaussianSetup,
+    capsule: CapsuleSetup,
     look: u32, // material and rotation, as in `casters`
 }
 
@@ -38,8 +43,11 @@ fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
     if HAS_FACING {
         faced.plane = facing(view, footprint.place, look_rotation(own));
     }
-    if HAS_GAUSSIANS && (!HAS_FACING || is_gaussian(footprint)) {
+    if HAS_GAUSSIANS && (!(HAS_FACING || HAS_CAPSULES) || is_gaussian(footprint)) {
         faced.gaussian = gaussian_setup(footprint);
+    }
+    if HAS_CAPSULES && (!(HAS_FACING || HAS_GAUSSIANS) || is_capsule(footprint)) {
+        faced.capsule = capsule_setup(view, own);
     }
     faced.look = own.z;
     return faced;
@@ -76,6 +84,9 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let place = footprint.place;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
+    if HAS_CAPSULES && (!(HAS_FACING || HAS_GAUSSIANS) || material.shape == SHAPE_CAPSULE) {
+        return capsule_hit(view, faced.capsule, texel, opaque_depth, material_id);
+    }
     if HAS_GAUSSIANS && (!HAS_FACING || material.shape == SHAPE_GAUSSIAN) {
         let hit = gaussian_hit(view, footprint, faced.gaussian, faced.look, texel, opaque_depth);
         let light = transmittance(material.transfer, hit.opacity, hit.color);

@@ -2,15 +2,16 @@
 
 import choice::mask::masked;
 import package::bind::uniform::picture_params;
-import package::features::{HAS_BRICKS, HAS_SHADOWS};
+import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, Point,
+    POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point,
 };
 import package::shade::phase::phase_of_orders;
 import package::shade::receive::{incoming, shadow};
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
+import package::shade::strand::strand_scattered;
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
 
@@ -80,13 +81,17 @@ fn point_light(point: Point) -> vec3<f32> {
                     through *= shadow(light, point.position, face, arriving.toward, point.reach);
                 }
                 let passed = arriving.color * through;
+                var once = scattered(point, cosine);
+                if HAS_CAPSULES {
+                    let own = strand_scattered(point.normal, arriving.toward, to_eye, point.roughness);
+                    once = select(once, own, point.kind == POINT_STRAND);
+                }
                 if HAS_BRICKS {
                     let ahead = dot(arriving.toward, -to_eye);
                     let often = phase_of_orders(through, ahead, 2.0 * point.roughness - 1.0, point.albedo);
-                    let once = through * scattered(point, cosine);
-                    diffuse += arriving.color * select(once, often, point.kind == POINT_BRICK);
+                    diffuse += arriving.color * select(through * once, often, point.kind == POINT_BRICK);
                 } else {
-                    diffuse += passed * scattered(point, cosine);
+                    diffuse += passed * once;
                 }
                 let middle = normalize(arriving.toward + to_eye);
                 let lobe = highlight(point.normal, middle, point.roughness)

@@ -1,11 +1,14 @@
 // Any caster as a lane's candidate for a visit. A lane sets a particle up once, for all that visit it, and
 // offers it with its id; all load its footprint.
 
-import package::features::HAS_GAUSSIANS;
+import package::features::{HAS_CAPSULES, HAS_FACING, HAS_GAUSSIANS};
+import package::hit::capsule::{CapsuleSetup, capsule_setup};
 import package::hit::caster_hit::{Faced, faced_of};
 import package::hit::hit::Facing;
 import package::hit::reach::touches_box;
-import package::records::footprint::Footprint;
+import package::records::capsule::is_capsule;
+import package::records::caster::caster_look;
+import package::records::footprint::{Footprint, caster_of};
 import package::records::footprint_loaded::load_footprint;
 import package::records::gaussian::GaussianSetup;
 import package::records::view::GpuView;
@@ -56,11 +59,17 @@ fn broadcast_faced(faced: Faced, lane: u32) -> Faced {
             subgroupShuffle(faced.gaussian.color, lane),
         );
     }
-    return Faced(plane, setup, subgroupShuffle(faced.look, lane));
+    var capsule: CapsuleSetup; // set up where it is visited
+    return Faced(plane, setup, capsule, subgroupShuffle(faced.look, lane));
 }
 
 // Visits the candidate of lane `lane`. `is_triangle`: kind of the loop.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
     let id = subgroupShuffle(offer.id, lane);
-    visit_faced(view, id, visited(load_footprint(id), is_triangle), broadcast_faced(offer.faced, lane));
+    let footprint = visited(load_footprint(id), is_triangle);
+    var faced = broadcast_faced(offer.faced, lane);
+    if HAS_CAPSULES && (!(HAS_FACING || HAS_GAUSSIANS) || is_capsule(footprint)) {
+        faced.capsule = capsule_setup(view, caster_look(caster_of(footprint)));
+    }
+    visit_faced(view, id, footprint, faced);
 }

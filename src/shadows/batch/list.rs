@@ -108,8 +108,8 @@ impl List {
         let resources =
             context.resources(views).with("bin_params", &params).with("counters", &counters);
         // Of these kernels, only `project` depends on kinds.
-        let bricks = plan.features.has(Flags::HAS_BRICKS);
-        let features = Features::NONE.with(Flags::HAS_BRICKS, bricks);
+        let kinds = plan.features.flags & (Flags::HAS_BRICKS | Flags::HAS_CAPSULES);
+        let features = Features::NONE.with(kinds, true);
         let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
             kernels.dispatch(desc, features, resources, groups)
         };

@@ -59,8 +59,8 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
     for &material in set.materials {
         let material = materials.get(material as usize);
         let material = material.ok_or(invalid("a material of it is not among the materials"))?;
-        if material.shape == Shape::Gaussian {
-            return Err(invalid("a material of it is of Gaussians, which are uploaded"));
+        if matches!(material.shape, Shape::Gaussian | Shape::Capsule) {
+            return Err(invalid("a material of it is of Gaussians or strands, which are uploaded"));
         }
         let class = Class::of(material);
         let of = (0..Class::LISTS.len()).find(|&i| Class::LISTS[i].contains(&class));
