@@ -7,7 +7,7 @@
 //! Both are products over the pieces of a strand that is cut.
 use super::{
     caster_hit::Hit,
-    gaussian::touched_tiles,
+    gaussian::{ENDLESS, touched_tiles},
     hit::absorption,
     project::{ProjectParams, Projected, SLACK, TexelBox, depth_key, tangents, tile_rect},
 };
@@ -22,7 +22,7 @@ use glam::{Vec2, Vec3, Vec4};
 /// Least squared sine between a ray and the axis.
 pub const PARALLEL: f32 = 1e-8;
 /// A whole way that is longer covers nothing, seen along the axis [diameters].
-pub const LONGEST: f32 = 1e6;
+pub const LONGEST_WAY: f32 = 1e6;
 /// Most of the change of the radius along a ray, a share of the mean radius.
 pub const TIP: f32 = 0.9999;
 /// Least transmittance of a diameter, so that its optical depth is finite.
@@ -109,7 +109,7 @@ impl CapsuleSetup {
         let roots = [q / open, (miss2 - radius * radius) / q];
         let (low, high) = (roots[0].min(roots[1]), roots[0].max(roots[1]));
         // A ray within the cone's own angle stays inside.
-        let endless = LONGEST * self.length;
+        let endless = LONGEST_WAY * self.length;
         let (enters, leaves) = match (open > 0.0, grows > 0.0) {
             (true, _) => (low, high),
             (false, true) => (high, endless),
@@ -156,7 +156,7 @@ impl CapsuleSetup {
         let depth = |at: f32| (closest + at - view.near) / range;
         (inside > 0.0).then(|| Way {
             inside,
-            whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST },
+            whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
             thin: (own / widened).clamp(0.0, 1.0),
             depth: depth(first),
             end: depth(last),
@@ -305,9 +305,6 @@ impl Extent {
         Self { middle: (a + b) * 0.5, half: (b - a) * 0.5, width, bounds }
     }
 }
-
-/// Reach of a sphere that comes near the eye [texels].
-pub const ENDLESS: f32 = 1e6;
 
 /// Radius of a circle around the place of a sphere's centre that contains the sphere [texels].
 fn circle(view: &GpuView, center: Vec3, radius: f32) -> f32 {

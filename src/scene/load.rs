@@ -157,7 +157,8 @@ fn load_all(
         "glb" | "gltf" => {
             let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
             let moving = loader.model(path, still, false)?;
-            loader.placed.push(Placed { kind: "mesh", name: None, moving });
+            let triangles = 0..loader.scene.triangles.len();
+            loader.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
             if loader.leaves_splats {
                 loader.splats_alone(path, None)?;
             }

@@ -27,6 +27,7 @@ mod puffs;
 mod rivals;
 mod textured;
 mod tints;
+mod strand_modes;
 mod strands;
 mod transfers;
 mod volume_order;

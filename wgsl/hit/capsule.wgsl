@@ -4,18 +4,16 @@
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, to_map};
 import package::records::capsule::capsule_of;
-import package::records::footprint::Footprint;
+import package::records::footprint::MIN_RADIUS;
 import package::records::octahedral::from_octahedral;
 import package::records::record::OPACITY_SCALE;
 import package::records::tile_rect::SLACK;
-import package::records::view::GpuView;
+import package::records::view::{GpuView, MIN_DISTANCE};
 import package::sums::faint::{tau_absorbed, whole_tau};
 
-const MIN_RADIUS: f32 = 0.70710678; // projected radius below which a strand is widened [texels]
 const PARALLEL: f32 = 1e-8; // least squared sine between a ray and the axis
-const LONGEST: f32 = 1e6;   // a longer way covers nothing, seen along the axis [diameters]
+const LONGEST_WAY: f32 = 1e6;   // a longer way covers nothing, seen along the axis [diameters]
 const TIP: f32 = 0.9999;    // most of the change of the radius along a ray, a share of the mean radius
-const MIN_LENGTH: f32 = 1.17549435e-38; // [m]
 
 // A capsule in a view: to the right, down and along the view's axis [m].
 struct CapsuleSetup {
@@ -34,7 +32,7 @@ fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
     let capsule = capsule_of(look.w);
     let first = to_view(view, capsule.first);
     let last = to_view(view, capsule.last);
-    let length = max(distance(first, last), MIN_LENGTH);
+    let length = max(distance(first, last), MIN_DISTANCE);
     let least = vec2(least_radius(view, first.z), least_radius(view, last.z));
     let radii = max(capsule.radii, least);
     return CapsuleSetup(
@@ -113,7 +111,7 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     var leaves = max(one, other);
     if open <= 0.0 {
         // A ray within the cone's own angle stays inside.
-        let endless = LONGEST * capsule.length;
+        let endless = LONGEST_WAY * capsule.length;
         let turn = enters;
         enters = select(-endless, leaves, grows > 0.0);
         leaves = select(turn, endless, grows > 0.0);
@@ -125,8 +123,8 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     var last = min(leaves, view.near + opaque_depth * range - closest);
     let ahead = dot(capsule.first_plane, way);
     let behind = -dot(capsule.last_plane, way);
-    let at_first = -dot(capsule.first_plane, off) / select(ahead, MIN_LENGTH, ahead == 0.0);
-    let at_last = dot(capsule.last_plane, off - capsule.axis * capsule.length) / select(behind, MIN_LENGTH, behind == 0.0);
+    let at_first = -dot(capsule.first_plane, off) / select(ahead, MIN_DISTANCE, ahead == 0.0);
+    let at_last = dot(capsule.last_plane, off - capsule.axis * capsule.length) / select(behind, MIN_DISTANCE, behind == 0.0);
     first = max(first, max(select(first, at_first, ahead > 0.0), select(first, at_last, behind > 0.0)));
     last = min(last, min(select(at_first, last, ahead > 0.0), select(at_last, last, behind > 0.0)));
     let place = begin + 0.5 * (first + last) * step;
@@ -141,7 +139,7 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let own = capsule.own.x + capsule.own.y * place;
     return Way(
         inside,
-        select(LONGEST, max(of_whole, inside), open > 0.0),
+        select(LONGEST_WAY, max(of_whole, inside), open > 0.0),
         clamp(own / mean, 0.0, 1.0),
         (closest + first - view.near) / range,
         (closest + last - view.near) / range,

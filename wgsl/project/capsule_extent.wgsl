@@ -1,11 +1,9 @@
 // Extent of a capsule of a strand in a view. CPU reference: src/reference/capsule.rs.
 
 import package::hit::capsule::{CapsuleSetup, capsule_touches};
+import package::project::conic::ENDLESS;
 import package::project::tangents::tangents;
-import package::records::view::{GpuView, TILE_SIZE};
-
-const ENDLESS: f32 = 1e6; // reach of a sphere that comes near the eye [texels]
-const MIN_DEPTH: f32 = 1.17549435e-38; // [m]
+import package::records::view::{GpuView, MIN_DISTANCE, TILE_SIZE};
 
 struct CapsuleExtent {
     place: vec4<f32>, // of its footprint: middle of its axis and how far it reaches from it [texels], light depth
@@ -79,9 +77,9 @@ fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
     extent.lo = min(vec2(a_x.x, a_y.x), vec2(b_x.x, b_y.x)) * view.scale + center;
     extent.hi = max(vec2(a_x.y, a_y.y), vec2(b_x.y, b_y.y)) * view.scale + center;
     let width = max(circle(view, a, reach), circle(view, b, reach));
-    let is_beside = min(a.z, b.z) < max(view.near, MIN_DEPTH) || width >= ENDLESS;
-    let at_a = a.xy / max(a.z, MIN_DEPTH) * view.scale + center;
-    let at_b = b.xy / max(b.z, MIN_DEPTH) * view.scale + center;
+    let is_beside = min(a.z, b.z) < max(view.near, MIN_DISTANCE) || width >= ENDLESS;
+    let at_a = a.xy / max(a.z, MIN_DISTANCE) * view.scale + center;
+    let at_b = b.xy / max(b.z, MIN_DISTANCE) * view.scale + center;
     extent.place = vec4((at_a + at_b) * 0.5, select(width, -1.0, is_beside), depth);
     extent.half = (at_b - at_a) * 0.5;
     return extent;

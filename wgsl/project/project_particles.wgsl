@@ -14,6 +14,7 @@ import package::records::brick::brick_of;
 import package::records::capsule::CAPSULE_MARK;
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
+import package::records::footprint::MIN_RADIUS;
 import package::records::material::{
     GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
 };
@@ -23,8 +24,6 @@ import package::records::view::{GpuView, MIN_DISTANCE};
 
 override WORKGROUP_SIZE: u32;
 
-// Projected radius below which a particle is enlarged and thinned [texels].
-const MIN_RADIUS: f32 = 0.70710678;
 // A particle is beside the view if its depth along the axis is below this share of its distance from the
 // light: its centre has no position in the map.
 const MIN_COSINE: f32 = 0.05;
