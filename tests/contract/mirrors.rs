@@ -5,7 +5,7 @@ use gobo::{
         gpu::Library,
         records::{
             AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
-            BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CASTER_TEXELS, COLORED_BIT,
+            BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CAPSULE_MARK, CASTER_TEXELS, COLORED_BIT,
             CURVE_SEGMENT, DEPTH_TAG_BITS, FARTHEST_PLACE, FILTER_BOX, FILTER_DISC, FILTER_SPLINE,
             FIXED_ONE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM,
             FORMAT_RGBA16FLOAT, GAUSSIAN_MARK, GAUSSIAN_TEXELS, INVISIBLE, JOINED_BIT,
@@ -17,7 +17,7 @@ use gobo::{
             STEPS_AT_ONCE, TRIANGLE_BIT, TRIANGLE_TEXELS, UNIT, VIEW_TEXELS,
         },
         reference::{
-            FAINT, accumulate, air, bloom, brick, brick_light,
+            FAINT, accumulate, air, bloom, brick, brick_light, capsule,
             curve::{
                 self,
                 tile::{ROUNDING, SLAB_PAIRS, TRACE},
@@ -83,6 +83,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("FORMAT_RG11B10UFLOAT", FORMAT_RG11B10UFLOAT),
         ("FORMAT_RGBA16FLOAT", FORMAT_RGBA16FLOAT),
         ("FORMAT_RGBA8UNORM", FORMAT_RGBA8UNORM),
+        ("CAPSULE_MARK", CAPSULE_MARK),
         ("GAUSSIAN_MARK", GAUSSIAN_MARK),
         ("GAUSSIAN_TEXELS", GAUSSIAN_TEXELS),
         ("INVISIBLE", INVISIBLE),
@@ -188,6 +189,11 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
     ];
     let real = [
         ("AT_THE_END", gaussian::AT_THE_END),
+        ("LONGEST_WAY", capsule::LONGEST_WAY),
+        ("PARALLEL", capsule::PARALLEL),
+        ("SHEEN", shading::SHEEN),
+        ("TIP", capsule::TIP),
+        ("HALF_TURN", std::f32::consts::PI),
         ("BLACK", BLACK),
         ("DARKEST", shading::DARKEST),
         ("RADIATION", black_body::RADIATION),

@@ -8,6 +8,7 @@ use super::{
 use crate::common::{
     Tier,
     compare::Tolerance,
+    files::read,
     gpu,
     scenes::{light, material, random_discs},
     strand_truth::meet,
@@ -34,8 +35,14 @@ pub(super) fn passed(scene: &Scene, view: &View, texel: [u32; 2], depth: f64) ->
         let distance = if is_parallel { 1.0 } else { along.max(near) };
         std::f64::consts::FRAC_1_SQRT_2 * distance / f64::from(view.scale)
     };
-    let all = scene.strands.iter().flat_map(|strand| meet(strand, start, way, ends, least));
-    all.fold(DVec3::ONE, |light, met| {
+    let is_near = |strand: &&Strand| {
+        let bounds = strand.bounds();
+        let (center, reach) = (bounds.center().as_dvec3(), f64::from(bounds.radius()));
+        let apart = (center - start).cross(way).length() / way.length();
+        apart <= reach + 2.0 * least(center)
+    };
+    let strands = scene.strands.iter().filter(is_near);
+    strands.flat_map(|strand| meet(strand, start, way, ends, least)).fold(DVec3::ONE, |light, met| {
         let Some(way) = met.way else { return light };
         let (color, alpha) = (met.color.truncate().as_dvec3(), f64::from(met.color.w));
         light * (DVec3::ONE - alpha * (DVec3::ONE - color)).map(|passed| way.passed(passed))
@@ -176,5 +183,31 @@ fn invalid_strands_are_errors_that_name_them() {
     for strand in wrong {
         let error = prepare(&[valid.clone(), strand.clone()]).unwrap_err();
         assert!(matches!(error, Error::Invalid { index: 1, .. }), "{strand:?}: {error}");
+    }
+}
+
+/// Fur on a ball under a sun, of curves of 8 nodes: OloEngine's deep map of 8 layers of 128 x 128 texels errs by 0.022 to
+/// 0.054 in the mean, its anisotropic grid by 0.013 to 0.030 (its pull request 1322).
+#[test]
+fn fur_is_resolved_in_depth() {
+    const TEXT: &str = r#"
+        light = [{ name = "sun", kind = "directional", direction = [-0.4, -1, -0.3], size = 128 }]
+        material = [
+          { name = "skin", tint = [1, 1, 1, 0], casts = false, visible = false },
+          { name = "hair", tint = [0.1, 0.1, 0.1, 0.9] },
+        ]
+        shape = [{ kind = "sphere", name = "ball", material = "skin" }]
+        [[strands]]
+        generate = { kind = "fur", on = "ball", count = 2000, length = 0.3, radius = 0.002, comb = [0.3, 0, 0], curl = 1, clump = 0.3 }
+        material = "hair"
+        [shadow]
+        receiver = "curve"
+        nodes = 8
+    "#;
+    let scene = read(TEXT).expect("a scene");
+    for maps in all_maps(&scene) {
+        let mean = mean_error(&scene, &maps[0]);
+        println!("fur: mean error {mean:.5}");
+        assert!(mean <= 0.013, "{mean}");
     }
 }
