@@ -14,6 +14,8 @@ override HAS_MEDIA: bool = true;
 override HAS_QUADS: bool = true;
 // Bricks of grids of voxels.
 override HAS_BRICKS: bool = false;
+// Capsules of strands.
+override HAS_CAPSULES: bool = false;
 // Some caster may amplify light: sums have both signs, and saturation does not end a walk.
 override HAS_GAIN: bool = false;
 // Some caster adds light: order-dependent blending, without an early-out at saturation.
@@ -60,7 +62,12 @@ override HAS_SHADOWS: bool = true;
 
 // Whether all particles are Gaussians.
 fn only_gaussians() -> bool {
-    return HAS_GAUSSIANS && !(HAS_FACING || HAS_PUFFS || HAS_BRICKS);
+    return HAS_GAUSSIANS && !(HAS_FACING || HAS_PUFFS || HAS_BRICKS || HAS_CAPSULES);
+}
+
+// Whether all particles are capsules of strands.
+fn only_capsules() -> bool {
+    return HAS_CAPSULES && !(HAS_FACING || HAS_PUFFS || HAS_BRICKS || HAS_GAUSSIANS);
 }
 
 // Bound of a loop over what may lie in registers: the linker writes the loop out for drivers that keep no other

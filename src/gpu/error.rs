@@ -97,6 +97,9 @@ pub enum Input {
     /// A triangle of [`Casters`](crate::Casters).
     #[error("triangle")]
     Triangle,
+    /// A strand of [`Casters`](crate::Casters).
+    #[error("strand")]
+    Strand,
     /// A grid of [`Casters`](crate::Casters).
     #[error("grid")]
     Grid,

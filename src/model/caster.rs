@@ -1,5 +1,5 @@
 //! Casters: materials, particles and triangles.
-use crate::model::{Gaussian, GaussianOpacity, Grid, Pattern};
+use crate::model::{Gaussian, GaussianOpacity, Grid, Pattern, Strand};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
@@ -63,6 +63,9 @@ pub enum Shape {
     /// A box of a [`Grid`], not of particles: it absorbs by its density.
     #[cfg_attr(feature = "scene", serde(skip))]
     Brick,
+    /// A segment of a [`Strand`], not of particles: a part of a cone.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    Capsule,
 }
 
 /// Falloff of a disc's opacity at distance `q` from its centre, for radius `r`.
@@ -317,6 +320,8 @@ pub struct Casters<'a> {
     pub triangles: &'a [Triangle],
     /// Grids of voxels.
     pub grids: &'a [Grid],
+    /// Hair, ribbons and trails.
+    pub strands: &'a [Strand],
     /// Materials, at most 512.
     pub materials: &'a [Material],
     /// Textures that materials sample.
@@ -328,9 +333,11 @@ pub struct Casters<'a> {
 }
 
 impl Casters<'_> {
-    /// Particles, Gaussians, triangles and bricks.
+    /// Particles, Gaussians, triangles, bricks and capsules.
     pub(crate) fn count(&self) -> u64 {
         let bricks: usize = self.grids.iter().map(|grid| grid.bricks.len()).sum();
-        (self.particles.len() + self.gaussians.len() + self.triangles.len() + bricks) as u64
+        let capsules: usize = self.strands.iter().map(|s| s.vertices.len().saturating_sub(1)).sum();
+        (self.particles.len() + self.gaussians.len() + self.triangles.len() + bricks + capsules)
+            as u64
     }
 }

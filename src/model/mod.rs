@@ -23,6 +23,7 @@ mod origin;
 mod point;
 mod scene;
 mod settings;
+mod strand;
 mod view;
 pub mod volume;
 
@@ -60,5 +61,6 @@ pub use settings::{
     Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,
     MAX_PAIRS, MIN_MAP_SIZE, Receiver, ShadowSettings,
 };
+pub use strand::{Capsule, Strand, StrandVertex, mitre};
 pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

@@ -40,6 +40,9 @@ impl Scene {
         for grid in &mut self.grids {
             grid.world_from_index.translation -= glam::Vec3A::from(by);
         }
+        for vertex in self.strands.iter_mut().flat_map(|strand| &mut strand.vertices) {
+            vertex.position -= by;
+        }
         for corner in self.triangles.iter_mut().flat_map(|triangle| &mut triangle.positions) {
             *corner -= by;
         }
@@ -63,7 +66,9 @@ impl Scene {
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let radii = self.particles.iter().map(|particle| particle.radius);
         let reaches = self.gaussians.iter().map(|gaussian| gaussian.radius(GaussianOpacity::Splat));
-        let mut radii: Vec<f32> = radii.chain(reaches).collect();
+        let vertices = self.strands.iter().flat_map(|strand| &strand.vertices);
+        let strands = vertices.map(|vertex| vertex.radius);
+        let mut radii: Vec<f32> = radii.chain(reaches).chain(strands).collect();
         radii.sort_unstable_by(f32::total_cmp);
         // Without particles, the edge of a map's texel is the size.
         // Nor where shares of them must have the same origin.

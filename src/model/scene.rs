@@ -2,7 +2,7 @@
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, Grid,
     IRRADIANCE, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped,
-    Texture, Tone, Triangle, emission::Emission,
+    Strand, Texture, Tone, Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
@@ -51,6 +51,8 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// Grids of voxels.
     pub grids: Vec<Grid>,
+    /// Hair, ribbons and trails.
+    pub strands: Vec<Strand>,
     /// Bounds of casters that are left out, but have the views fitted to them as well: those of other shares.
     pub around: Bounds,
     /// Ambient radiance if there is no environment: linear rgb.
@@ -151,15 +153,17 @@ impl Scene {
         });
         let emitted = self.emissions.iter().fold(gaussians, |b, e| b.with(&e.bounds()));
         let emitted = self.grids.iter().fold(emitted, |b, grid| b.with(&grid.bounds()));
+        let emitted = self.strands.iter().fold(emitted, |b, strand| b.with(&strand.bounds()));
         self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
     }
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
     pub fn casters(&self) -> Casters<'_> {
-        let Self { particles, gaussians, triangles, grids, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
+            self;
         // A frame must not depend on how particles were grouped in the one before.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
-        Casters { particles, gaussians, triangles, grids, materials, textures, in_order }
+        Casters { particles, gaussians, triangles, grids, strands, materials, textures, in_order }
     }
 
     /// Frames per second where frames are numbered.
@@ -236,6 +240,7 @@ impl Default for Scene {
             emissions: Vec::new(),
             triangles: Vec::new(),
             grids: Vec::new(),
+            strands: Vec::new(),
             around: Bounds::EMPTY,
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),

@@ -49,7 +49,10 @@ impl ShadeFeatures {
         cost: bool,
         scene: &Scene,
     ) -> Self {
-        let light = lighting.features.with(Flags::HAS_BRICKS, !scene.grids.is_empty());
+        let light = lighting
+            .features
+            .with(Flags::HAS_BRICKS, !scene.grids.is_empty())
+            .with(Flags::HAS_CAPSULES, !scene.strands.is_empty());
         let masks = lighting.masks.as_ref();
         // Some light without a mask casts shadows.
         let unmasked = masks.is_none_or(|masks| masks.slots.unmasked > 0);
@@ -60,7 +63,8 @@ impl ShadeFeatures {
         let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
         let aired =
             |features: Features| counted(features).with(Flags::HAS_AIR, scene.air.is_some());
-        let kinds = Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::HAS_TEXTURES;
+        let kinds =
+            Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::HAS_TEXTURES | Flags::HAS_CAPSULES;
         let of_kinds = |flags| Features::NONE.with(flags, true);
         let has_layers = blended.list.footprint_count > 0;
         let panes = has_layers && blended.features.has(Flags::HAS_TRIANGLES);

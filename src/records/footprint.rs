@@ -12,6 +12,8 @@ pub const FOOTPRINT_TEXELS: u32 = 2;
 pub const TRIANGLE_BIT: u32 = 1 << 31;
 /// [`Footprint::base`] of a Gaussian, which is none of a particle's.
 pub const GAUSSIAN_MARK: u32 = 0xffff;
+/// The same of a capsule.
+pub const CAPSULE_MARK: u32 = 0xfffe;
 /// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel, so that
 /// one texel's centre is always hit [texels].
 pub const MIN_RADIUS: f32 = std::f32::consts::FRAC_1_SQRT_2;
@@ -36,12 +38,13 @@ pub struct Footprint {
     /// Orthographic: radius [texels]. Perspective: radius over distance from the light. Triangle: half the
     /// side of the bounding square [texels]. Negative for a particle without a centre in the map
     /// ([`Self::beside`]): minus its radius [m]. Gaussian: where it ends, in standard deviations; negative if it is
-    /// beside the view.
+    /// beside the view. Capsule: how far it reaches from its axis [texels]; negative if an end is beside the view.
     pub radius: f32,
     /// Light depth of the centre; for a triangle the smallest; for a particle without a centre in the map
     /// its distance along the axis [m].
     pub depth: f32,
-    /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material.
+    /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material. Capsule: half of its axis, to the
+    /// right, as bits [texels]; and in `blue_slope` downwards.
     pub red_green: u32,
     /// Blue, unorm16, and the slope of the opacity, f16.
     pub blue_slope: u32,

@@ -260,6 +260,8 @@ fn tinting_bounds(scene: &Scene) -> Bounds {
     let bounds = emissions.fold(bounds, |b, emission| b.with(&emission.bounds()));
     let grids = scene.grids.iter().filter(|grid| is(grid.material));
     let bounds = grids.fold(bounds, |b, grid| b.with(&grid.bounds()));
+    let strands = scene.strands.iter().filter(|strand| is(strand.material));
+    let bounds = strands.fold(bounds, |b, strand| b.with(&strand.bounds()));
     let corners = scene.triangles.iter().filter(|own| is(own.material)).flat_map(|t| t.positions);
     corners.fold(bounds, |b, p| b.with_sphere(p, 0.0))
 }

@@ -8,6 +8,7 @@ mod area;
 mod bloom;
 mod blue;
 mod brick;
+mod capsule;
 mod caster;
 mod cluster;
 mod convert;
@@ -41,6 +42,7 @@ pub use blue::{BLUE_SIZE, blue_ranks};
 pub use brick::{
     BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, LATTICE_POINTS, SLOT_SIZE,
 };
+pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
@@ -48,8 +50,8 @@ pub use cluster::{
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
 pub use emitter::{EmissionParams, EmitterParams, GpuEmitted, STEPS_AT_ONCE};
 pub use footprint::{
-    BRICK_SEGMENT, CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint, GAUSSIAN_MARK,
-    INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
+    BRICK_SEGMENT, CAPSULE_MARK, CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint,
+    GAUSSIAN_MARK, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
 };
 pub use gaussian::{
     GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL,

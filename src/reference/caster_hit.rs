@@ -2,6 +2,7 @@
 use super::{
     brick::{Passage, VOXEL_PARTS, passage},
     brick_light::Lattice,
+    capsule::{CapsuleSetup, capsule_half, capsule_hit},
     gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     texture::Image,
@@ -9,8 +10,8 @@ use super::{
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
-        BACK_BIT, BrickRecord, Bricks, Caster, FIXED_ONE, Footprint, GaussianAxes, GaussianSetup,
-        GpuView, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
+        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, FIXED_ONE, Footprint, GaussianAxes,
+        GaussianSetup, GpuView, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
         dither::{Place, cell, threshold},
@@ -18,7 +19,7 @@ use crate::{
         tile::Tile,
     },
 };
-use glam::{IVec3, Vec2, Vec3};
+use glam::{IVec3, Vec2, Vec3, Vec4};
 
 /// Records that the hit tests of one view read.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +27,7 @@ pub struct Records<'a> {
     pub view: &'a GpuView,
     pub casters: &'a [Caster],
     pub bricks: &'a Bricks,
+    pub capsules: &'a [CapsuleRecord],
     pub axes: &'a [GaussianAxes],
     pub gaussians: &'a [GaussianSetup],
     pub setups: &'a [TriangleSetup],
@@ -112,6 +114,7 @@ enum Form<'a> {
     Puff { facing: Facing, footprint: Footprint, color: Vec3, alpha: f32 },
     Gaussian { footprint: Footprint, setup: &'a GaussianSetup, is_medium: bool },
     Brick { brick: &'a BrickRecord, color: Vec3 },
+    Capsule { setup: CapsuleSetup, color: Vec4, middle: Vec2 },
     Triangle(&'a TriangleSetup),
 }
 
@@ -133,6 +136,21 @@ impl<'a> Target<'a> {
             let id = records.axes[caster.id as usize].id;
             return Self { records, material, id, form, place: (Vec2::ZERO, f32::INFINITY) };
         }
+        if material.shape == Shape::Capsule {
+            let record = &records.capsules[caster.id as usize];
+            let setup = CapsuleSetup::new(records.view, record);
+            let color = caster.color() * material.tint;
+            let form = Form::Capsule { setup, color, middle: footprint.center };
+            let reach = capsule_half(footprint).abs().max_element() + footprint.radius + SLACK;
+            let reach = if footprint.radius < 0.0 { f32::INFINITY } else { reach };
+            return Self {
+                records,
+                material,
+                id: record.id,
+                form,
+                place: (footprint.center, reach),
+            };
+        }
         let facing = Facing::new(records.view, footprint, caster.rotation());
         let (color, (base, slope)) = (footprint.color(), footprint.opacity());
         let form = match material.shape {
@@ -143,7 +161,7 @@ impl<'a> Target<'a> {
             Shape::Brick => {
                 Form::Brick { brick: &records.bricks.records[caster.id as usize], color }
             }
-            Shape::Disc | Shape::Quad | Shape::Gaussian => {
+            Shape::Disc | Shape::Quad | Shape::Gaussian | Shape::Capsule => {
                 Form::Facing { facing, color, base, slope }
             }
         };
@@ -190,6 +208,10 @@ impl<'a> Target<'a> {
                 gaussian_hit(view, footprint, setup, is_medium, transfer, texel, opaque_depth)
             }
             Form::Brick { brick, color } => self.brick_hit(brick, color, texel, opaque_depth, part),
+            Form::Capsule { ref setup, color, .. } => {
+                let (view, transfer) = (self.records.view, self.material.transfer);
+                capsule_hit(view, setup, transfer, color, texel, opaque_depth)
+            }
             Form::Triangle(setup) => self.triangle_hit(setup, texel),
         };
         let hit = hit.filter(|hit| hit.depth >= 0.0 && hit.depth <= 1.0)?;
@@ -247,6 +269,7 @@ impl<'a> Target<'a> {
             _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
             // Grids are not opaque.
             Form::Brick { .. } => (Vec2::ZERO, Vec2::ONE),
+            Form::Capsule { middle, .. } => (texel - middle, Vec2::ONE),
             Form::Triangle(setup) => setup.own(texel),
             Form::Gaussian { ref footprint, setup, .. } => {
                 let [a, b, c] = setup.whitening.to_array();

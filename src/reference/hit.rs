@@ -126,8 +126,8 @@ fn turned(x: Vec3, y: Vec3, sin: f32, cos: f32) -> (Vec3, Vec3) {
 pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
     let inside = match shape {
         Shape::Quad => q.x.abs().max(q.y.abs()) <= 1.0,
-        // A Gaussian and a brick have no plane.
-        Shape::Gaussian | Shape::Brick => false,
+        // A Gaussian, a brick and a capsule have no plane.
+        Shape::Gaussian | Shape::Brick | Shape::Capsule => false,
         Shape::Disc | Shape::Puff => q.length_squared() <= 1.0,
     };
     match (inside, shape, profile) {

@@ -4,6 +4,7 @@ use super::{
     accumulate::{Accumulated, Modes, accumulate},
     bin::{Bins, bin},
     blur::blur,
+    capsule::project_capsule,
     caster_hit::Records,
     curve::{
         soften::soften_curves,
@@ -25,7 +26,7 @@ use crate::{
         Transfer, View, absorptions, dither::window,
     },
     records::{
-        BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Caster, CurveMap, DEPTH_BITS, Footprint,
+        BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Capsules, Caster, CurveMap, DEPTH_BITS, Footprint,
         GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
         TileRect, TriangleRecord, TriangleSetup, ViewMaps,
     },
@@ -48,6 +49,7 @@ pub(super) struct SceneRecords<'a> {
     pub casters: Vec<Caster>,
     pub axes: Vec<GaussianAxes>,
     pub bricks: Bricks,
+    pub capsules: Capsules,
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
     /// Set in curve mode.
@@ -104,7 +106,8 @@ impl<'a> SceneRecords<'a> {
     pub(super) fn new(scene: Casters<'a>, shadow: &ShadowSettings) -> Self {
         let materials = scene.materials;
         let bricks = Bricks::new(scene.grids, UVec2::new(u32::MAX, 1));
-        let particles = bricks.among(scene.particles, ..bricks.particles.len());
+        let capsules = Capsules::new(scene.strands);
+        let particles = capsules.among(bricks.among(scene.particles, ..bricks.particles.len()));
         let all = Casters { particles: &particles, ..scene };
         let uses = |transfer: Transfer| {
             let used = |material: u32| {
@@ -138,6 +141,7 @@ impl<'a> SceneRecords<'a> {
             axes: scene.gaussians.iter().map(GaussianAxes::new).collect(),
             triangles: scene.triangles.iter().map(TriangleRecord::new).collect(),
             bricks,
+            capsules,
             modes: Modes {
                 gain: uses(Transfer::Gain),
                 ordered: uses(Transfer::Over),
@@ -250,8 +254,20 @@ impl<'a> SceneRecords<'a> {
         gaussians: &'b [GaussianSetup],
         setups: &'b [TriangleSetup],
     ) -> Records<'b> {
-        let Self { casters, bricks, axes, materials, absorptions, images, .. } = self;
-        Records { view, casters, bricks, axes, gaussians, setups, materials, absorptions, images }
+        let Self { casters, bricks, capsules, axes, materials, absorptions, images, .. } = self;
+        let capsules = &capsules.records;
+        Records {
+            view,
+            casters,
+            bricks,
+            capsules,
+            axes,
+            gaussians,
+            setups,
+            materials,
+            absorptions,
+            images,
+        }
     }
 
     /// Whether footprint `i` is of a caster that filters light.
@@ -272,6 +288,11 @@ impl<'a> SceneRecords<'a> {
                 let id = (first + i) as u32;
                 let Some(number) = (first + i).checked_sub(first_gaussian) else {
                     let shape = self.materials[caster.material() as usize].shape;
+                    if shape == Shape::Capsule {
+                        let record = &self.capsules.records[caster.id as usize];
+                        let of = project_capsule(view, 0, (caster, id), record, material, params);
+                        return (of, GaussianSetup::default());
+                    }
                     let half_edges =
                         (shape == Shape::Brick).then(|| self.bricks.half_edges(caster.id));
                     let of = project_caster(view, 0, (caster, id), material, half_edges, params);

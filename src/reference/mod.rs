@@ -7,6 +7,7 @@ pub mod bloom;
 pub mod blur;
 pub mod brick;
 pub mod brick_light;
+pub mod capsule;
 pub mod caster_hit;
 pub mod cluster;
 pub mod curve;

@@ -11,7 +11,11 @@ use super::{
 };
 use crate::model::{LightKind, Motion};
 use glam::{Vec3, Vec4};
-use std::{collections::HashMap, ops::RangeInclusive, sync::Arc};
+use std::{
+    collections::HashMap,
+    ops::{Range, RangeInclusive},
+    sync::Arc,
+};
 use toml::Spanned;
 
 /// A shape, a mesh or splats of the scene file that keys may name.
@@ -19,6 +23,8 @@ pub(super) struct Placed {
     /// `"shape"`, `"mesh"` or `"splats"`.
     pub kind: &'static str,
     pub name: Option<String>,
+    /// Its triangles in the scene.
+    pub triangles: Range<usize>,
     /// Its movable part; `None` for a displaced sphere, which cannot be moved.
     pub moving: Option<Moving>,
 }

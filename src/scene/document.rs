@@ -3,6 +3,7 @@ use super::{
     SceneError,
     clouds::Cloud,
     displace::Displace,
+    fur::Fur,
     generate::Generate,
     keys::{ABOVE_ZERO, Keys},
     noise::Noise,
@@ -43,6 +44,7 @@ pub(super) struct Document {
     pub shape: Vec<Spanned<ShapeTable>>,
     pub mesh: Vec<Spanned<MeshTable>>,
     pub volume: Vec<Spanned<VolumeTable>>,
+    pub strands: Vec<Spanned<StrandsTable>>,
     pub animate: Vec<Spanned<AnimateTable>>,
     pub camera: Option<Spanned<CameraTable>>,
 }
@@ -291,6 +293,29 @@ impl VolumeTable {
             emission: keys.one("emission", EmissionTable::read)?.map(Spanned::into_inner),
             casts: keys.value("casts", true)?,
             visible: keys.value("visible", true)?,
+            placement: placement(keys)?,
+        })
+    }
+}
+
+/// Hair, fur, ribbons and trails.
+#[derive(Clone, Debug)]
+pub(super) struct StrandsTable {
+    pub file: Option<PathBuf>,
+    pub generate: Option<Fur>,
+    pub material: String,
+    /// Radius of a file without radii [m].
+    pub radius: Option<f32>,
+    pub placement: Placement,
+}
+
+impl StrandsTable {
+    pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            file: keys.given("file")?,
+            generate: keys.one("generate", Fur::read)?.map(Spanned::into_inner),
+            material: keys.required("material")?,
+            radius: keys.number("radius", ABOVE_ZERO..=1e7, "above 0")?,
             placement: placement(keys)?,
         })
     }

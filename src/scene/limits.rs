@@ -25,6 +25,8 @@ pub enum Limit {
     Triangles,
     /// Bricks of 8^3 voxels of all volumes: 0.7 GiB.
     Bricks,
+    /// Vertices of strands, read or generated.
+    Capsules,
     /// Nodes of a glTF file; instances and primitives of each count too, and joints of its skin.
     Nodes,
     /// Bytes that compressed meshes of a glTF file hold: 1 GiB.
@@ -38,7 +40,7 @@ pub enum Limit {
 
 impl Limit {
     /// All limits.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Lights,
         Self::Sources,
         Self::Materials,
@@ -48,6 +50,7 @@ impl Limit {
         Self::Splats,
         Self::Triangles,
         Self::Bricks,
+        Self::Capsules,
         Self::Nodes,
         Self::Unpacked,
         Self::Keys,
@@ -65,6 +68,7 @@ impl Limit {
             Self::Particles | Self::Splats => 16_000_000,
             Self::Triangles => 8_000_000,
             Self::Bricks => super::vdb::MOST_NODES as u64,
+            Self::Capsules => 8_000_000,
             Self::Nodes => 1_000_000,
             Self::Unpacked => 1 << 30,
             Self::Keys => 10_000_000,
@@ -84,6 +88,7 @@ impl Limit {
             Self::Splats => "splats",
             Self::Triangles => "triangles",
             Self::Bricks => "bricks of volumes",
+            Self::Capsules => "vertices of strands",
             Self::Nodes => "nodes of a glTF file",
             Self::Unpacked => "bytes of compressed meshes",
             Self::Keys => "keys and morphed triangles of a glTF file",
@@ -106,6 +111,7 @@ impl Limit {
                 "simplify the meshes, use them less often, or lower a sphere's level"
             }
             Self::Bricks => "use fewer or larger voxels",
+            Self::Capsules => "use fewer strands, or fewer segments in each",
             Self::Nodes => "join meshes, or use them less often",
             Self::Unpacked => "simplify the meshes",
             Self::Keys => "use fewer keys or morph targets",

@@ -5,7 +5,7 @@ use super::{
     defaults,
     document::{
         CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable,
-        SplatsTable, VolumeTable,
+        SplatsTable, StrandsTable, VolumeTable,
     },
     emitters, environment,
     keys::Keys,
@@ -158,7 +158,8 @@ fn load_all(
         "glb" | "gltf" => {
             let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
             let moving = loader.model(path, still, false)?;
-            loader.placed.push(Placed { kind: "mesh", name: None, moving });
+            let triangles = 0..loader.scene.triangles.len();
+            loader.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
             if loader.leaves_splats {
                 loader.splats_alone(path, None)?;
             }
@@ -293,6 +294,7 @@ pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
             shape: keys.many("shape", ShapeTable::read)?,
             mesh: keys.many("mesh", MeshTable::read)?,
             volume: keys.many("volume", VolumeTable::read)?,
+            strands: keys.many("strands", StrandsTable::read)?,
             animate: keys.many("animate", Keys::all)?,
             camera: keys.one("camera", tables::camera)?,
         })

@@ -144,6 +144,7 @@ impl<'a> Loader<'a> {
             let path = self.folder.join(file);
             let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("mesh."));
             let first_material = self.scene.materials.len();
+            let first_triangle = self.scene.triangles.len();
             let moving = self
                 .model(&path, placement.clone(), is_keyed)
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
@@ -154,10 +155,14 @@ impl<'a> Loader<'a> {
                 let name = path.display();
                 self.scene.notes.push(format!("{name}: its splats are read by a [[splats]] table"));
             }
-            self.place("mesh", &table.span(), name.as_ref(), moving)?;
+            let own = first_triangle..self.scene.triangles.len();
+            self.place("mesh", &table.span(), name.as_ref(), own, moving)?;
         }
         for table in &document.volume {
             self.volume(table)?;
+        }
+        for table in &document.strands {
+            self.strands(table)?;
         }
         Ok(())
     }
@@ -230,6 +235,7 @@ impl<'a> Loader<'a> {
         kind: &'static str,
         table: &Range<usize>,
         name: Option<&String>,
+        triangles: Range<usize>,
         moving: Option<Moving>,
     ) -> Result<(), SceneError> {
         if let Some(name) = name
@@ -238,7 +244,7 @@ impl<'a> Loader<'a> {
             let message = format!("a second {kind} named {}", quoted(name));
             return Err(self.error(table, "name", &message, "give each its own name"));
         }
-        self.placed.push(Placed { kind, name: name.cloned(), moving });
+        self.placed.push(Placed { kind, name: name.cloned(), triangles, moving });
         Ok(())
     }
 
@@ -287,7 +293,8 @@ impl<'a> Loader<'a> {
             far: 0,
         });
         self.scene.triangles.extend(triangles);
-        self.place("shape", &table.span(), name.as_ref(), moving)
+        let own = have..self.scene.triangles.len();
+        self.place("shape", &table.span(), name.as_ref(), own, moving)
     }
 }
 

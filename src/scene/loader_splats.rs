@@ -61,7 +61,7 @@ impl Loader<'_> {
             let own = first..self.scene.gaussians.len();
             self.splat_files.push((self.folder.join(file), own, first_id));
         }
-        self.place("splats", &span, given.name.as_ref(), moving)
+        self.place("splats", &span, given.name.as_ref(), 0..0, moving)
     }
 
     /// Splats that are a scene of their own; `kind`: of a file that is no glTF.

@@ -11,6 +11,7 @@ mod document;
 mod emitters;
 mod environment;
 mod error;
+mod fur;
 #[doc(hidden)]
 pub mod generate;
 mod gltf;
@@ -52,6 +53,7 @@ mod source;
 mod splat_file;
 #[doc(hidden)]
 pub mod splats;
+mod strands;
 mod summary;
 mod tables;
 #[doc(hidden)]

@@ -6,7 +6,7 @@ use super::{
     ply, read,
 };
 pub(super) use crate::model::FARTHEST;
-use crate::model::{Material, Particle, Skipped};
+use crate::model::{Material, Particle, Skipped, Strand, StrandVertex};
 use glam::{DVec3, Vec3, Vec4};
 use std::path::Path;
 
@@ -19,6 +19,16 @@ pub struct ParticleFile {
     pub skipped: Skipped,
     /// Columns of the file that are ignored, a sentence each.
     pub notes: Vec<String>,
+}
+
+/// Contents of a file of strands.
+#[derive(Debug)]
+pub(super) struct StrandFile {
+    /// Rows of equal id, one behind the other; all rows of a file without ids.
+    pub(super) strands: Vec<Strand>,
+    /// Rows left out, by reason.
+    pub(super) skipped: Skipped,
+    pub(super) notes: Vec<String>,
 }
 
 /// Columns of a row, in the order of [`NAMES`].
@@ -97,6 +107,8 @@ pub(super) struct Rows<'a> {
     material: &'a Material,
     material_id: u32,
     first_id: u32,
+    /// Whether radii of 0 are valid, and all rows without an id have the first.
+    of_strands: bool,
     /// Particles of the scene before this file.
     earlier: u64,
     storage: [Storage; NAMES.len()],
@@ -117,14 +129,11 @@ pub(super) fn load(
     first_id: u32,
     earlier: u64,
 ) -> Result<ParticleFile, SceneError> {
-    if let Some(count) = announced(path) {
-        check_count(path, earlier, count)?;
-    }
-    let bytes = read::bytes(path)?;
-    let mut rows = Rows {
+    let rows = Rows {
         material,
         material_id,
         first_id,
+        of_strands: false,
         earlier,
         storage: [Storage::Absent; NAMES.len()],
         count: 0,
@@ -132,23 +141,38 @@ pub(super) fn load(
         skipped: Skipped::new(),
         notes: Vec::new(),
     };
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some("ply") => ply::read(path, &bytes, &mut rows)?,
-        Some("csv") => read_csv(path, &bytes, &mut rows)?,
-        _ => {
-            let message = "particles come from .ply and .csv files only";
-            return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
-        }
-    }
-    let Rows { storage, mut particles, skipped, notes, .. } = rows;
-    if storage[RADIUS] == Storage::Absent {
-        let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
-        for particle in &mut particles {
-            particle.radius = radius;
-        }
-    }
-    Ok(ParticleFile { particles, skipped, notes })
+    rows.load(path, default_radius)
+}
+
+/// Loads a file of strands, with the columns of particles. `default_radius` [m] is for files without a radius column.
+pub(super) fn load_strands(
+    path: &Path,
+    material: &Material,
+    material_id: u32,
+    default_radius: Option<f32>,
+) -> Result<StrandFile, SceneError> {
+    let rows = Rows {
+        material,
+        material_id,
+        first_id: 0,
+        of_strands: true,
+        earlier: 0,
+        storage: [Storage::Absent; NAMES.len()],
+        count: 0,
+        particles: Vec::new(),
+        skipped: Skipped::new(),
+        notes: Vec::new(),
+    };
+    let ParticleFile { particles, skipped, notes } = rows.load(path, default_radius)?;
+    let of_rows = particles.chunk_by(|a, b| a.id == b.id).map(|rows| Strand {
+        vertices: rows
+            .iter()
+            .map(|row| StrandVertex { position: row.center, radius: row.radius, color: row.color })
+            .collect(),
+        material: material_id,
+        id: rows[0].id,
+    });
+    Ok(StrandFile { strands: of_rows.collect(), skipped, notes })
 }
 
 /// Number of particles that the head of a PLY file promises, if the file is long enough for them; a CSV file
@@ -164,6 +188,35 @@ fn check_count(path: &Path, earlier: u64, count: u64) -> Result<(), SceneError> 
 }
 
 impl Rows<'_> {
+    fn load(
+        mut self,
+        path: &Path,
+        default_radius: Option<f32>,
+    ) -> Result<ParticleFile, SceneError> {
+        if let Some(count) = announced(path) {
+            check_count(path, self.earlier, count)?;
+        }
+        let bytes = read::bytes(path)?;
+        let rows = &mut self;
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("ply") => ply::read(path, &bytes, rows)?,
+            Some("csv") => read_csv(path, &bytes, rows)?,
+            _ => {
+                let message = "particles come from .ply and .csv files only";
+                return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
+            }
+        }
+        let Rows { storage, mut particles, skipped, notes, .. } = self;
+        if storage[RADIUS] == Storage::Absent {
+            let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
+            for particle in &mut particles {
+                particle.radius = radius;
+            }
+        }
+        Ok(ParticleFile { particles, skipped, notes })
+    }
+
     /// Sets the columns; call it before the rows.
     pub(super) fn begin(
         &mut self,
@@ -210,7 +263,7 @@ impl Rows<'_> {
         if center.abs().max_element() > FARTHEST || radius > FARTHEST {
             return Err("too far");
         }
-        if radius <= 0.0 {
+        if radius < 0.0 || radius == 0.0 && !self.of_strands {
             return Err("radius not positive");
         }
         let rgba = Vec4::from_array(std::array::from_fn(|i| color(RED + i)));
@@ -222,6 +275,7 @@ impl Rows<'_> {
             return Err("alpha out of range");
         }
         let id = match self.storage[ID] {
+            Storage::Absent if self.of_strands => self.first_id,
             Storage::Absent => self.first_id.wrapping_add(self.count),
             _ => row[ID] as i64 as u32,
         };

@@ -18,6 +18,8 @@ pub struct Summary {
     pub grids: usize,
     /// Bricks of all grids.
     pub bricks: usize,
+    /// Strands.
+    pub strands: usize,
     /// Materials.
     pub materials: usize,
     /// Textures.
@@ -44,6 +46,7 @@ impl Scene {
             triangles: self.triangles.len(),
             grids: self.grids.len(),
             bricks: self.grids.iter().map(|grid| grid.bricks.len()).sum(),
+            strands: self.strands.len(),
             materials: self.materials.len(),
             textures: self.textures.len(),
             lights: self.lights.len(),
@@ -58,13 +61,16 @@ impl Scene {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { particles, splats, emitted, triangles, grids, bricks, materials, .. } = self;
-        let Self { textures, lights, views, .. } = self;
+        let Self { strands, textures, lights, views, .. } = self;
         writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
         if *splats > 0 {
             writeln!(f, "splats     {splats}")?;
         }
         if *grids > 0 {
             writeln!(f, "volumes    {grids}, of {bricks} bricks")?;
+        }
+        if *strands > 0 {
+            writeln!(f, "strands    {strands}")?;
         }
         if *emitted > 0 {
             writeln!(f, "emitters   at most {emitted} particles at a time")?;

@@ -4,7 +4,7 @@ use crate::gpu::Constant;
 bitflags::bitflags! {
     /// Kinds of casters, views and pictures. Most have the name of their override in `wgsl/features.wgsl`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-    pub struct Flags: u32 {
+    pub struct Flags: u64 {
         const HAS_PARTICLES = 1 << 0;
         const HAS_TRIANGLES = 1 << 1;
         const HAS_TEXTURES = 1 << 2;
@@ -49,6 +49,8 @@ bitflags::bitflags! {
         const HAS_AREAS = 1 << 24;
         /// Some casters are Gaussians.
         const HAS_GAUSSIANS = 1 << 28;
+        /// Some casters are capsules of strands.
+        const HAS_CAPSULES = 1 << 32;
         /// Some particles are discs or quads.
         const HAS_FACING = 1 << 30;
         /// Some Gaussians are media.

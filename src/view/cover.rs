@@ -1,6 +1,6 @@
 //! Extent of a directional view: all casters, and depths that include their receivers.
 use super::Receivers;
-use crate::model::{Bounds, Gaussian, Grid, Scene, Triangle, emission::Emission};
+use crate::model::{Bounds, Gaussian, Grid, Scene, Strand, Triangle, emission::Emission};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Casters and receivers that a directional view covers.
@@ -37,6 +37,8 @@ impl<'a> Cover<'a> {
         let casters = emissions.fold(casters, |b, e| b.with(&e.bounds()));
         let grids = scene.grids.iter().filter(|grid| casts(grid.material));
         let casters = grids.fold(casters, |b, grid| b.with(&grid.bounds()));
+        let strands = scene.strands.iter().filter(|strand| casts(strand.material));
+        let casters = strands.fold(casters, |b, strand| b.with(&strand.bounds()));
         let corners =
             scene.triangles.iter().filter(|t| casts(t.material)).flat_map(|t| t.positions);
         let casters = corners.fold(casters, |b, p| b.with_sphere(p, 0.0));
@@ -70,7 +72,8 @@ impl<'a> Cover<'a> {
         let triangles = triangles.map(|t| deepest_within(t, view_from_world, min, max));
         let emissions = scene.emissions.iter().filter(|e| !casts(e.emitter.material));
         let grids = scene.grids.iter().filter(|grid| !casts(grid.material)).map(Grid::bounds);
-        let boxes = emissions.map(Emission::bounds).chain(grids);
+        let strands = scene.strands.iter().filter(|strand| !casts(strand.material));
+        let boxes = emissions.map(Emission::bounds).chain(grids).chain(strands.map(Strand::bounds));
         let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
         let gaussians = scene.gaussians.iter().filter(|g| !casts(g.material)).map(bounds);
         let boxes = boxes.chain(gaussians).filter(|bounds| !bounds.is_empty());

@@ -1,17 +1,21 @@
 //! A renderer in 64 bits, straight from the formulas: every texel tests every caster. It shares no code
 //! with the crate's, and uses no tricks.
-use super::{compare::ExpectedTexel, gaussian_truth, grid_truth};
+use super::{compare::ExpectedTexel, gaussian_truth, grid_truth, strand_truth};
 use gobo::{
     glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
     model::{
-        Brick, Gaussian, Grid, LightKind, Material, Particle, Profile, Shape, Texture, Transfer,
-        Triangle, View,
+        Brick, Gaussian, Grid, LightKind, Material, Particle, Profile, Shape, Strand, Texture,
+        Transfer, Triangle, View,
     },
     scene::Scene,
 };
 
 /// Distance to an edge below which rounding decides [texels].
 const EDGE: f64 = 0.05;
+/// The same of a strand, whose chord falls as a root.
+const EDGE_OF_STRAND: f64 = 0.01;
+/// Distance of a capsule's opacity to 1/255 below which rounding decides.
+const OPACITY_OF_STRAND: f64 = 1e-3;
 /// Distance of a presence to 1/255 below which rounding decides.
 const OPACITY_MARGIN: f64 = 1e-4;
 /// Distance to the opaque surface or the near plane below which rounding decides [light depth].
@@ -158,6 +162,12 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
                 visit(meet_triangle(scene, eye, ray, triangle, material));
             }
         }
+        for strand in &scene.strands {
+            let material = material_of(strand.material);
+            if material.transfer.is_opaque() == opaque {
+                meet_strand(eye, ray, strand, material, end, visit);
+            }
+        }
         for grid in scene.grids.iter().filter(|_| !opaque) {
             for brick in &grid.bricks {
                 visit(meet_brick(eye, ray, grid, brick, end));
@@ -295,6 +305,43 @@ fn meet_gaussian(
         return Met::Edge;
     }
     Met::Hit(hit)
+}
+
+fn meet_strand(
+    eye: &Eye,
+    ray: &Ray,
+    strand: &Strand,
+    material: &Material,
+    opaque_depth: f64,
+    visit: &mut dyn FnMut(Met),
+) {
+    let ends = [eye.ways(0.0), eye.ways(opaque_depth.min(1.0))];
+    let least = |point: DVec3| {
+        let distance = if eye.parallel { 1.0 } else { eye.along_axis(point).max(eye.near) };
+        std::f64::consts::FRAC_1_SQRT_2 * distance / eye.scale
+    };
+    let tint = material.tint.as_dvec4();
+    for met in strand_truth::meet(strand, ray.start, ray.way, ends, least) {
+        let Some(way) = met.way else { continue };
+        let color = met.color.as_dvec4() * tint;
+        let of_diameter = optics(material, color.w, color.truncate(), 0.0);
+        let light = of_diameter.light.map(|passed| way.passed(passed));
+        let opacity = 1.0 - way.passed(1.0 - of_diameter.opacity);
+        let depth = eye.depth(way.enters);
+        if way.miss < EDGE_OF_STRAND * eye.texel_size(ray.start + ray.way * way.enters)
+            || (opacity - 1.0 / 255.0).abs() < OPACITY_OF_STRAND
+            || (depth - 1.0).abs() < DEPTH_MARGIN
+        {
+            visit(Met::Edge);
+            continue;
+        }
+        let added = if material.transfer == Transfer::Over {
+            color.truncate() * opacity
+        } else {
+            DVec3::ZERO
+        };
+        visit(Met::Hit(Hit { light, added, opacity, presence: opacity, depth, reach: 0.0 }));
+    }
 }
 
 fn meet_puff(

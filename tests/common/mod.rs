@@ -6,6 +6,7 @@ pub(crate) mod gaussian_truth;
 pub(crate) mod grid_truth;
 pub(crate) mod scenes;
 pub(crate) mod splats;
+pub(crate) mod strand_truth;
 pub(crate) mod vdb;
 pub(crate) mod windows;
 

@@ -5,9 +5,9 @@ use gobo::{
         gpu::Library,
         records::{
             AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
-            BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CASTER_TEXELS, COLORED_BIT,
-            CURVE_SEGMENT, DEPTH_TAG_BITS, FARTHEST_PLACE, FILTER_BOX, FILTER_DISC, FILTER_SPLINE,
-            FIXED_ONE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM,
+            BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CAPSULE_MARK, CASTER_TEXELS,
+            COLORED_BIT, CURVE_SEGMENT, DEPTH_TAG_BITS, FARTHEST_PLACE, FILTER_BOX, FILTER_DISC,
+            FILTER_SPLINE, FIXED_ONE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM,
             FORMAT_RGBA16FLOAT, GAUSSIAN_MARK, GAUSSIAN_TEXELS, INVISIBLE, JOINED_BIT,
             LATTICE_EDGE, LATTICE_POINTS, LEVELED_TEXELS, LIGHT_DIRECTIONAL, LIGHT_POINT,
             LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS, MAX_MATERIALS, MAX_TAU, MAX_VIEWS, MEDIUM_BIT,
@@ -18,7 +18,7 @@ use gobo::{
             UNIT_ROUNDING, VIEW_TEXELS,
         },
         reference::{
-            FAINT, accumulate, air, bloom, brick, brick_light,
+            FAINT, accumulate, air, bloom, brick, brick_light, capsule,
             curve::{
                 self,
                 tile::{ROUNDING, SLAB_PAIRS, TRACE},
@@ -87,6 +87,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("FORMAT_RG11B10UFLOAT", FORMAT_RG11B10UFLOAT),
         ("FORMAT_RGBA16FLOAT", FORMAT_RGBA16FLOAT),
         ("FORMAT_RGBA8UNORM", FORMAT_RGBA8UNORM),
+        ("CAPSULE_MARK", CAPSULE_MARK),
         ("GAUSSIAN_MARK", GAUSSIAN_MARK),
         ("GAUSSIAN_TEXELS", GAUSSIAN_TEXELS),
         ("OUTLINE_TEXEL", OUTLINE_TEXEL),
@@ -162,6 +163,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SETUP_TEXELS", SETUP_TEXELS),
         ("SHAFTS_BIT", SHAFTS_BIT),
         ("SHAPE_BRICK", Shape::Brick as u32),
+        ("SHAPE_CAPSULE", Shape::Capsule as u32),
         ("SHAPE_DISC", Shape::Disc as u32),
         ("SHAPE_GAUSSIAN", Shape::Gaussian as u32),
         ("SHAPE_PUFF", Shape::Puff as u32),
@@ -193,6 +195,11 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
     ];
     let real = [
         ("AT_THE_END", gaussian::AT_THE_END),
+        ("LONGEST_WAY", capsule::LONGEST_WAY),
+        ("PARALLEL", capsule::PARALLEL),
+        ("SHEEN", shading::SHEEN),
+        ("TIP", capsule::TIP),
+        ("HALF_TURN", std::f32::consts::PI),
         ("BLACK", BLACK),
         ("DARKEST", shading::DARKEST),
         ("RADIATION", black_body::RADIATION),

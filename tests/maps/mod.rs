@@ -26,6 +26,8 @@ mod properties;
 mod proxies;
 mod puffs;
 mod rivals;
+mod strand_modes;
+mod strands;
 mod textured;
 mod tints;
 mod transfers;

@@ -23,5 +23,6 @@ mod ply;
 mod sources;
 mod splat_files;
 mod splats;
+mod strands;
 mod vdb;
 mod volumes;

@@ -8,7 +8,7 @@ import package::curve::gather::{
 import package::curve::lights::{Lights, black, difference, plus, scaled, with_light};
 import package::curve::overflow::is_light;
 import package::curve::volumes::{change_density, crossed, surface_light, surface_scale};
-import package::features::{HAS_BRICKS, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
+import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
 import package::hit::brick::{part, part_count, ramps_of};
 import package::hit::caster_hit::{Faced, faced_hit, set_up};
 import package::hit::hit::{Hit, MISS};
@@ -133,7 +133,7 @@ fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool
 // `absorbed` is not read with `over` or volumes.
 fn join_hits(hits: Hits, absorbed: Lights) -> RowIs {
     let placed = join(hits.light, absorbed, hits.depth, hits.presence);
-    if HAS_PUFFS || HAS_MEDIA || HAS_BRICKS {
+    if HAS_PUFFS || HAS_MEDIA || HAS_BRICKS || HAS_CAPSULES {
         open_end = select(open_end, max(open_end, hits.end), placed);
     }
     if HAS_OVER || HAS_VOLUMES {

@@ -1,13 +1,16 @@
 // Whether an opaque material's hit blocks the light at a texel. CPU reference: src/reference/occlude.rs.
 
 import package::bind::uniform::materials;
-import package::features::{HAS_DITHER, HAS_GAUSSIANS, HAS_PARTICLES, HAS_TRIANGLES};
+import package::features::{
+    HAS_CAPSULES, HAS_DITHER, HAS_GAUSSIANS, HAS_PARTICLES, HAS_TRIANGLES,
+};
 import package::hit::triangle::edge;
 import package::hit::dither::{PATTERN_HASHED, cell_threshold, hashed_threshold, pattern_cell};
 import package::hit::gaussian::approach;
 import package::hit::hit::{Hit, facing, facing_hit};
 import package::hit::object::object_of;
 import package::hit::solid::is_solid;
+import package::records::capsule::is_capsule;
 import package::records::caster::caster_rotation;
 import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::gaussian::{gaussian_setup, is_gaussian};
@@ -52,6 +55,8 @@ fn threshold_place(view: GpuView, footprint: Footprint, texel: vec2<f32>, materi
         let setup = gaussian_setup(footprint);
         let w = setup.whitening;
         place.own = vec4(approach(view, footprint, setup, texel).place, max(abs(w.x), abs(w.y)), abs(w.z));
+    } else if HAS_CAPSULES && is_capsule(footprint) {
+        place.own = vec4(texel - footprint.place.xy, vec2(1.0));
     } else if HAS_PARTICLES {
         let rotation = caster_rotation(caster_of(footprint));
         let plane = facing(view, footprint.place, rotation);

@@ -3,11 +3,12 @@
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{
-    HAS_BRICKS, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
-    only_gaussians,
+    HAS_BRICKS, HAS_CAPSULES, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
+    only_capsules, only_gaussians,
 };
 import package::hit::brick::passage;
 import package::hit::brick_light::{SHADES_BRICKS, brick_light};
+import package::hit::capsule::{CapsuleSetup, capsule_hit, capsule_setup};
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{
     Facing, Hit, MISS, absorption, coverage, facing, facing_hit, transmittance,
@@ -16,12 +17,15 @@ import package::hit::puff::puff_hit;
 import package::hit::texture::sample_texture;
 import package::hit::triangle::triangle_hit;
 import package::records::brick::{brick_of, grid_of};
+import package::records::capsule::is_capsule;
 import package::records::caster::{caster_look, look_rotation, particle_object};
 import package::records::footprint::{
     Footprint, caster_of, footprint_color, opacity_base, opacity_slope, setup_of,
 };
 import package::records::gaussian::{GaussianSetup, gaussian_setup, is_gaussian};
-import package::records::material::{NO_TEXTURE, SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF};
+import package::records::material::{
+    NO_TEXTURE, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF,
+};
 import package::records::view::GpuView;
 import package::sums::faint::tau_absorbed;
 
@@ -29,6 +33,7 @@ import package::sums::faint::tau_absorbed;
 struct Faced {
     plane: Facing,
     gaussian: GaussianSetup,
+    capsule: CapsuleSetup,
     look: u32, // material and rotation, as in `casters`
 }
 
@@ -54,9 +59,17 @@ fn gaussian_of(footprint: Footprint) -> GaussianSetup {
     return setup;
 }
 
+fn capsule_in(view: GpuView, footprint: Footprint) -> CapsuleSetup {
+    var setup: CapsuleSetup;
+    if HAS_CAPSULES && (only_capsules() || is_capsule(footprint)) {
+        setup = capsule_setup(view, caster_look(caster_of(footprint)));
+    }
+    return setup;
+}
+
 fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
     let look = look_of(footprint);
-    return Faced(plane_of(view, footprint, look), gaussian_of(footprint), look);
+    return Faced(plane_of(view, footprint, look), gaussian_of(footprint), capsule_in(view, footprint), look);
 }
 
 // What `faced_hit` needs of any caster.
@@ -97,6 +110,9 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let place = footprint.place;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
+    if HAS_CAPSULES && (only_capsules() || material.shape == SHAPE_CAPSULE) {
+        return capsule_hit(view, faced.capsule, texel, opaque_depth, material_id);
+    }
     if HAS_GAUSSIANS && (only_gaussians() || material.shape == SHAPE_GAUSSIAN) {
         let hit = gaussian_hit(view, footprint, faced.gaussian, faced.look, texel, opaque_depth);
         let light = transmittance(material.transfer, hit.opacity, hit.color);

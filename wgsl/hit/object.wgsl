@@ -1,6 +1,7 @@
 // The object that a footprint belongs to, by its id.
 
-import package::features::{HAS_GAUSSIANS, HAS_TRIANGLES};
+import package::features::{HAS_CAPSULES, HAS_GAUSSIANS, HAS_TRIANGLES};
+import package::records::capsule::is_capsule;
 import package::records::caster::particle_object;
 import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::gaussian::is_gaussian;
@@ -10,8 +11,8 @@ fn object_of(footprint: Footprint) -> u32 {
     if HAS_TRIANGLES && footprint.is_triangle {
         return setup_texel(setup_of(footprint), 6u).w;
     }
-    if HAS_GAUSSIANS && is_gaussian(footprint) {
-        // Its axes are a record as large as a particle's, with the id at the same place.
+    if (HAS_GAUSSIANS && is_gaussian(footprint)) || (HAS_CAPSULES && is_capsule(footprint)) {
+        // What it has besides begins with a record as large as a particle's, with the id at the same place.
         return particle_object(particle_object(caster_of(footprint)));
     }
     return particle_object(caster_of(footprint));

@@ -1,9 +1,11 @@
 // Extent of a footprint in the map.
 
 import package::features::{
-    HAS_BRICKS, HAS_GAUSSIANS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES, only_gaussians,
+    HAS_BRICKS, HAS_CAPSULES, HAS_GAUSSIANS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES, only_capsules, only_gaussians,
 };
+import package::hit::capsule::{capsule_half, capsule_touches};
 import package::hit::gaussian::gaussian_touches;
+import package::records::capsule::is_capsule;
 import package::records::footprint::Footprint;
 import package::records::gaussian::{gaussian_setup, is_gaussian};
 import package::records::tile_rect::SLACK;
@@ -19,6 +21,9 @@ fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>
     let outside = center - clamp(center, lo, hi);
     if HAS_TRIANGLES && footprint.is_triangle {
         return max(abs(outside.x), abs(outside.y)) <= radius;
+    }
+    if HAS_CAPSULES && (only_capsules() || is_capsule(footprint)) {
+        return capsule_touches(footprint.place, capsule_half(footprint.look), lo, hi);
     }
     if HAS_GAUSSIANS && (only_gaussians() || is_gaussian(footprint)) {
         return gaussian_touches(view, gaussian_setup(footprint), footprint.place, lo, hi);

@@ -11,7 +11,7 @@ import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
 import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL};
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
-import package::records::outline::{Outline, outlined_tiles};
+import package::records::outline::{Outline, is_outlined, outlined_tiles};
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, depth_key, distance_key, tile_rect};
 
@@ -106,7 +106,10 @@ fn project_gaussians(
     var outline: Outline;
     if (rect.y & 0xffffu) != 0u && !is_beside && has_outline(placed.ellipse) {
         outline = outline_of(placed.ellipse, (rect.x >> 8u) & 255u);
-        rect = outlined_tiles(outline, rect);
+        let outlined = outlined_tiles(outline, rect);
+        // `bin` finds outlines by the numbers of footprints, which are not those of the setups of a host's Gaussians.
+        let is_found = project_params.first_gaussian == 0u || !is_outlined(outlined);
+        rect = select(rect, outlined, is_found);
     }
     let least = distance_key(view, max(length(center) - reach * longest, 0.0));
     let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);

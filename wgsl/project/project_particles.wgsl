@@ -5,23 +5,25 @@ import package::bind::read::chunks;
 import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects};
 import package::bind::uniform::{materials, project_params, views};
-import package::features::HAS_BRICKS;
+import package::features::{HAS_BRICKS, HAS_CAPSULES};
+import package::hit::capsule::capsule_setup;
 import package::project::brick_extent::brick_extent;
+import package::project::capsule_extent::{capsule_extent, capsule_tiles};
 import package::project::tangents::tangents;
 import package::records::brick::brick_of;
+import package::records::capsule::CAPSULE_MARK;
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
+import package::records::footprint::MIN_RADIUS;
 import package::records::material::{
-    SHAPE_BRICK, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
+    GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
 };
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
-import package::records::view::MIN_DISTANCE;
+import package::records::view::{GpuView, MIN_DISTANCE};
 
 override WORKGROUP_SIZE: u32;
 
-// Projected radius below which a particle is enlarged and thinned [texels].
-const MIN_RADIUS: f32 = 0.70710678;
 // A particle is beside the view if its depth along the axis is below this share of its distance from the
 // light: its centre has no position in the map.
 const MIN_COSINE: f32 = 0.05;
@@ -33,6 +35,38 @@ fn put(index: u32, key: u32, rect: vec2<u32>) {
     let texel = record_texel(index);
     textureStore(keys, texel, vec4(key, index, 0u, 0u));
     textureStore(rects, texel, vec4(rect, 0u, 0u));
+}
+
+fn is_unseen(material: GpuMaterial) -> bool {
+    return material.transfer == TRANSFER_NONE && project_params.include_non_casters == 0u;
+}
+
+// The key of what is `nearest` [light depth], `least` from the light [m].
+fn front_key(view: GpuView, nearest: f32, least: f32) -> u32 {
+    let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
+    return depth_key(select(nearest, distance_key(view, least), by_distance));
+}
+
+// A segment of a strand. `number`: of the view in its batch.
+fn project_capsule(view: GpuView, number: u32, look: vec4<u32>, index: u32, caster_id: u32) {
+    let material = materials[look_material(look)];
+    let extent = capsule_extent(view, capsule_setup(view, look));
+    let alpha = unpack2x16float(look.y).y * material.tint.a;
+    // Written so that a NaN is invisible.
+    if is_unseen(material) || !(alpha > 0.0 && extent.farthest >= 0.0 && extent.nearest <= 1.0) {
+        put(index, INVISIBLE, vec2(0u));
+        return;
+    }
+    let around = tile_rect(view.size, number, extent.lo, extent.hi, extent.place.xy, 1e30, false);
+    let rect = capsule_tiles(extent, around);
+    let front = front_key(view, extent.nearest, extent.least);
+    put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(extent.place));
+    textureStore(
+        footprints,
+        record_texel(2u * index + 1u),
+        vec4(bitcast<vec2<u32>>(extent.half), CAPSULE_MARK | (front << 16u), caster_id),
+    );
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -57,6 +91,10 @@ fn project_particles(
     let material = materials[look_material(look)];
     if material.shape == SHAPE_GAUSSIAN {
         return; // of the host's casters
+    }
+    if HAS_CAPSULES && material.shape == SHAPE_CAPSULE {
+        project_capsule(view, chunk.view, look, index, caster_id);
+        return;
     }
     let caster_radius = bitcast<f32>(place.w);
 
@@ -128,8 +166,7 @@ fn project_particles(
         farthest = (extent.farthest - view.near) / range;
         least = extent.least;
     }
-    let unseen = material.transfer == TRANSFER_NONE && project_params.include_non_casters == 0u;
-    if unseen || farthest < 0.0 || nearest > 1.0 {
+    if is_unseen(material) || farthest < 0.0 || nearest > 1.0 {
         put(index, INVISIBLE, vec2(0u));
         return;
     }
@@ -137,8 +174,7 @@ fn project_particles(
     // Only tiles can write opaque depths.
     let scatter = (project_params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE) & !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);
-    let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
-    let front = depth_key(select(nearest, distance_key(view, least), by_distance));
+    let front = front_key(view, nearest, least);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);

@@ -4,6 +4,9 @@
 import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::tile_rect::INVISIBLE;
 
+// Projected radius below which a particle is enlarged and thinned, and a strand widened [texels].
+const MIN_RADIUS: f32 = 0.70710678;
+
 struct Footprint {
     // Centre and radius [texels], light depth; in metres for a particle beside the view (`is_beside`).
     place: vec4<f32>,

@@ -41,6 +41,7 @@ const SHAPE_QUAD: u32 = 1u;
 const SHAPE_PUFF: u32 = 2u;
 const SHAPE_GAUSSIAN: u32 = 3u;
 const SHAPE_BRICK: u32 = 4u;
+const SHAPE_CAPSULE: u32 = 5u;
 
 const PROFILE_FLAT: u32 = 0u;
 const PROFILE_SOFT: u32 = 1u;

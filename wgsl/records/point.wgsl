@@ -12,6 +12,7 @@ const POINT_SOLID: u32 = 1u;    // scatters light from its face's side
 const POINT_PANE: u32 = 2u;    // scatters light from both sides
 const POINT_PARTICLE: u32 = 3u; // scatters without a normal
 const POINT_BRICK: u32 = 4u;    // in a brick of voxels: scatters several times
+const POINT_STRAND: u32 = 5u;   // around an axis, its normal: scatters as a cylinder, and mirrors
 
 const POLISH_STEPS: f32 = 2047.0;
 const METAL_STEPS: f32 = 255.0;

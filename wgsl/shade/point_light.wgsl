@@ -3,10 +3,10 @@
 import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
 import package::bind::uniform::picture_params;
-import package::features::{HAS_BRICKS, HAS_SHADOWS};
+import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, Point, load_point,
+    POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, load_point,
 };
 import package::shade::asides::{ASIDE_OWN, bits_of, floats_of};
 import package::shade::incoming::incoming;
@@ -14,6 +14,7 @@ import package::shade::phase::phase_of_orders;
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
 import package::shade::shadow::shadow;
+import package::shade::strand::strand_scattered;
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
 
@@ -105,12 +106,16 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let through = masked(index, point).share * by_maps;
     let passed = arriving.color * through;
     let to_eye = normalize(eye() - point.position);
-    var diffuse = passed * scattered(point, cosine);
+    var once = scattered(point, cosine);
+    if HAS_CAPSULES {
+        let own = strand_scattered(point.normal, arriving.toward, to_eye, point.roughness);
+        once = select(once, own, point.kind == POINT_STRAND);
+    }
+    var diffuse = passed * once;
     if HAS_BRICKS {
         let ahead = dot(arriving.toward, -to_eye);
         let often = phase_of_orders(through, ahead, 2.0 * point.roughness - 1.0, point.albedo);
-        let once = through * scattered(point, cosine);
-        diffuse = arriving.color * select(once, often, point.kind == POINT_BRICK);
+        diffuse = arriving.color * select(through * once, often, point.kind == POINT_BRICK);
     }
     lay_aside(ASIDE_DIFFUSE, bits_of(floats_of(aside(ASIDE_DIFFUSE)).xyz + diffuse, 0.0));
     let gloss = Gloss(point.reflectivity, point.polish);

@@ -3,12 +3,15 @@
 
 import package::bind::sampled::{casters, rects};
 import package::bind::uniform::{materials, point_batch};
-import package::records::caster::look_material;
+import package::features::HAS_CAPSULES;
+import package::records::capsule::capsule_of;
+import package::records::caster::{look_material, particle_object};
 import package::records::footprint::caster_of;
 import package::records::footprint_loaded::load_footprint;
 import package::records::light::cluster_of;
+import package::records::material::SHAPE_CAPSULE;
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_NONE, POINT_PARTICLE, Point};
+import package::records::point::{POINT_NONE, POINT_PARTICLE, POINT_STRAND, Point};
 import package::records::record::record_texel;
 import package::shade::store_point::store_point;
 
@@ -39,5 +42,14 @@ fn shade_casters(
     point.receives = materials[look_material(look)].receives;
     point.tag = owner_tag(look.w);
     point.albedo = vec3(1.0);
+    if HAS_CAPSULES && is_particle && materials[look_material(look)].shape == SHAPE_CAPSULE {
+        let capsule = capsule_of(look.w);
+        let along = capsule.last - capsule.first;
+        point.kind = select(POINT_NONE, POINT_STRAND, is_seen);
+        point.normal = along / max(length(along), 1e-30);
+        point.reach = max(capsule.radii.x, capsule.radii.y);
+        point.tag = owner_tag(particle_object(look.w));
+        point.roughness = materials[look_material(look)].roughness;
+    }
     store_point(index, point);
 }

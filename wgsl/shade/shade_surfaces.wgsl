@@ -4,12 +4,13 @@
 import package::bind::sampled::{casters, images, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
-import package::features::{HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
+import package::features::{HAS_CAPSULES, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
 import package::hit::triangle::{triangle_uv, triangle_weights};
 import package::hit::texture::sample_texture;
-import package::records::caster::look_material;
+import package::records::capsule::capsule_of;
+import package::records::caster::{look_material, particle_object};
 import package::records::light::cluster_of;
-import package::records::material::{GpuMaterial, NO_TEXTURE};
+import package::records::material::{GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE};
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_NONE, POINT_SOLID, Point, pixel_number};
 import package::records::point_list::SURFACE_LIST;
@@ -82,17 +83,28 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     // Sphere-impostor normal.
     let aside = (position - place.xyz) / place.w;
     let to_eye = normalize(eye() - position);
-    let normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
+    var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
+    var reach = place.w;
+    var object = look.w;
+    if HAS_CAPSULES && material.shape == SHAPE_CAPSULE {
+        let capsule = capsule_of(look.w);
+        let along = capsule.last - capsule.first;
+        let off = position - capsule.first;
+        let out = off - along * (dot(off, along) / max(dot(along, along), 1e-30));
+        reach = length(out);
+        normal = select(to_eye, out / reach, reach > 0.0);
+        object = particle_object(look.w);
+    }
     let albedo = material.tint.rgb * color;
     return Point(
         POINT_SOLID,
         position,
         normal,
         normal,
-        place.w,
+        reach,
         cluster_of(pixel, depth),
         material.receives,
-        owner_tag(look.w),
+        owner_tag(object),
         albedo,
         material.roughness,
         0.0,

@@ -3,7 +3,7 @@
 // takes more registers than there are.
 
 import package::features::{HAS_FACING, SET_UP_ONCE};
-import package::hit::caster_hit::{Faced, gaussian_of, look_of, plane_of};
+import package::hit::caster_hit::{Faced, capsule_in, gaussian_of, look_of, plane_of};
 import package::hit::hit::Facing;
 import package::hit::reach::touches_box;
 import package::records::footprint::Footprint;
@@ -68,6 +68,6 @@ fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
     if !SET_UP_ONCE {
         plane = plane_of(view, footprint, look);
     }
-    let faced = Faced(plane, gaussian_of(footprint), look);
+    let faced = Faced(plane, gaussian_of(footprint), capsule_in(view, footprint), look);
     visit_faced(view, id, footprint, faced);
 }

@@ -3,6 +3,7 @@
 mod composite;
 mod layers;
 mod seen;
+mod strand;
 
 use super::{
     air::{AirBefore, AirVolume},
@@ -19,7 +20,8 @@ use super::{
 };
 use crate::{
     model::{
-        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Tone, Triangle, View, black_body,
+        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand, Tone, Triangle,
+        View, black_body,
     },
     records::{
         AirParams, Footprint, FormerSlots, GpuView, LATTICE_POINTS, MaskSlots, OcclusionRadius,
@@ -176,6 +178,7 @@ struct OfClasses {
     gaussians: Vec<Gaussian>,
     triangles: Vec<Triangle>,
     grids: Vec<Grid>,
+    strands: Vec<Strand>,
 }
 
 impl OfClasses {
@@ -195,12 +198,14 @@ impl OfClasses {
         triangles.shrink_to_fit();
         triangles.sort_by_key(|t| class(t.material));
         let grids = scene.grids.iter().filter(|grid| is(grid.material)).cloned().collect();
-        Self { particles, gaussians, triangles, grids }
+        let strands = scene.strands.iter().filter(|s| is(s.material)).cloned().collect();
+        Self { particles, gaussians, triangles, grids, strands }
     }
 
     fn seen<'a>(&'a self, scene: &'a Scene, view: &GpuView) -> Seen<'a> {
-        let Self { particles, gaussians, triangles, grids } = self;
-        let casters = Casters { particles, gaussians, triangles, grids, ..scene.casters() };
+        let Self { particles, gaussians, triangles, grids, strands } = self;
+        let casters =
+            Casters { particles, gaussians, triangles, grids, strands, ..scene.casters() };
         Seen::new(casters, &scene.shadow, view)
     }
 }
@@ -257,6 +262,10 @@ impl Eye<'_> {
         }
         let caster = &blended.records.casters[caster as usize];
         let material = &blended.records.materials[caster.material() as usize];
+        if material.shape == Shape::Capsule {
+            let record = &blended.records.capsules.records[caster.id as usize];
+            return self.lighting.light(&self.strand(caster, record, material), None);
+        }
         let point = Point {
             kind: PointKind::Particle,
             position: caster.center,
@@ -389,6 +398,9 @@ impl Eye<'_> {
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);
         let to_eye = (self.position() - position).normalize();
+        if material.shape == Shape::Capsule {
+            return self.solid_strand(solid, caster, material, position, pixel);
+        }
         // Sphere-impostor normal.
         let aside = (position - caster.center) / caster.radius;
         let out = (1.0 - aside.length_squared()).max(0.05).sqrt();

@@ -38,6 +38,7 @@ impl<'a> Seen<'a> {
             view: &self.view,
             casters: &self.records.casters,
             bricks: &self.records.bricks,
+            capsules: &self.records.capsules.records,
             axes: &self.records.axes,
             gaussians: &self.casters.gaussians,
             setups: &self.casters.setups,

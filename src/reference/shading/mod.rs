@@ -17,7 +17,7 @@ use crate::{
     },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Lights, shadow maps and environment of a picture.
 #[derive(Clone, Debug)]
@@ -71,6 +71,8 @@ pub enum PointKind {
     Pane,
     /// Scatters without a normal.
     Particle,
+    /// Around an axis, the normal: scatters as a cylinder, and mirrors.
+    Strand,
     /// In a brick of voxels: scatters several times.
     Brick {
         /// `g` of its phase function.
@@ -204,7 +206,7 @@ impl<'a> Lighting<'a> {
 
     fn ambient_at(&self, point: &Point) -> Vec3 {
         match point.kind {
-            PointKind::Particle | PointKind::Brick { .. } => self.ambient,
+            PointKind::Particle | PointKind::Strand | PointKind::Brick { .. } => self.ambient,
             PointKind::Solid | PointKind::Pane => irradiance_at(&self.irradiance, point.normal),
         }
     }
@@ -242,6 +244,7 @@ impl<'a> Lighting<'a> {
                     let ahead = toward.dot(-point.to_eye);
                     color * phase_of_orders(through, ahead, anisotropy, point.albedo)
                 }
+                PointKind::Strand => passed * strand_scattered(point, toward),
                 kind => passed * scattered(kind, cosine),
             };
             if matches!(point.kind, PointKind::Solid | PointKind::Pane) && cosine > 0.0 {
@@ -309,8 +312,26 @@ fn scattered(kind: PointKind, cosine: f32) -> f32 {
         PointKind::Pane => cosine.abs() * FRAC_1_PI,
         // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
         // that faces the light.
-        PointKind::Particle | PointKind::Brick { .. } => 0.5 * FRAC_1_PI,
+        PointKind::Particle | PointKind::Strand | PointKind::Brick { .. } => 0.5 * FRAC_1_PI,
     }
+}
+
+/// Highlight of a strand, in its own colour: that of hair, 0.04 at its surface and what its inside sends back.
+pub const SHEEN: f32 = 0.2;
+
+/// Share of the light from `toward` that a strand of albedo 1 sends to the eye: of a cylinder that scatters evenly,
+/// over its width, and a highlight along the cone of mirrored light (Kajiya and Kay 1989).
+fn strand_scattered(point: &Point, toward: Vec3) -> f32 {
+    let Point { normal: axis, to_eye, roughness, .. } = *point;
+    let (along_light, along_eye) = (axis.dot(toward), axis.dot(to_eye));
+    let sines = [along_light, along_eye].map(|cosine| (1.0 - cosine * cosine).max(1e-6).sqrt());
+    let cosine = (toward.dot(to_eye) - along_light * along_eye) / (sines[0] * sines[1]);
+    let angle = cosine.clamp(-1.0, 1.0).acos();
+    let evenly = ((PI - angle) * angle.cos() + angle.sin()) * 0.25;
+    let width = (roughness * roughness).max(0.04);
+    let exponent = 2.0 / (width * width) - 1.0;
+    let lobe = (sines[0] * sines[1] - along_light * along_eye).max(1e-6).powf(exponent);
+    sines[0] * FRAC_1_PI * (evenly + SHEEN * (exponent + 8.0) * 0.125 * lobe)
 }
 
 /// Orders of scattering in a brick.

@@ -106,7 +106,8 @@ impl List {
         let resources =
             context.resources(views).with("bin_params", &params).with("counters", &counters);
         // Of these kernels, only `project` and those of outlines depend on kinds.
-        let kinds = plan.features.flags & (Flags::HAS_BRICKS | Flags::HAS_GAUSSIANS);
+        let kinds =
+            plan.features.flags & (Flags::HAS_BRICKS | Flags::HAS_GAUSSIANS | Flags::HAS_CAPSULES);
         let features = Features::NONE.with(kinds, true);
         let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
             kernels.dispatch(desc, features, resources, groups)

@@ -9,7 +9,8 @@ use glam::Vec3;
 impl Casters<'_> {
     /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { particles, gaussians, triangles, grids, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
+            self;
         if materials.len() > MAX_MATERIALS {
             return Err(Error::Limit {
                 limit: "materials of a scene",
@@ -32,7 +33,17 @@ impl Casters<'_> {
             Particle { material, .. } if materials[*material as usize].shape == Shape::Gaussian => {
                 Some("its material's shape is that of Gaussians")
             }
+            Particle { material, .. } if materials[*material as usize].shape == Shape::Capsule => {
+                Some("its material's shape is that of strands")
+            }
             _ => None,
+        })?;
+        find(Input::Strand, strands, |strand| {
+            let Some(material) = materials.get(strand.material as usize) else {
+                return Some(no_material);
+            };
+            strand_material_problem(material)
+                .or_else(|| strand.problem(material.transfer.max_color()))
         })?;
         find(Input::Gaussian, gaussians, |gaussian| {
             let Some(material) = materials.get(gaussian.material as usize) else {
@@ -109,6 +120,15 @@ pub(super) fn material_problem(material: &Material) -> Option<&'static str> {
     let is_plain = material.texture.is_none() && material.reflectivity == 0.0;
     (!(absorbs && is_plain))
         .then_some("its material must filter or have no transfer, without texture and reflectivity")
+}
+
+/// Why a strand cannot have the material.
+fn strand_material_problem(material: &Material) -> Option<&'static str> {
+    if material.shape != Shape::Capsule {
+        return Some("its material's shape must be `Capsule`");
+    }
+    let is_plain = material.texture.is_none() && material.reflectivity == 0.0;
+    (!is_plain).then_some("its material must have no texture and no reflectivity")
 }
 
 /// Error of the first of `items` that has a problem.

@@ -111,6 +111,9 @@ fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Resul
         let material = material.ok_or(invalid("a material of it is not among the materials"))?;
         match (set.loader.gaussians, material.shape) {
             (_, Shape::Brick) => return Err(invalid("a material of it is for grids")),
+            (_, Shape::Capsule) => {
+                return Err(invalid("a material of it is of strands, which are uploaded"));
+            }
             (false, Shape::Gaussian) => {
                 return Err(invalid(
                     "a material of it is of Gaussians: make its loader with `gaussian_loader`",

@@ -32,7 +32,8 @@ use crate::{
         absorptions, by_class, dither::window,
     },
     records::{
-        CASTER_TEXELS, Caster, GaussianAxes, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks,
+        CAPSULE_RECORDS, CASTER_TEXELS, Capsules, Caster, GaussianAxes, GpuView, TRIANGLE_TEXELS,
+        TriangleRecord, blue_ranks,
     },
     stage::features::{Features, Flags},
 };
@@ -100,10 +101,11 @@ pub struct CasterSet {
 /// Copy of the upload, to detect changes.
 #[derive(Debug)]
 struct Uploaded {
-    /// Indices into the scene's particles followed by its bricks and Gaussians, and into its triangles, in upload order.
+    /// Indices into the scene's particles followed by its bricks, capsules and Gaussians, and into its triangles, in
+    /// upload order.
     particle_order: Vec<u32>,
     triangle_order: Vec<u32>,
-    /// Particles and Gaussians, then the ranks of the blue noise, then the Gaussians' axes.
+    /// Particles and Gaussians, then the ranks of the blue noise, the Gaussians' axes and the capsules.
     casters: Vec<Caster>,
     triangles: Vec<TriangleRecord>,
     materials: Vec<Material>,
@@ -146,7 +148,9 @@ fn axes_record(gaussian: &Gaussian) -> Caster {
 /// What records of particles and Gaussians are made from.
 #[derive(Clone, Copy)]
 struct Makers<'a> {
+    /// The last of them stand for the capsules.
     particles: &'a [Particle],
+    capsules: &'a Capsules,
     gaussians: &'a [Gaussian],
     materials: &'a [Material],
     axes_first: u32,
@@ -155,6 +159,33 @@ struct Makers<'a> {
 impl Makers<'_> {
     fn gaussian(&self, index: u32) -> Option<u32> {
         index.checked_sub(self.particles.len() as u32)
+    }
+
+    fn capsule(&self, index: u32) -> Option<u32> {
+        let first = self.particles.len() - self.capsules.particles.len();
+        index.checked_sub(first as u32).filter(|_| self.gaussian(index).is_none())
+    }
+
+    /// Records behind the ranks of the blue noise that a caster needs besides its own.
+    fn behind(&self, index: u32) -> Range<usize> {
+        let first = self.axes_first as usize;
+        if let Some(own) = self.gaussian(index) {
+            return first + own as usize..first + own as usize + 1;
+        }
+        self.capsule(index).map_or(0..0, |own| {
+            let own = self.capsule_record(own) as usize;
+            own..own + CAPSULE_RECORDS as usize
+        })
+    }
+
+    /// All of them.
+    fn all_behind(&self) -> impl Iterator<Item = Caster> + '_ {
+        let axes = self.gaussians.iter().map(axes_record);
+        axes.chain(self.capsules.as_casters().iter().copied())
+    }
+
+    fn capsule_record(&self, capsule: u32) -> u32 {
+        self.axes_first + self.gaussians.len() as u32 + capsule * CAPSULE_RECORDS
     }
 
     fn material(&self, index: u32) -> u32 {
@@ -167,7 +198,11 @@ impl Makers<'_> {
     fn record(&self, index: u32) -> Caster {
         let material = &self.materials[self.material(index) as usize];
         self.gaussian(index).map_or_else(
-            || Caster::new(&self.particles[index as usize], material),
+            || {
+                let own = Caster::new(&self.particles[index as usize], material);
+                let record = self.capsule(index).map(|own| self.capsule_record(own));
+                Caster { id: record.unwrap_or(own.id), ..own }
+            },
             |own| {
                 let axes = self.axes_first + own;
                 Caster::of_gaussian(&self.gaussians[own as usize], material, axes)
@@ -210,12 +245,21 @@ impl CasterSet {
         inputs: &HostInputs<'_>,
         host_grids: &[Grid],
     ) -> Result<Self, Error> {
-        let &Casters { particles, gaussians, triangles, grids, materials, textures, in_order } =
-            casters;
+        let &Casters {
+            particles,
+            gaussians,
+            triangles,
+            grids,
+            strands,
+            materials,
+            textures,
+            in_order,
+        } = casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(device, &mut memory);
         let bricks = UploadedBricks::new(&mut allocator, queue, grids, host_grids)?;
-        let particles = &*bricks.among(particles);
+        let capsules = &Capsules::new(strands);
+        let particles = &*capsules.among(bricks.among(particles));
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
         let layouts: Vec<_> = materials.iter().map(layout).collect();
         let (mut particle_order, particle_ranges) =
@@ -246,9 +290,9 @@ impl CasterSet {
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
         let axes_first = casters.len() as u32;
-        casters.extend(gaussians.iter().map(axes_record));
+        let makers = Makers { particles, capsules, gaussians, materials, axes_first };
+        casters.extend(makers.all_behind());
         let host_first = casters.len() as u32;
-        let makers = Makers { particles, gaussians, materials, axes_first };
         for (record, &index) in casters.iter_mut().zip(&particle_order) {
             *record = makers.record(index);
         }

@@ -1,7 +1,7 @@
 //! Updates of the casters on the GPU from a changed scene.
 use super::groups::{Members, next_generation};
 use super::{
-    CasterSet, Makers, axes_record,
+    CasterSet, Makers,
     features::{asks_for_owners, features_of},
     hash, layout, materials_of,
     upload::{material_records, upload_image, upload_parts},
@@ -10,7 +10,7 @@ use crate::{
     model::{
         CLASSES, Casters, Class, Grid, Material, Texture, Triangle, absorptions, dither::window,
     },
-    records::{CASTER_TEXELS, TRIANGLE_TEXELS, TriangleRecord},
+    records::{CASTER_TEXELS, Capsules, TRIANGLE_TEXELS, TriangleRecord},
 };
 use std::ops::Range;
 
@@ -24,10 +24,13 @@ impl CasterSet {
         casters: &Casters<'_>,
         host_grids: &[Grid],
     ) -> bool {
-        let &Casters { gaussians, triangles, grids, materials, textures, in_order, .. } = casters;
+        let &Casters {
+            gaussians, triangles, grids, strands, materials, textures, in_order, ..
+        } = casters;
         let Some(new_bricks) = self.bricks.update(queue, grids, host_grids) else { return false };
         let first_brick = casters.particles.len();
-        let particles = &*self.bricks.among(casters.particles);
+        let capsules = &Capsules::new(strands);
+        let particles = &*capsules.among(self.bricks.among(casters.particles));
         let casters = &Casters { particles, ..*casters };
         if self.uploaded.in_order != in_order
             || particles.len() != self.uploaded.particle_count
@@ -36,7 +39,7 @@ impl CasterSet {
             return false;
         }
         let axes_first = self.uploaded.axes_first;
-        let makers = Makers { particles, gaussians, materials, axes_first };
+        let makers = Makers { particles, capsules, gaussians, materials, axes_first };
         let is_new = self.update_materials(queue, triangles, materials, textures);
         self.features = features_of(particles, gaussians, triangles, materials);
         self.add_emitted_features();
@@ -119,15 +122,18 @@ impl CasterSet {
         let materials = makers.materials;
         let changed_at = next_generation();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
-        let axes = uploaded.casters.split_off(makers.axes_first as usize);
-        uploaded.casters.extend(makers.gaussians.iter().map(axes_record));
-        let has_new_axes = |i: u32| {
-            makers.gaussian(i).is_some_and(|own| {
-                axes[own as usize] != uploaded.casters[(makers.axes_first + own) as usize]
-            })
+        let first = makers.axes_first as usize;
+        let behind = uploaded.casters.split_off(first);
+        uploaded.casters.extend(makers.all_behind());
+        if behind.len() + first != uploaded.casters.len() {
+            return false;
+        }
+        let has_new_behind = |i: u32| {
+            let own = makers.behind(i);
+            !own.is_empty() && behind[own.start - first..own.end - first] != uploaded.casters[own]
         };
-        let new_axes: Vec<_> =
-            uploaded.particle_order.iter().map(|&index| has_new_axes(index)).collect();
+        let new_behind: Vec<_> =
+            uploaded.particle_order.iter().map(|&index| has_new_behind(index)).collect();
         let mut new_occluders = false;
         for index in 0..groups.groups.len() {
             if groups.is_emitted(&groups.groups[index]) {
@@ -146,7 +152,7 @@ impl CasterSet {
                 replace(records, &uploaded.particle_order[range.clone()], |i| {
                     let must = new_material[makers.material(i) as usize] || is_new_brick(i);
                     (makers.record(i), must)
-                }) | new_axes[range].contains(&true)
+                }) | new_behind[range].contains(&true)
             };
             if is_new {
                 let order = &uploaded.triangle_order;
@@ -163,7 +169,7 @@ impl CasterSet {
             let members = Members { casters: &uploaded.casters, triangles, order, materials };
             groups.find_occluders(members, changed_at);
         }
-        if new_axes.contains(&true) {
+        if new_behind.contains(&true) {
             new_particles.push(makers.axes_first..uploaded.casters.len() as u32);
         }
         upload_parts(queue, &self.casters, &uploaded.casters, CASTER_TEXELS, &new_particles);

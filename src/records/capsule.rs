@@ -1,0 +1,104 @@
+//! Capsules of strands as kernels read them.
+use super::{
+    Caster,
+    pack::{from_octahedral, octahedral},
+};
+use crate::model::{Capsule, Particle, Strand};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use std::borrow::Cow;
+
+/// Records of particles that a [`CapsuleRecord`] takes the place of.
+pub const CAPSULE_RECORDS: u32 = 2;
+
+/// A segment of a strand, behind the particles and Gaussians in `casters`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct CapsuleRecord {
+    /// First end, world space [m].
+    pub first: Vec3,
+    /// Radius there [m].
+    pub first_radius: f32,
+    /// Normals of the planes through the ends, from the first end to the last: octahedral.
+    pub planes: [u32; 2],
+    pub unused: u32,
+    /// Seed of dither patterns: the strand's, at the place of a particle's.
+    pub id: u32,
+    /// Last end, world space [m].
+    pub last: Vec3,
+    /// Radius there [m].
+    pub last_radius: f32,
+    pub unused_texel: [u32; 4],
+}
+crate::texel_layout!(CapsuleRecord {
+    first,
+    first_radius,
+    planes,
+    unused,
+    id,
+    last,
+    last_radius,
+    unused_texel,
+});
+
+impl CapsuleRecord {
+    pub fn new(capsule: &Capsule, id: u32) -> Self {
+        let [first, last] = capsule.ends;
+        let [first_radius, last_radius] = capsule.radii;
+        let planes = capsule.planes.map(octahedral);
+        Self { first, first_radius, planes, unused: 0, id, last, last_radius, unused_texel: [0; 4] }
+    }
+
+    /// Unit normals of the planes through the ends.
+    pub fn normals(&self) -> [Vec3; 2] {
+        self.planes.map(from_octahedral)
+    }
+}
+
+/// All capsules of a scene: their records, and the particles that stand for them in the lists of casters.
+#[derive(Clone, Debug, Default)]
+pub struct Capsules {
+    pub records: Vec<CapsuleRecord>,
+    /// The sphere around each, with its index as id.
+    pub particles: Vec<Particle>,
+}
+
+impl Capsules {
+    pub fn new(strands: &[Strand]) -> Self {
+        let mut all = Self::default();
+        for strand in strands {
+            for capsule in strand.capsules() {
+                let id = all.records.len() as u32;
+                all.records.push(CapsuleRecord::new(&capsule, strand.id));
+                all.particles.push(particle(strand.material, &capsule, id));
+            }
+        }
+        all
+    }
+
+    /// `particles`, then the capsules.
+    pub fn among<'a>(&self, particles: Cow<'a, [Particle]>) -> Cow<'a, [Particle]> {
+        if self.particles.is_empty() {
+            return particles;
+        }
+        let mut all = particles.into_owned();
+        all.extend_from_slice(&self.particles);
+        Cow::Owned(all)
+    }
+
+    /// The records as records of particles, [`CAPSULE_RECORDS`] each.
+    pub fn as_casters(&self) -> &[Caster] {
+        bytemuck::cast_slice(&self.records)
+    }
+}
+
+/// The sphere around a capsule, as a particle of its material.
+fn particle(material: u32, capsule: &Capsule, id: u32) -> Particle {
+    let [first, last] = capsule.ends;
+    let center = (first + last) * 0.5;
+    let reach = capsule.reaches().into_iter().fold(0.0, f32::max);
+    // Rounding of the ends.
+    let slack = center.abs().max_element() * 4.0 * f32::EPSILON;
+    let radius = (first.distance(last) * 0.5 + reach) * 1.0001 + slack;
+    Particle { center, radius, color: capsule.color, material, id, rotation: 0.0 }
+}

@@ -1,0 +1,359 @@
+//! CPU reference of `wgsl/hit/capsule.wgsl` and `wgsl/project/capsule_extent.wgsl`: segments of strands.
+//!
+//! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the length in
+//! local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight through the axis
+//! meets the opacity `a`. Where the cone is thinner than a texel it is widened, and the ray's way through the whole
+//! cone, of `S` diameters, covers the texel by the ratio of the radii: `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`.
+//! Both are products over the pieces of a strand that is cut.
+use super::{
+    caster_hit::Hit,
+    gaussian::ENDLESS,
+    hit::absorption,
+    project::{ProjectParams, Projected, SLACK, TexelBox, depth_key, tangents, tile_rect},
+};
+use crate::{
+    model::{TILE_SIZE, Transfer, mitre},
+    records::{
+        CAPSULE_MARK, CapsuleRecord, Caster, Footprint, GpuMaterial, GpuView, MIN_RADIUS, TileRect,
+    },
+};
+use glam::{Vec2, Vec3, Vec4};
+
+/// Least squared sine between a ray and the axis.
+pub const PARALLEL: f32 = 1e-8;
+/// A whole way that is longer covers nothing, seen along the axis [diameters].
+pub const LONGEST_WAY: f32 = 1e6;
+/// Most of the change of the radius along a ray, a share of the mean radius.
+pub const TIP: f32 = 0.9999;
+/// Least transmittance of a diameter, so that its optical depth is finite.
+pub const LEAST_PASSED: f32 = 1e-9;
+
+/// The tiles of a small rectangle that are touched.
+fn touched_tiles(rect: TileRect, touches: impl Fn(Vec2, Vec2) -> bool) -> TileRect {
+    let (xs, ys) = (rect.x(), rect.y());
+    let (x0, y0) = (*xs.start(), *ys.start());
+    if xs.end() - x0 >= 4 || ys.end() - y0 >= 4 {
+        return rect;
+    }
+    let mut mask = 0;
+    for (x, y) in rect.tiles(None) {
+        let lo = Vec2::new(x as f32, y as f32) * TILE_SIZE as f32 + 0.5;
+        if touches(lo, lo + (TILE_SIZE - 1) as f32) {
+            mask |= 1 << ((y - y0) * 4 + x - x0);
+        }
+    }
+    if mask == 0 {
+        return TileRect::EMPTY;
+    }
+    TileRect { mask_view: rect.mask_view & 0xffff_0000 | mask, ..rect }
+}
+
+/// Components to the right, down and along the axis.
+fn to_map(v: Vec3) -> Vec3 {
+    v * Vec3::new(1.0, -1.0, -1.0)
+}
+
+/// A capsule in a view: to the right, down and along the view's axis [m].
+#[derive(Clone, Copy, Debug)]
+pub struct CapsuleSetup {
+    first: Vec3,
+    /// Unit vector along it.
+    axis: Vec3,
+    length: f32,
+    planes: [Vec3; 2],
+    /// Radius at the first end, widened to a texel, and its change along the axis.
+    radius: f32,
+    slope: f32,
+    /// The same of the true radius.
+    own_radius: f32,
+    own_slope: f32,
+}
+
+/// Least radius at a place in view space [m].
+fn least_radius(view: &GpuView, along: f32) -> f32 {
+    let distance = if view.perspective > 0.0 { along.max(view.near) } else { 1.0 };
+    MIN_RADIUS * distance / view.scale
+}
+
+impl CapsuleSetup {
+    pub fn new(view: &GpuView, record: &CapsuleRecord) -> Self {
+        let ends = [record.first, record.last]
+            .map(|end| to_map(view.view_from_world.transform_point3(end)));
+        let planes =
+            record.normals().map(|normal| to_map(view.view_from_world.transform_vector3(normal)));
+        let [first, last] = ends;
+        let length = first.distance(last).max(f32::MIN_POSITIVE);
+        let own = [record.first_radius, record.last_radius];
+        let [a, b] = [0, 1].map(|i| own[i].max(least_radius(view, ends[i].z)));
+        Self {
+            first,
+            axis: (last - first) / length,
+            length,
+            planes,
+            radius: a,
+            slope: (b - a) / length,
+            own_radius: own[0],
+            own_slope: (own[1] - own[0]) / length,
+        }
+    }
+
+    /// Where the ray through `texel` is inside, up to light depth `opaque_depth`.
+    fn passage(&self, view: &GpuView, texel: Vec2, opaque_depth: f32) -> Option<Way> {
+        let slope = (texel - view.size * 0.5) / view.scale;
+        let (start, way) = if view.perspective > 0.0 {
+            (Vec3::ZERO, slope.extend(1.0))
+        } else {
+            (slope.extend(0.0), Vec3::Z)
+        };
+        // Relative to the first end, from where the ray is closest to it.
+        let square = way.length_squared();
+        let to_first = self.first - start;
+        let closest = to_first.dot(way) / square;
+        let off = way * closest - to_first;
+        let (begin, step) = (off.dot(self.axis), way.dot(self.axis));
+        let across = self.axis.cross(way);
+        let sine = across.length_squared().max(PARALLEL * square);
+        let miss = off.dot(across);
+        // Where the ray is closest to the axis.
+        let middle = begin * step / sine;
+        let radius = self.radius + self.slope * (begin + middle * step);
+        let grows = self.slope * step;
+        let open = sine - grows * grows;
+        let miss2 = miss * miss / sine;
+        let square_root = sine * radius * radius - open * miss2;
+        if square_root.is_nan() || square_root <= 0.0 {
+            return None;
+        }
+        let b = radius * grows;
+        let q = b + square_root.sqrt().copysign(b);
+        let roots = [q / open, (miss2 - radius * radius) / q];
+        let (low, high) = (roots[0].min(roots[1]), roots[0].max(roots[1]));
+        // A ray within the cone's own angle stays inside.
+        let endless = LONGEST_WAY * self.length;
+        let (enters, leaves) = match (open > 0.0, grows > 0.0) {
+            (true, _) => (low, high),
+            (false, true) => (high, endless),
+            (false, false) => (-endless, low),
+        };
+        let whole = [enters + middle, leaves + middle];
+        let [mut first, mut last] = whole;
+        for (normal, back, sign) in
+            [(self.planes[0], 0.0, 1.0), (self.planes[1], self.length, -1.0)]
+        {
+            let inside = normal.dot(off - self.axis * back) * sign;
+            let change = normal.dot(way) * sign;
+            let at = -inside / if change == 0.0 { f32::MIN_POSITIVE } else { change };
+            if change > 0.0 {
+                first = first.max(at);
+            } else {
+                last = last.min(at);
+            }
+        }
+        let range = view.far - view.near;
+        first = first.max(view.near - closest);
+        last = last.min(view.near + opaque_depth * range - closest);
+        if first.is_nan() || last.is_nan() || first >= last {
+            return None;
+        }
+        let along = |at: f32| begin + at * step;
+        let metres = square.sqrt();
+        let diameters = |from: f32, to: f32| {
+            let place = along(0.5 * (from + to));
+            let mean = self.radius + self.slope * place;
+            let rise = (0.5 * self.slope * step * (to - from) / mean).clamp(-TIP, TIP);
+            let square = rise * rise;
+            // The integral of 1 / r over a linear r.
+            let stretch = if rise.abs() < 0.1 {
+                1.0 + square * (1.0 / 3.0 + square * 0.2)
+            } else {
+                rise.atanh() / rise
+            };
+            if mean > 0.0 { metres * (to - from) / (2.0 * mean) * stretch } else { 0.0 }
+        };
+        let inside = diameters(first, last);
+        let place = along(0.5 * (first + last));
+        let widened = self.radius + self.slope * place;
+        let own = self.own_radius + self.own_slope * place;
+        let depth = |at: f32| (closest + at - view.near) / range;
+        (inside > 0.0).then(|| Way {
+            inside,
+            whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
+            thin: (own / widened).clamp(0.0, 1.0),
+            depth: depth(first),
+            end: depth(last),
+        })
+    }
+}
+
+/// A ray's way through a capsule.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    /// Inside the capsule [local diameters].
+    inside: f32,
+    /// In the whole cone [local diameters].
+    whole: f32,
+    /// Ratio of the true radius to the widened one.
+    thin: f32,
+    /// Light depths where it enters and leaves.
+    depth: f32,
+    end: f32,
+}
+
+/// Optical depth of an absorbed share.
+fn tau_of(absorbed: f32) -> f32 {
+    if absorbed < 0.5 { -(-absorbed).ln_1p() } else { -(1.0 - absorbed).max(LEAST_PASSED).ln() }
+}
+
+/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`. `color`: colour times tint, and alpha.
+pub fn capsule_hit(
+    view: &GpuView,
+    setup: &CapsuleSetup,
+    transfer: Transfer,
+    color: Vec4,
+    texel: Vec2,
+    opaque_depth: f32,
+) -> Option<Hit> {
+    let Way { inside, whole, thin, depth, end } = setup.passage(view, texel, opaque_depth)?;
+    let (rgb, alpha) = (color.truncate().min(Vec3::ONE), color.w.min(1.0));
+    let absorbed = |of_diameter: f32| {
+        let tau = tau_of(of_diameter);
+        if thin >= 1.0 {
+            return -(-tau * inside).exp_m1();
+        }
+        let covered = thin * -(-tau * whole).exp_m1();
+        -(-tau_of(covered) * (inside / whole)).exp_m1()
+    };
+    let all = absorption(transfer, alpha, rgb).map(absorbed);
+    let opacity = absorbed(alpha);
+    let added = if transfer == Transfer::Over { rgb * opacity } else { Vec3::ZERO };
+    let light = Vec3::ONE - all;
+    let (presence, start) = (opacity, depth);
+    Some(Hit { light, absorbed: all, added, color: rgb, opacity, presence, depth, start, end })
+}
+
+/// Projects one capsule to view number `view_index` of its batch.
+pub fn project_capsule(
+    view: &GpuView,
+    view_index: u32,
+    (caster, caster_id): (&Caster, u32),
+    record: &CapsuleRecord,
+    material: &GpuMaterial,
+    params: ProjectParams,
+) -> Projected {
+    let setup = CapsuleSetup::new(view, record);
+    let CapsuleSetup { first, axis, length, planes, radius, slope, .. } = setup;
+    let last = first + axis * length;
+    let reach = [radius, radius + slope * length];
+    let reach = [0, 1].map(|i| reach[i] * mitre(planes[i].dot(axis), slope.abs()));
+    let reach = reach[0].max(reach[1]);
+    let range = view.far - view.near;
+    let nearest = (first.z.min(last.z) - reach - view.near) / range;
+    let farthest = (first.z.max(last.z) + reach - view.near) / range;
+    let unseen = material.transfer == Transfer::None as u32 && !params.include_non_casters;
+    // Written so that a NaN is invisible.
+    if unseen || !(farthest >= 0.0 && nearest <= 1.0) {
+        return Projected::INVISIBLE;
+    }
+    let extent = Extent::new(view, first, last, reach);
+    let Extent { middle, half, width, bounds } = extent;
+    let Some(rect) = tile_rect(view, view_index, bounds, middle, f32::INFINITY, false) else {
+        return Projected::INVISIBLE;
+    };
+    let footprint = Footprint {
+        center: middle,
+        radius: width,
+        depth: (0.5 * (first.z + last.z) - view.near) / range,
+        red_green: half.x.to_bits(),
+        blue_slope: half.y.to_bits(),
+        base: CAPSULE_MARK,
+        caster: caster_id,
+    };
+    let touches = |lo, hi| capsule_touches(&footprint, lo, hi);
+    let rect = touched_tiles(rect, touches);
+    if rect == TileRect::EMPTY || caster.color().w * material.tint.w <= 0.0 {
+        return Projected::INVISIBLE;
+    }
+    let front = if params.by_distance && view.perspective > 0.0 {
+        let part = (-first.dot(axis)).clamp(0.0, length);
+        view.distance_key(((first + axis * part).length() - reach).max(0.0))
+    } else {
+        nearest
+    };
+    Projected { footprint, key: depth_key(front), rect }
+}
+
+/// Extent of a capsule in the map [texels].
+struct Extent {
+    /// Middle of its axis, and from there to its last end.
+    middle: Vec2,
+    half: Vec2,
+    /// How far it reaches from its axis; negative if an end is beside the view.
+    width: f32,
+    bounds: TexelBox,
+}
+
+impl Extent {
+    /// `reach`: of the spheres around its ends [m].
+    fn new(view: &GpuView, first: Vec3, last: Vec3, reach: f32) -> Self {
+        let center = view.size * 0.5;
+        if view.perspective == 0.0 {
+            let [a, b] = [first, last].map(|end| end.truncate() * view.scale + center);
+            let width = reach * view.scale;
+            let bounds = TexelBox { min: a.min(b) - width, max: a.max(b) + width };
+            return Self { middle: (a + b) * 0.5, half: (b - a) * 0.5, width, bounds };
+        }
+        // The part behind the near plane has no place in the map.
+        let clip = |end: Vec3, other: Vec3| {
+            let part = (view.near - end.z) / (other.z - end.z);
+            let clipped = end + (other - end) * part.clamp(0.0, 1.0);
+            if end.z < view.near && other.z > end.z { clipped } else { end }
+        };
+        let ends = [clip(first, last), clip(last, first)];
+        let mut bounds = TexelBox { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
+        let mut width = 0.0_f32;
+        for end in ends {
+            let x = tangents(end.x, end.z, reach);
+            let y = tangents(end.y, end.z, reach);
+            bounds.min = bounds.min.min(Vec2::new(x.x, y.x) * view.scale + center);
+            bounds.max = bounds.max.max(Vec2::new(x.y, y.y) * view.scale + center);
+            width = width.max(circle(view, end, reach));
+        }
+        let is_beside = ends.iter().any(|end| end.z < view.near.max(f32::MIN_POSITIVE));
+        let [a, b] =
+            ends.map(|end| end.truncate() / end.z.max(f32::MIN_POSITIVE) * view.scale + center);
+        let width = if is_beside || width >= ENDLESS { -1.0 } else { width };
+        Self { middle: (a + b) * 0.5, half: (b - a) * 0.5, width, bounds }
+    }
+}
+
+/// Radius of a circle around the place of a sphere's centre that contains the sphere [texels].
+fn circle(view: &GpuView, center: Vec3, radius: f32) -> f32 {
+    let sine = radius / center.length();
+    let slope = center.truncate().length() / center.z;
+    if sine.is_nan() || sine >= 1.0 {
+        return ENDLESS;
+    }
+    let tangent = sine / (1.0 - sine * sine).sqrt();
+    // tan(axis + cone) - tan(axis), outwards from the view's centre.
+    let rest = 1.0 - slope * tangent;
+    if rest > 0.0 { view.scale * tangent * (1.0 + slope * slope) / rest } else { ENDLESS }
+}
+
+/// Whether some texel centre in the box `lo..hi` may be in the capsule: a rectangle around its axis.
+pub fn capsule_touches(footprint: &Footprint, lo: Vec2, hi: Vec2) -> bool {
+    let half = capsule_half(footprint);
+    let width = footprint.radius + SLACK;
+    let (apart, reach) = ((lo + hi) * 0.5 - footprint.center, (hi - lo) * 0.5);
+    let length = half.length();
+    let along = if length > 0.0 { half / length } else { Vec2::ZERO };
+    let across = (along.x * apart.y - along.y * apart.x).abs();
+    let off = along.dot(apart).abs();
+    footprint.radius < 0.0
+        || (across <= width + along.x.abs() * reach.y + along.y.abs() * reach.x
+            && off <= length + width + along.x.abs() * reach.x + along.y.abs() * reach.y)
+}
+
+/// From the middle of a capsule to its last end [texels].
+pub fn capsule_half(footprint: &Footprint) -> Vec2 {
+    Vec2::new(f32::from_bits(footprint.red_green), f32::from_bits(footprint.blue_slope))
+}

@@ -1,0 +1,128 @@
+//! Loading of strands, from files and generated.
+use super::{
+    SceneError,
+    document::StrandsTable,
+    error::quoted,
+    fur::Fur,
+    limits::Limit,
+    loader::Loader,
+    loader_files::add_skipped,
+    particles::{self, StrandFile},
+    plain::nearest,
+};
+use crate::model::{Material, Shape, Strand, StrandVertex};
+use glam::{Mat3, Mat4};
+use std::{ops::Range, path::Path};
+use toml::Spanned;
+
+impl Loader<'_> {
+    pub(super) fn strands(&mut self, table: &Spanned<StrandsTable>) -> Result<(), SceneError> {
+        let (span, given) = (&table.span(), table.get_ref());
+        let index = self.material(span, &given.material)?;
+        let named = &self.scene.materials[index as usize];
+        let problem = [
+            (named.is_volume(), "strands have no volume", "remove its attenuation"),
+            (named.texture.is_some(), "strands have no texture", "remove it"),
+            (named.reflectivity > 0.0, "strands have no reflectivity", "remove it"),
+        ];
+        if let Some((_, message, help)) = problem.into_iter().find(|problem| problem.0) {
+            return Err(self.error(span, "material", message, help));
+        }
+        let key = if given.file.is_some() { "file" } else { "generate" };
+        let material = Material { shape: Shape::Capsule, ..named.clone() };
+        let id = self.scene.materials.len() as u32;
+        let strands = match (&given.file, &given.generate) {
+            (Some(file), None) => {
+                let path = self.folder.join(file);
+                let read = self.strand_file(&path, &material, given.radius, id);
+                read.map_err(|error| self.named_by(span, key, error))?
+            }
+            (None, Some(fur)) => {
+                if given.radius.is_some() {
+                    let help = "move it into the table of generate";
+                    return Err(self.error(span, "radius", "radius beside generate", help));
+                }
+                self.check_limit(
+                    Limit::Capsules,
+                    self.capsules(),
+                    fur.capsules() as usize,
+                    (span, key),
+                )?;
+                self.fur(span, fur, id)?
+            }
+            _ => {
+                let message = "strands need either a file or generate";
+                return Err(self.error(span, "file", message, "give one of the two"));
+            }
+        };
+        self.check_limit(Limit::Materials, self.scene.materials.len(), 1, (span, key))?;
+        let more = strands.iter().map(|strand| strand.vertices.len()).sum();
+        self.check_limit(Limit::Capsules, self.capsules(), more, (span, key))?;
+        let (world, most) = (given.placement.at(0.0), material.transfer.max_color());
+        self.scene.materials.push(material);
+        for strand in strands {
+            let strand = placed(strand, &world);
+            match strand.problem(most) {
+                None => self.scene.strands.push(strand),
+                Some(reason) => *self.scene.skipped.entry(reason).or_default() += 1,
+            }
+        }
+        Ok(())
+    }
+
+    fn capsules(&self) -> usize {
+        self.scene.strands.iter().map(|strand| strand.vertices.len()).sum()
+    }
+
+    fn strand_file(
+        &mut self,
+        path: &Path,
+        material: &Material,
+        radius: Option<f32>,
+        id: u32,
+    ) -> Result<Vec<Strand>, SceneError> {
+        let StrandFile { strands, skipped, notes } =
+            particles::load_strands(path, material, id, radius)?;
+        add_skipped(&mut self.scene.skipped, &skipped);
+        self.scene.notes.extend(notes);
+        Ok(strands)
+    }
+
+    fn fur(
+        &mut self,
+        span: &Range<usize>,
+        fur: &Fur,
+        material: u32,
+    ) -> Result<Vec<Strand>, SceneError> {
+        let known = || {
+            let solid = self.placed.iter().filter(|placed| placed.kind != "splats");
+            solid.filter_map(|placed| Some((placed.name.as_ref()?, placed.triangles.clone())))
+        };
+        let Some((_, triangles)) = known().find(|(name, _)| **name == fur.on) else {
+            let help = nearest(&fur.on, known().map(|(name, _)| name.as_str()));
+            let help = help.unwrap_or_else(|| "give a [[shape]] or [[mesh]] this name".to_owned());
+            let message = format!("no shape or mesh is named {}", quoted(&fur.on));
+            return Err(self.error(span, "generate", &message, &help));
+        };
+        let triangles = &self.scene.triangles[triangles];
+        if triangles.is_empty() {
+            let help = "fur grows from triangles";
+            let message = format!("{} has no triangles", quoted(&fur.on));
+            return Err(self.error(span, "generate", &message, help));
+        }
+        let strands = fur.strands(triangles, material, self.next_id);
+        self.next_id = self.next_id.wrapping_add(fur.count);
+        Ok(strands)
+    }
+}
+
+/// The strand under `world`; radii by the mean of its scales.
+fn placed(strand: Strand, world: &Mat4) -> Strand {
+    let scale = Mat3::from_mat4(*world).determinant().abs().cbrt();
+    let vertex = |vertex: &StrandVertex| StrandVertex {
+        position: world.transform_point3(vertex.position),
+        radius: vertex.radius * scale,
+        ..*vertex
+    };
+    Strand { vertices: strand.vertices.iter().map(vertex).collect(), ..strand }
+}

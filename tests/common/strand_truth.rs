@@ -1,0 +1,166 @@
+//! Strands in 64 bits, from their definition: where a ray is inside is found by bisection, what it passes by quadrature.
+use gobo::{
+    glam::{DVec3, Vec4},
+    model::{Strand, StrandVertex},
+};
+
+/// Halvings of bisection, and panels of quadrature.
+const HALVINGS: u32 = 80;
+const PANELS: u32 = 128;
+
+/// A ray's meeting with a capsule.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Met {
+    pub(crate) color: Vec4,
+    pub(crate) way: Option<Way>,
+}
+
+/// A ray's way through a capsule.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    /// Where it enters, in the ray's parameter.
+    pub(crate) enters: f64,
+    /// How far the ray is inside the cone at its deepest [m]; negative outside.
+    pub(crate) miss: f64,
+    /// Inside the capsule and in the whole cone [local diameters].
+    inside: f64,
+    whole: f64,
+    thin: f64,
+}
+
+impl Way {
+    /// What passes where `passed` passes a diameter.
+    pub(crate) fn passed(&self, passed: f64) -> f64 {
+        let passed = passed.max(1e-9);
+        if self.thin >= 1.0 {
+            return passed.powf(self.inside);
+        }
+        (1.0 - self.thin * (1.0 - passed.powf(self.whole))).powf(self.inside / self.whole)
+    }
+}
+
+struct Cone {
+    first: DVec3,
+    axis: DVec3,
+    length: f64,
+    radii: [f64; 2],
+}
+
+impl Cone {
+    fn along(&self, point: DVec3) -> f64 {
+        (point - self.first).dot(self.axis)
+    }
+
+    fn radius(&self, point: DVec3) -> f64 {
+        let [a, b] = self.radii;
+        a + (b - a) * self.along(point) / self.length
+    }
+
+    /// Distance inside the surface, across the axis; negative outside.
+    fn depth(&self, point: DVec3) -> f64 {
+        let off = point - self.first;
+        self.radius(point) - (off - self.axis * off.dot(self.axis)).length()
+    }
+}
+
+/// Meetings of the ray `start + way t` with the capsules of a strand. `ends`: where it begins and ends; `least`: radius
+/// at a point that the strand is widened to.
+pub(crate) fn meet(
+    strand: &Strand,
+    start: DVec3,
+    way: DVec3,
+    ends: [f64; 2],
+    least: impl Fn(DVec3) -> f64,
+) -> Vec<Met> {
+    let v = &strand.vertices;
+    let at = |i: usize| v[i].position.as_dvec3();
+    let axis = |i: usize| (at(i + 1) - at(i)).normalize();
+    let steep = |i: usize| {
+        f64::from(v[i + 1].radius - v[i].radius).abs() > 0.25 * at(i).distance(at(i + 1))
+    };
+    let plane = |i: usize, own: DVec3| {
+        if i == 0 || i + 1 == v.len() {
+            return own;
+        }
+        let (before, after) = (axis(i - 1), axis(i));
+        let shared = before.dot(after) > 1e-3 && !steep(i - 1) && !steep(i);
+        if shared { (before + after).normalize() } else { own }
+    };
+    let widened =
+        |vertex: &StrandVertex| f64::from(vertex.radius).max(least(vertex.position.as_dvec3()));
+    let capsule = |i: usize| {
+        let (first, last, own) = (at(i), at(i + 1), axis(i));
+        let length = first.distance(last);
+        let cone = Cone { first, axis: own, length, radii: [widened(&v[i]), widened(&v[i + 1])] };
+        let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
+        let color = (v[i].color + v[i + 1].color) * 0.5;
+        let mut clip = ends;
+        for (normal, point, sign) in [(plane(i, own), first, 1.0), (plane(i + 1, own), last, -1.0)]
+        {
+            let (inside, change) = ((start - point).dot(normal) * sign, way.dot(normal) * sign);
+            let t = -inside / change;
+            if change > 0.0 {
+                clip[0] = clip[0].max(t);
+            } else {
+                clip[1] = clip[1].min(t);
+            }
+        }
+        Met { color, way: through(&cone, &true_cone, start, way, clip) }
+    };
+    (0..v.len() - 1).map(capsule).collect()
+}
+
+fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) -> Option<Way> {
+    let point = |t: f64| start + way * t;
+    let depth = |t: f64| cone.depth(point(t));
+    // The depth is concave along the ray; far beyond the capsule nothing is looked for.
+    let near = (cone.first - start).dot(way) / way.length_squared();
+    let far = 1e4 * cone.length + 100.0 * (cone.radii[0] + cone.radii[1]);
+    let [mut low, mut high] = [near - far, near + far];
+    for _ in 0..2 * HALVINGS {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if depth(a) < depth(b) {
+            low = a;
+        } else {
+            high = b;
+        }
+    }
+    let deepest = 0.5 * (low + high);
+    let miss = depth(deepest);
+    if miss <= 0.0 {
+        return None;
+    }
+    let crossing = |outside: f64| {
+        if depth(outside) > 0.0 {
+            return outside;
+        }
+        let (mut inside, mut outside) = (deepest, outside);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (inside + outside);
+            if depth(middle) > 0.0 {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside
+    };
+    let whole = [crossing(near - far), crossing(near + far)];
+    let [enters, leaves] = [whole[0].max(clip[0]), whole[1].min(clip[1])];
+    let diameters = |from: f64, to: f64| {
+        let step = (to - from) / f64::from(2 * PANELS);
+        let value = |i: u32| 0.5 / cone.radius(point(from + step * f64::from(i)));
+        let weight = |i: u32| match i {
+            _ if i == 0 || i == 2 * PANELS => 1.0,
+            _ if i % 2 == 1 => 4.0,
+            _ => 2.0,
+        };
+        let sum: f64 = (0..=2 * PANELS).map(|i| weight(i) * value(i)).sum();
+        sum * step / 3.0 * way.length()
+    };
+    let middle = point(0.5 * (enters + leaves));
+    let thin = (own.radius(middle) / cone.radius(middle)).clamp(0.0, 1.0);
+    let inside = diameters(enters, leaves);
+    let whole = diameters(whole[0], whole[1]);
+    (enters < leaves).then_some(Way { enters, miss, inside, whole, thin })
+}

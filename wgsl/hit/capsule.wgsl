@@ -1,0 +1,198 @@
+// Hit of a ray with a capsule of a strand: the part of a cone between two planes. CPU reference:
+// src/reference/capsule.rs.
+
+import package::bind::uniform::materials;
+import package::hit::hit::{Hit, MISS, absorption, to_map};
+import package::records::capsule::capsule_of;
+import package::records::footprint::MIN_RADIUS;
+import package::records::octahedral::from_octahedral;
+import package::records::record::OPACITY_SCALE;
+import package::records::tile_rect::SLACK;
+import package::records::view::{GpuView, MIN_DISTANCE};
+import package::sums::faint::{tau_absorbed, whole_tau};
+
+const PARALLEL: f32 = 1e-8; // least squared sine between a ray and the axis
+const LONGEST_WAY: f32 = 1e6;   // a longer way covers nothing, seen along the axis [diameters]
+const TIP: f32 = 0.9999;    // most of the change of the radius along a ray, a share of the mean radius
+
+// A capsule in a view: to the right, down and along the view's axis [m].
+struct CapsuleSetup {
+    first: vec3<f32>,
+    axis: vec3<f32>, // unit
+    length: f32,
+    first_plane: vec3<f32>, // normals
+    last_plane: vec3<f32>,
+    radius: vec2<f32>, // at the first end, widened to a texel, and its change along the axis
+    own: vec2<f32>,    // the same of the true radius
+    look: vec2<u32>,   // colour, as in `casters`
+}
+
+// `look`: of its particle in `casters`.
+fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
+    let capsule = capsule_of(look.w);
+    let first = to_view(view, capsule.first);
+    let last = to_view(view, capsule.last);
+    let length = max(distance(first, last), MIN_DISTANCE);
+    let least = vec2(least_radius(view, first.z), least_radius(view, last.z));
+    let radii = max(capsule.radii, least);
+    return CapsuleSetup(
+        first,
+        (last - first) / length,
+        length,
+        to_map(view, from_octahedral(capsule.planes.x)),
+        to_map(view, from_octahedral(capsule.planes.y)),
+        vec2(radii.x, (radii.y - radii.x) / length),
+        vec2(capsule.radii.x, (capsule.radii.y - capsule.radii.x) / length),
+        look.xy,
+    );
+}
+
+fn to_view(view: GpuView, point: vec3<f32>) -> vec3<f32> {
+    return (view.view_from_world * vec4(point, 1.0)).xyz * vec3(1.0, -1.0, -1.0);
+}
+
+fn least_radius(view: GpuView, along: f32) -> f32 {
+    return MIN_RADIUS * select(1.0, max(along, view.near), view.perspective > 0.0) / view.scale;
+}
+
+// Length of a part of a ray in local diameters, the integral of 1 / (2 r): the radius changes linearly from the middle
+// by `rise`, a share of `mean`.
+fn diameters(length: f32, mean: f32, rise: f32) -> f32 {
+    let share = clamp(rise, -TIP, TIP);
+    let square = share * share;
+    let series = 1.0 + square * (1.0 / 3.0 + square * 0.2);
+    let exact = 0.5 * log((1.0 + share) / (1.0 - share)) / select(share, 1.0, share == 0.0);
+    return length / (2.0 * mean) * select(exact, series, abs(share) < 0.1);
+}
+
+// A ray's way through a capsule.
+struct Way {
+    inside: f32, // [local diameters]
+    whole: f32,  // in the whole cone
+    thin: f32,   // ratio of the true radius to the widened one
+    depth: f32,  // light depths where it enters and leaves
+    end: f32,
+}
+
+const NO_WAY: Way = Way(0.0, 1.0, 1.0, -1.0, -1.0);
+
+fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_depth: f32) -> Way {
+    let slope = (texel - view.size * 0.5) / view.scale;
+    let is_parallel = view.perspective == 0.0;
+    let start = vec3(select(vec2(0.0), slope, is_parallel), 0.0);
+    let way = vec3(select(slope, vec2(0.0), is_parallel), 1.0);
+    // Relative to the first end, from where the ray is closest to it.
+    let square = dot(way, way);
+    let to_first = capsule.first - start;
+    let closest = dot(to_first, way) / square;
+    let off = way * closest - to_first;
+    let begin = dot(off, capsule.axis);
+    let step = dot(way, capsule.axis);
+    let across = cross(capsule.axis, way);
+    let sine = max(dot(across, across), PARALLEL * square);
+    let miss = dot(off, across);
+    let miss2 = miss * miss / sine;
+    // Where the ray is closest to the axis.
+    let middle = begin * step / sine;
+    let radius = capsule.radius.x + capsule.radius.y * (begin + middle * step);
+    let grows = capsule.radius.y * step;
+    let open = sine - grows * grows;
+    let discriminant = sine * radius * radius - open * miss2;
+    // Written so that a NaN is a miss.
+    if !(discriminant > 0.0) {
+        return NO_WAY;
+    }
+    let b = radius * grows;
+    let root = sqrt(discriminant);
+    let q = b + select(-root, root, b >= 0.0);
+    let one = q / open;
+    let other = (miss2 - radius * radius) / q;
+    var enters = min(one, other);
+    var leaves = max(one, other);
+    if open <= 0.0 {
+        // A ray within the cone's own angle stays inside.
+        let endless = LONGEST_WAY * capsule.length;
+        let turn = enters;
+        enters = select(-endless, leaves, grows > 0.0);
+        leaves = select(turn, endless, grows > 0.0);
+    }
+    enters += middle;
+    leaves += middle;
+    let range = view.far - view.near;
+    var first = max(enters, view.near - closest);
+    var last = min(leaves, view.near + opaque_depth * range - closest);
+    let ahead = dot(capsule.first_plane, way);
+    let behind = -dot(capsule.last_plane, way);
+    let at_first = -dot(capsule.first_plane, off) / select(ahead, MIN_DISTANCE, ahead == 0.0);
+    let at_last = dot(capsule.last_plane, off - capsule.axis * capsule.length) / select(behind, MIN_DISTANCE, behind == 0.0);
+    first = max(first, max(select(first, at_first, ahead > 0.0), select(first, at_last, behind > 0.0)));
+    last = min(last, min(select(at_first, last, ahead > 0.0), select(at_last, last, behind > 0.0)));
+    let place = begin + 0.5 * (first + last) * step;
+    let mean = capsule.radius.x + capsule.radius.y * place;
+    if !(first < last && mean > 0.0) {
+        return NO_WAY;
+    }
+    let metres = sqrt(square);
+    let inside = diameters(metres * (last - first), mean, 0.5 * grows * (last - first) / mean);
+    let mean_of_whole = capsule.radius.x + capsule.radius.y * (begin + 0.5 * (enters + leaves) * step);
+    let of_whole = diameters(metres * (leaves - enters), mean_of_whole, 0.5 * grows * (leaves - enters) / mean_of_whole);
+    let own = capsule.own.x + capsule.own.y * place;
+    return Way(
+        inside,
+        select(LONGEST_WAY, max(of_whole, inside), open > 0.0),
+        clamp(own / mean, 0.0, 1.0),
+        (closest + first - view.near) / range,
+        (closest + last - view.near) / range,
+    );
+}
+
+// Absorbed share, by the optical depth of a diameter.
+fn way_absorbed(way: Way, tau: vec3<f32>) -> vec3<f32> {
+    if way.thin >= 1.0 {
+        return tau_absorbed(tau * way.inside);
+    }
+    // The strand covers the texel in part.
+    let covered = way.thin * tau_absorbed(tau * way.whole);
+    return tau_absorbed(whole_tau(covered) * (way.inside / way.whole));
+}
+
+fn capsule_hit(
+    view: GpuView,
+    capsule: CapsuleSetup,
+    texel: vec2<f32>,
+    opaque_depth: f32,
+    material_id: u32,
+) -> Hit {
+    let way = capsule_way(view, capsule, texel, opaque_depth);
+    if !(way.inside > 0.0) {
+        return MISS;
+    }
+    let material = materials[material_id];
+    let look = capsule.look;
+    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
+    let color = min(vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint, vec4(1.0));
+    let tau = whole_tau(absorption(material.transfer, color.a, color.rgb));
+    let absorbed = way_absorbed(way, tau);
+    let opacity = way_absorbed(way, whole_tau(vec3(color.a))).x;
+    return Hit(1.0 - absorbed, color.rgb, opacity, way.depth, way.depth, way.end, material_id, absorbed);
+}
+
+// From the middle of a capsule to its last end [texels].
+fn capsule_half(look: vec4<u32>) -> vec2<f32> {
+    return bitcast<vec2<f32>>(look.xy);
+}
+
+// Whether some texel centre in the box lo..hi may be in the capsule, by the rectangle around its axis. `place`, `half`
+// of its footprint.
+fn capsule_touches(place: vec4<f32>, half: vec2<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let width = place.z + SLACK;
+    let apart = (lo + hi) * 0.5 - place.xy;
+    let reach = (hi - lo) * 0.5;
+    let size = length(half);
+    let along = select(vec2(0.0), half / size, size > 0.0);
+    let across = abs(along.x * apart.y - along.y * apart.x);
+    let off = abs(dot(along, apart));
+    let wide = width + dot(abs(along.yx), reach);
+    let long = size + width + dot(abs(along), reach);
+    return place.z < 0.0 || (across <= wide && off <= long);
+}

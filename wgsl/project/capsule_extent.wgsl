@@ -1,0 +1,105 @@
+// Extent of a capsule of a strand in a view. CPU reference: src/reference/capsule.rs.
+
+import package::hit::capsule::{CapsuleSetup, capsule_touches};
+import package::project::conic::ENDLESS;
+import package::project::tangents::tangents;
+import package::records::view::{GpuView, MIN_DISTANCE, TILE_SIZE};
+
+struct CapsuleExtent {
+    place: vec4<f32>, // of its footprint: middle of its axis and how far it reaches from it [texels], light depth
+    half: vec2<f32>,  // from there to its last end [texels]
+    lo: vec2<f32>,    // box in the map [texels]
+    hi: vec2<f32>,
+    nearest: f32,     // light depths
+    farthest: f32,
+    least: f32,       // distance of its nearest point from the light, at most [m]
+}
+
+// How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis; `slope` of
+// the radius. Rust: src/model/strand.rs.
+fn mitre(cosine: f32, slope: f32) -> f32 {
+    let own = clamp(cosine, 0.5, 1.0);
+    let tangent = sqrt(1.0 - own * own) / own;
+    return 1.0 / (own * max(1.0 - slope * tangent, 0.5));
+}
+
+// Radius of a circle around the place of a sphere's centre that contains the sphere [texels].
+fn circle(view: GpuView, center: vec3<f32>, radius: f32) -> f32 {
+    let sine = radius / length(center);
+    let slope = length(center.xy) / center.z;
+    let tangent = sine / sqrt(1.0 - sine * sine);
+    // tan(axis + cone) - tan(axis), outwards from the view's centre.
+    let rest = 1.0 - slope * tangent;
+    let reach = view.scale * tangent * (1.0 + slope * slope) / rest;
+    // Written so that a NaN is endless.
+    return select(ENDLESS, reach, sine < 1.0 && rest > 0.0);
+}
+
+// The end, or the part of the axis behind it that is not behind the near plane.
+fn clipped(view: GpuView, end: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
+    let part = clamp((view.near - end.z) / (other.z - end.z), 0.0, 1.0);
+    return select(end, end + (other - end) * part, end.z < view.near && other.z > end.z);
+}
+
+fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
+    let first = capsule.first;
+    let last = first + capsule.axis * capsule.length;
+    let slope = abs(capsule.radius.y);
+    let reach = max(
+        capsule.radius.x * mitre(dot(capsule.first_plane, capsule.axis), slope),
+        (capsule.radius.x + capsule.radius.y * capsule.length) * mitre(dot(capsule.last_plane, capsule.axis), slope),
+    );
+    let range = view.far - view.near;
+    let center = view.size * 0.5;
+    var extent: CapsuleExtent;
+    extent.nearest = (min(first.z, last.z) - reach - view.near) / range;
+    extent.farthest = (max(first.z, last.z) + reach - view.near) / range;
+    let part = clamp(-dot(first, capsule.axis), 0.0, capsule.length);
+    extent.least = max(length(first + capsule.axis * part) - reach, 0.0);
+    let depth = (0.5 * (first.z + last.z) - view.near) / range;
+    if view.perspective == 0.0 {
+        let a = first.xy * view.scale + center;
+        let b = last.xy * view.scale + center;
+        let width = reach * view.scale;
+        extent.place = vec4((a + b) * 0.5, width, depth);
+        extent.half = (b - a) * 0.5;
+        extent.lo = min(a, b) - width;
+        extent.hi = max(a, b) + width;
+        return extent;
+    }
+    // The part behind the near plane has no place in the map.
+    let a = clipped(view, first, last);
+    let b = clipped(view, last, first);
+    let a_x = tangents(a.x, a.z, reach);
+    let a_y = tangents(a.y, a.z, reach);
+    let b_x = tangents(b.x, b.z, reach);
+    let b_y = tangents(b.y, b.z, reach);
+    extent.lo = min(vec2(a_x.x, a_y.x), vec2(b_x.x, b_y.x)) * view.scale + center;
+    extent.hi = max(vec2(a_x.y, a_y.y), vec2(b_x.y, b_y.y)) * view.scale + center;
+    let width = max(circle(view, a, reach), circle(view, b, reach));
+    let is_beside = min(a.z, b.z) < max(view.near, MIN_DISTANCE) || width >= ENDLESS;
+    let at_a = a.xy / max(a.z, MIN_DISTANCE) * view.scale + center;
+    let at_b = b.xy / max(b.z, MIN_DISTANCE) * view.scale + center;
+    extent.place = vec4((at_a + at_b) * 0.5, select(width, -1.0, is_beside), depth);
+    extent.half = (at_b - at_a) * 0.5;
+    return extent;
+}
+
+// The tiles of a small rectangle that are touched; (0, 0) for none.
+fn capsule_tiles(extent: CapsuleExtent, rect: vec2<u32>) -> vec2<u32> {
+    let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    if (rect.y & 0xffffu) == 0u || any(last - first >= vec2(4u)) {
+        return rect;
+    }
+    var mask = 0u;
+    for (var y = first.y; y <= last.y; y += 1u) {
+        for (var x = first.x; x <= last.x; x += 1u) {
+            let lo = vec2<f32>(vec2(x, y) * TILE_SIZE) + 0.5;
+            if capsule_touches(extent.place, extent.half, lo, lo + f32(TILE_SIZE - 1u)) {
+                mask |= 1u << ((y - first.y) * 4u + x - first.x);
+            }
+        }
+    }
+    return select(vec2(rect.x, (rect.y & 0xffff0000u) | mask), vec2(0u), mask == 0u);
+}
