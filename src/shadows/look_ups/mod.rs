@@ -3,4 +3,5 @@ pub(super) mod converted;
 pub(super) mod host_shader;
 pub(super) mod levels;
 pub(super) mod light_points;
+pub(super) mod light_shelf;
 pub(crate) mod light_source;
