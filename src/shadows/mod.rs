@@ -38,8 +38,8 @@ pub use casters::{
 pub use config::{Config, Toggles};
 pub use host_grids::{GridLoader, HostGrid};
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
-use look_ups::host_shader::LightShelf;
 pub(crate) use look_ups::levels::AreaLevels;
+use look_ups::light_shelf::LightShelf;
 #[cfg(feature = "picture")]
 pub(crate) use look_ups::light_source::light_texture;
 pub use look_ups::{

@@ -12,10 +12,7 @@ use crate::{
         levels::{IN_REGISTERS, OF_AREA, OF_POINT},
     },
 };
-use std::sync::{
-    LazyLock,
-    atomic::{AtomicU32, Ordering},
-};
+use std::sync::LazyLock;
 use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
 
 /// Bindings of the declarations of [`Maps::wgsl`], for one frame: bind again after each
@@ -62,33 +59,6 @@ static PARTS: LazyLock<[Result<Part, KernelError>; 2]> = LazyLock::new(|| {
 fn part(source: Choice) -> Result<&'static Part, KernelError> {
     let is_area = source.files == OF_AREA.files;
     PARTS[usize::from(is_area)].as_ref().map_err(Clone::clone)
-}
-
-/// Frames bind the lights anew into what the last frame's bindings were made of, of the first few alive at a time.
-#[derive(Debug)]
-pub(in crate::shadows) struct LightShelf {
-    shelf: Shelf,
-    /// Bindings since the last frame.
-    bound: AtomicU32,
-}
-
-impl LightShelf {
-    pub(in crate::shadows) fn new(queue: &wgpu::Queue) -> Self {
-        Self { shelf: Shelf::new(queue), bound: AtomicU32::new(0) }
-    }
-
-    /// Begins a frame.
-    pub(in crate::shadows) fn turn(&self) {
-        if self.bound.swap(0, Ordering::Relaxed) > 0 {
-            self.shelf.turn();
-        }
-    }
-
-    /// `None` for a host that binds again and again between frames.
-    fn take(&self) -> Option<&Shelf> {
-        const MOST: u32 = 8;
-        (self.bound.fetch_add(1, Ordering::Relaxed) < MOST).then_some(&self.shelf)
-    }
 }
 
 impl Maps {

@@ -3,5 +3,6 @@ pub(super) mod converted;
 pub(super) mod host_shader;
 pub(super) mod levels;
 pub(super) mod light_points;
+pub(super) mod light_shelf;
 pub(crate) mod light_source;
 pub(super) mod splat_points;

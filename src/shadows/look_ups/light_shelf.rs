@@ -1,0 +1,30 @@
+//! What bindings of lights are made of, from frame to frame.
+use crate::gpu::Shelf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Frames bind the lights anew into what the last frame's bindings were made of, of the first few alive at a time.
+#[derive(Debug)]
+pub(in crate::shadows) struct LightShelf {
+    shelf: Shelf,
+    /// Bindings since the last frame.
+    bound: AtomicU32,
+}
+
+impl LightShelf {
+    pub(in crate::shadows) fn new(queue: &wgpu::Queue) -> Self {
+        Self { shelf: Shelf::new(queue), bound: AtomicU32::new(0) }
+    }
+
+    /// Begins a frame.
+    pub(in crate::shadows) fn turn(&self) {
+        if self.bound.swap(0, Ordering::Relaxed) > 0 {
+            self.shelf.turn();
+        }
+    }
+
+    /// `None` for a host that binds again and again between frames.
+    pub(super) fn take(&self) -> Option<&Shelf> {
+        const MOST: u32 = 8;
+        (self.bound.fetch_add(1, Ordering::Relaxed) < MOST).then_some(&self.shelf)
+    }
+}
