@@ -3,7 +3,7 @@ use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
     error::{Error, Input},
     gpu::{
-        Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory, Shelf,
+        Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory,
         Timeline, allocated, bind_host_part,
     },
     model::Light,
