@@ -80,8 +80,8 @@ fn a_puff_below_a_texel_takes_its_light_on_the_mean() {
         lost.sum::<f64>() * f64::from(TEXEL * TEXEL)
     };
     let places = (0..PLACES * PLACES).map(|i| [i % PLACES, i / PLACES].map(|n| n as f32 + 0.5));
-    let all: Vec<f64> =
-        places.map(|[x, y]| taken(Vec3::new(x, y, 0.0) * (TEXEL / PLACES as f32))).collect();
+    let around = |n: f32| (0.5 + SQUARE * (n / PLACES as f32 - 0.5)) * TEXEL;
+    let all: Vec<f64> = places.map(|[x, y]| taken(Vec3::new(around(x), around(y), 0.0))).collect();
     // Of all places in a texel.
     let share = f64::from(SQUARE * SQUARE) / all.len() as f64;
     let mean = all.iter().sum::<f64>() * share;
