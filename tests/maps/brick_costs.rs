@@ -10,7 +10,7 @@ use gobo::{
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Z };
 
-/// The same bricks in bounds of twice the volume and more: as many pairs, but for those of the one brick that makes them so.
+/// The same bricks in bounds of twice the volume and more: as many pairs, but for those of the one brick that makes them so, where the map sees it.
 #[test]
 fn empty_space_costs_nothing() {
     let mut scene = scene_of(DOWN, lump());
@@ -28,7 +28,7 @@ fn empty_space_costs_nothing() {
         let [before, after] = [&scene, &wide].map(|scene| map_frame(tier, scene).counters);
         let more = (after.pairs + after.scattered) - (before.pairs + before.scattered);
         assert!(before.pairs + before.scattered > 40, "{before:?}");
-        assert!((1..=4).contains(&more), "{tier:?}: {before:?} {after:?}");
+        assert!(more <= 4, "{tier:?}: {before:?} {after:?}");
     }
 }
 
