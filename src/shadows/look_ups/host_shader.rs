@@ -3,8 +3,8 @@ use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
     error::{Error, Input},
     gpu::{
-        Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory,
-        Timeline, allocated, bind_host_part,
+        Allocator, Binding, Choice, Constant, KernelError, Library, Linked, Memory, Timeline,
+        allocated, bind_host_part,
     },
     model::Light,
     stage::{
