@@ -124,7 +124,8 @@ pub use glam;
 pub use gpu::{Gpu, KernelError, KernelJob, Memory, Support, Tier, Timeline, error::Error};
 pub use model::{
     Bounds, Brick, Camera, Casters, Counters, Gaussian, Grid, Light, LightKind, Material, Particle,
-    Receiver, Scene, ShadowSettings, Shape, Strand, StrandVertex, Texture, Transfer, Triangle, View,
+    Receiver, Scene, ShadowSettings, Shape, Strand, StrandVertex, Texture, Transfer, Triangle,
+    View,
 };
 #[cfg(feature = "picture")]
 pub use render::{RenderOptions, Renderer};

@@ -337,6 +337,7 @@ impl Casters<'_> {
     pub(crate) fn count(&self) -> u64 {
         let bricks: usize = self.grids.iter().map(|grid| grid.bricks.len()).sum();
         let capsules: usize = self.strands.iter().map(|s| s.vertices.len().saturating_sub(1)).sum();
-        (self.particles.len() + self.gaussians.len() + self.triangles.len() + bricks + capsules) as u64
+        (self.particles.len() + self.gaussians.len() + self.triangles.len() + bricks + capsules)
+            as u64
     }
 }

@@ -159,7 +159,8 @@ impl Scene {
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].
     pub fn casters(&self) -> Casters<'_> {
-        let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
+            self;
         // A frame must not depend on how particles were grouped in the one before.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
         Casters { particles, gaussians, triangles, grids, strands, materials, textures, in_order }

@@ -55,8 +55,9 @@ impl Strand {
     /// material.
     pub fn problem(&self, max_color: f32) -> Option<&'static str> {
         let all = || self.vertices.iter();
-        let finite =
-            |v: &StrandVertex| v.position.is_finite() && v.radius.is_finite() && v.color.is_finite();
+        let finite = |v: &StrandVertex| {
+            v.position.is_finite() && v.radius.is_finite() && v.color.is_finite()
+        };
         let far = |v: &StrandVertex| v.position.abs().max_element().max(v.radius) > FARTHEST;
         let colors = |v: &StrandVertex| {
             let color = v.color.truncate();

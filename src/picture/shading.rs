@@ -63,10 +63,8 @@ impl ShadeFeatures {
         let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
         let aired =
             |features: Features| counted(features).with(Flags::HAS_AIR, scene.air.is_some());
-        let kinds = Flags::HAS_PARTICLES
-            | Flags::HAS_TRIANGLES
-            | Flags::HAS_TEXTURES
-            | Flags::HAS_CAPSULES;
+        let kinds =
+            Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::HAS_TEXTURES | Flags::HAS_CAPSULES;
         let of_kinds = |flags| Features::NONE.with(flags, true);
         let has_layers = blended.list.footprint_count > 0;
         let panes = has_layers && blended.features.has(Flags::HAS_TRIANGLES);

@@ -57,8 +57,8 @@ fn least_radius(view: &GpuView, along: f32) -> f32 {
 
 impl CapsuleSetup {
     pub fn new(view: &GpuView, record: &CapsuleRecord) -> Self {
-        let ends =
-            [record.first, record.last].map(|end| to_map(view.view_from_world.transform_point3(end)));
+        let ends = [record.first, record.last]
+            .map(|end| to_map(view.view_from_world.transform_point3(end)));
         let planes =
             record.normals().map(|normal| to_map(view.view_from_world.transform_vector3(normal)));
         let [first, last] = ends;
@@ -117,7 +117,8 @@ impl CapsuleSetup {
         };
         let whole = [enters + middle, leaves + middle];
         let [mut first, mut last] = whole;
-        for (normal, back, sign) in [(self.planes[0], 0.0, 1.0), (self.planes[1], self.length, -1.0)]
+        for (normal, back, sign) in
+            [(self.planes[0], 0.0, 1.0), (self.planes[1], self.length, -1.0)]
         {
             let inside = normal.dot(off - self.axis * back) * sign;
             let change = normal.dot(way) * sign;
@@ -298,9 +299,8 @@ impl Extent {
             width = width.max(circle(view, end, reach));
         }
         let is_beside = ends.iter().any(|end| end.z < view.near.max(f32::MIN_POSITIVE));
-        let [a, b] = ends.map(|end| {
-            end.truncate() / end.z.max(f32::MIN_POSITIVE) * view.scale + center
-        });
+        let [a, b] =
+            ends.map(|end| end.truncate() / end.z.max(f32::MIN_POSITIVE) * view.scale + center);
         let width = if is_beside || width >= ENDLESS { -1.0 } else { width };
         Self { middle: (a + b) * 0.5, half: (b - a) * 0.5, width, bounds }
     }

@@ -10,8 +10,8 @@ use super::{
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
-        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, FIXED_ONE, Footprint, GaussianAxes, GaussianSetup,
-        GpuView, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
+        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, FIXED_ONE, Footprint, GaussianAxes,
+        GaussianSetup, GpuView, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
         dither::{Place, cell, threshold},
@@ -143,7 +143,13 @@ impl<'a> Target<'a> {
             let form = Form::Capsule { setup, color, middle: footprint.center };
             let reach = capsule_half(footprint).abs().max_element() + footprint.radius + SLACK;
             let reach = if footprint.radius < 0.0 { f32::INFINITY } else { reach };
-            return Self { records, material, id: record.id, form, place: (footprint.center, reach) };
+            return Self {
+                records,
+                material,
+                id: record.id,
+                form,
+                place: (footprint.center, reach),
+            };
         }
         let facing = Facing::new(records.view, footprint, caster.rotation());
         let (color, (base, slope)) = (footprint.color(), footprint.opacity());

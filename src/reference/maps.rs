@@ -238,7 +238,18 @@ impl<'a> SceneRecords<'a> {
     ) -> Records<'b> {
         let Self { casters, bricks, capsules, axes, materials, absorptions, images, .. } = self;
         let capsules = &capsules.records;
-        Records { view, casters, bricks, capsules, axes, gaussians, setups, materials, absorptions, images }
+        Records {
+            view,
+            casters,
+            bricks,
+            capsules,
+            axes,
+            gaussians,
+            setups,
+            materials,
+            absorptions,
+            images,
+        }
     }
 
     /// Whether footprint `i` is of a caster that filters light.
@@ -261,8 +272,7 @@ impl<'a> SceneRecords<'a> {
                     let shape = self.materials[caster.material() as usize].shape;
                     if shape == Shape::Capsule {
                         let record = &self.capsules.records[caster.id as usize];
-                        let of =
-                            project_capsule(view, 0, (caster, id), record, material, params);
+                        let of = project_capsule(view, 0, (caster, id), record, material, params);
                         return (of, GaussianSetup::default());
                     }
                     let half_edges =

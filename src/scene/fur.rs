@@ -85,7 +85,12 @@ impl Fur {
     }
 
     /// Its strands on `triangles`, with ids from `first_id`.
-    pub(super) fn strands(&self, triangles: &[Triangle], material: u32, first_id: u32) -> Vec<Strand> {
+    pub(super) fn strands(
+        &self,
+        triangles: &[Triangle],
+        material: u32,
+        first_id: u32,
+    ) -> Vec<Strand> {
         let mut areas = Vec::with_capacity(triangles.len());
         let mut sum = 0.0;
         for triangle in triangles {
@@ -158,6 +163,7 @@ impl Hair {
         let start = Quat::from_axis_angle(self.way, self.turn) * aside;
         // It leaves the root along its way.
         let curl = (turned - start) * (fur.curl_radius * t);
-        self.root + self.way * (self.length * t) + curl - Vec3::Y * (fur.droop * self.length * t * t)
+        self.root + self.way * (self.length * t) + curl
+            - Vec3::Y * (fur.droop * self.length * t * t)
     }
 }

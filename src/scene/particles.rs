@@ -193,29 +193,29 @@ impl Rows<'_> {
         path: &Path,
         default_radius: Option<f32>,
     ) -> Result<ParticleFile, SceneError> {
-    if let Some(count) = announced(path) {
-        check_count(path, self.earlier, count)?;
-    }
-    let bytes = read::bytes(path)?;
-    let rows = &mut self;
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some("ply") => ply::read(path, &bytes, rows)?,
-        Some("csv") => read_csv(path, &bytes, rows)?,
-        _ => {
-            let message = "particles come from .ply and .csv files only";
-            return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
+        if let Some(count) = announced(path) {
+            check_count(path, self.earlier, count)?;
         }
-    }
-    let Rows { storage, mut particles, skipped, notes, .. } = self;
-    if storage[RADIUS] == Storage::Absent {
-        let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
-        for particle in &mut particles {
-            particle.radius = radius;
+        let bytes = read::bytes(path)?;
+        let rows = &mut self;
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("ply") => ply::read(path, &bytes, rows)?,
+            Some("csv") => read_csv(path, &bytes, rows)?,
+            _ => {
+                let message = "particles come from .ply and .csv files only";
+                return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
+            }
         }
+        let Rows { storage, mut particles, skipped, notes, .. } = self;
+        if storage[RADIUS] == Storage::Absent {
+            let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
+            for particle in &mut particles {
+                particle.radius = radius;
+            }
+        }
+        Ok(ParticleFile { particles, skipped, notes })
     }
-    Ok(ParticleFile { particles, skipped, notes })
-}
 
     /// Sets the columns; call it before the rows.
     pub(super) fn begin(

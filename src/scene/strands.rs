@@ -42,7 +42,12 @@ impl Loader<'_> {
                     let help = "move it into the table of generate";
                     return Err(self.error(span, "radius", "radius beside generate", help));
                 }
-                self.check_limit(Limit::Capsules, self.capsules(), fur.capsules() as usize, (span, key))?;
+                self.check_limit(
+                    Limit::Capsules,
+                    self.capsules(),
+                    fur.capsules() as usize,
+                    (span, key),
+                )?;
                 self.fur(span, fur, id)?
             }
             _ => {
@@ -76,13 +81,19 @@ impl Loader<'_> {
         radius: Option<f32>,
         id: u32,
     ) -> Result<Vec<Strand>, SceneError> {
-        let StrandFile { strands, skipped, notes } = particles::load_strands(path, material, id, radius)?;
+        let StrandFile { strands, skipped, notes } =
+            particles::load_strands(path, material, id, radius)?;
         add_skipped(&mut self.scene.skipped, &skipped);
         self.scene.notes.extend(notes);
         Ok(strands)
     }
 
-    fn fur(&mut self, span: &Range<usize>, fur: &Fur, material: u32) -> Result<Vec<Strand>, SceneError> {
+    fn fur(
+        &mut self,
+        span: &Range<usize>,
+        fur: &Fur,
+        material: u32,
+    ) -> Result<Vec<Strand>, SceneError> {
         let known = || {
             let solid = self.placed.iter().filter(|placed| placed.kind != "splats");
             solid.filter_map(|placed| Some((placed.name.as_ref()?, placed.triangles.clone())))

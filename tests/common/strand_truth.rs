@@ -86,18 +86,17 @@ pub(crate) fn meet(
         let shared = before.dot(after) > 1e-3 && !steep(i - 1) && !steep(i);
         if shared { (before + after).normalize() } else { own }
     };
-    let widened = |vertex: &StrandVertex| {
-        f64::from(vertex.radius).max(least(vertex.position.as_dvec3()))
-    };
+    let widened =
+        |vertex: &StrandVertex| f64::from(vertex.radius).max(least(vertex.position.as_dvec3()));
     let capsule = |i: usize| {
         let (first, last, own) = (at(i), at(i + 1), axis(i));
         let length = first.distance(last);
         let cone = Cone { first, axis: own, length, radii: [widened(&v[i]), widened(&v[i + 1])] };
-        let true_cone =
-            Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
+        let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
         let color = (v[i].color + v[i + 1].color) * 0.5;
         let mut clip = ends;
-        for (normal, point, sign) in [(plane(i, own), first, 1.0), (plane(i + 1, own), last, -1.0)] {
+        for (normal, point, sign) in [(plane(i, own), first, 1.0), (plane(i + 1, own), last, -1.0)]
+        {
             let (inside, change) = ((start - point).dot(normal) * sign, way.dot(normal) * sign);
             let t = -inside / change;
             if change > 0.0 {

@@ -42,11 +42,14 @@ pub(super) fn passed(scene: &Scene, view: &View, texel: [u32; 2], depth: f64) ->
         apart <= reach + 2.0 * least(center)
     };
     let strands = scene.strands.iter().filter(is_near);
-    strands.flat_map(|strand| meet(strand, start, way, ends, least)).fold(DVec3::ONE, |light, met| {
-        let Some(way) = met.way else { return light };
-        let (color, alpha) = (met.color.truncate().as_dvec3(), f64::from(met.color.w));
-        light * (DVec3::ONE - alpha * (DVec3::ONE - color)).map(|passed| way.passed(passed))
-    })
+    strands.flat_map(|strand| meet(strand, start, way, ends, least)).fold(
+        DVec3::ONE,
+        |light, met| {
+            let Some(way) = met.way else { return light };
+            let (color, alpha) = (met.color.truncate().as_dvec3(), f64::from(met.color.w));
+            light * (DVec3::ONE - alpha * (DVec3::ONE - color)).map(|passed| way.passed(passed))
+        },
+    )
 }
 
 fn mean_error(scene: &Scene, maps: &ViewMaps) -> f64 {

@@ -164,7 +164,10 @@ fn a_strand_in_pieces_is_the_same_strand() {
                 for (found, expected) in found.filter.iter().zip(&expected.filter) {
                     let apart = (Vec3::from_array(*found) - Vec3::from_array(*expected)).abs();
                     // Filters in halves; sums of 50 pieces in fixed point.
-                    assert!(apart.max_element() <= 2e-3, "{count}, {radius}: {found:?} {expected:?}");
+                    assert!(
+                        apart.max_element() <= 2e-3,
+                        "{count}, {radius}: {found:?} {expected:?}"
+                    );
                 }
             }
         }

@@ -9,7 +9,8 @@ use glam::Vec3;
 impl Casters<'_> {
     /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } = self;
+        let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
+            self;
         if materials.len() > MAX_MATERIALS {
             return Err(Error::Limit {
                 limit: "materials of a scene",

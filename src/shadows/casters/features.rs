@@ -93,10 +93,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
             (Flags::HAS_BRICKS, is_particle && shape == Shape::Brick),
             (Flags::HAS_GAUSSIANS, is_particle && shape == Shape::Gaussian),
             (Flags::HAS_CAPSULES, is_particle && shape == Shape::Capsule),
-            (
-                Flags::HAS_FACING,
-                is_particle && !matches!(shape, Shape::Gaussian | Shape::Capsule),
-            ),
+            (Flags::HAS_FACING, is_particle && !matches!(shape, Shape::Gaussian | Shape::Capsule)),
             (Flags::HAS_MEDIA, is_particle && material.is_medium()),
             (Flags::HAS_DITHER, transfer == Transfer::Dither),
             (Flags::HAS_GAIN, transfer == Transfer::Gain),

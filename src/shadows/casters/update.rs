@@ -17,8 +17,9 @@ impl CasterSet {
     /// casters, materials or textures, other sizes of textures, casters of another class, or particles that
     /// have drifted so far apart that they need new groups.
     pub fn update(&mut self, queue: &wgpu::Queue, casters: &Casters<'_>) -> bool {
-        let &Casters { gaussians, triangles, grids, strands, materials, textures, in_order, .. } =
-            casters;
+        let &Casters {
+            gaussians, triangles, grids, strands, materials, textures, in_order, ..
+        } = casters;
         let Some(new_bricks) = self.bricks.update(queue, grids) else { return false };
         let first_brick = casters.particles.len();
         let capsules = &Capsules::new(strands);
@@ -122,8 +123,7 @@ impl CasterSet {
         }
         let has_new_behind = |i: u32| {
             let own = makers.behind(i);
-            !own.is_empty()
-                && behind[own.start - first..own.end - first] != uploaded.casters[own]
+            !own.is_empty() && behind[own.start - first..own.end - first] != uploaded.casters[own]
         };
         let new_behind: Vec<_> =
             uploaded.particle_order.iter().map(|&index| has_new_behind(index)).collect();
