@@ -75,6 +75,17 @@ fn least_radius(view: &GpuView, along: f32) -> f32 {
     MIN_RADIUS * distance / view.scale
 }
 
+/// The part of a segment, as shares of its length, that is not behind the near plane of a perspective view. `first`,
+/// `last`: of its ends along the view's axis [m].
+fn seen_part(view: &GpuView, first: f32, last: f32) -> [f32; 2] {
+    let crossing = (view.near - first) / (last - first);
+    match (view.perspective > 0.0, first < view.near, last < view.near) {
+        (true, true, false) if crossing < 1.0 => [crossing, 1.0],
+        (true, false, true) if crossing > 0.0 => [0.0, crossing],
+        _ => [0.0, 1.0],
+    }
+}
+
 impl CapsuleSetup {
     pub fn new(view: &GpuView, record: &CapsuleRecord) -> Self {
         let ends = [record.first, record.last]
@@ -84,14 +95,20 @@ impl CapsuleSetup {
         let [first, last] = ends;
         let length = first.distance(last).max(f32::MIN_POSITIVE);
         let own = [record.first_radius, record.last_radius];
-        let [a, b] = [0, 1].map(|i| own[i].max(least_radius(view, ends[i].z)));
+        // Widened where the light sees it, and continued to the ends.
+        let seen = seen_part(view, first.z, last.z);
+        let [a, b] = seen.map(|share| {
+            let own = own[0] + (own[1] - own[0]) * share;
+            own.max(least_radius(view, first.z + (last.z - first.z) * share))
+        });
+        let change = (b - a) / (seen[1] - seen[0]);
         Self {
             first,
             axis: (last - first) / length,
             length,
             planes,
-            radius: a,
-            slope: (b - a) / length,
+            radius: a - change * seen[0],
+            slope: change / length,
             own_radius: own[0],
             own_slope: (own[1] - own[0]) / length,
         }

@@ -320,8 +320,9 @@ fn meet_strand(
         let distance = if eye.parallel { 1.0 } else { eye.along_axis(point).max(eye.near) };
         std::f64::consts::FRAC_1_SQRT_2 * distance / eye.scale
     };
+    let beyond = |point: DVec3| if eye.parallel { 1.0 } else { eye.along_axis(point) - eye.near };
     let tint = material.tint.as_dvec4();
-    for met in strand_truth::meet(strand, ray.start, ray.way, ends, least) {
+    for met in strand_truth::meet(strand, ray.start, ray.way, ends, least, beyond) {
         let Some(way) = met.way else { continue };
         let color = met.color.as_dvec4() * tint;
         let of_diameter = optics(material, color.w, color.truncate(), 0.0);

@@ -1,7 +1,7 @@
 //! Strands in 64 bits, from their definition: where a ray is inside is found by bisection, what it passes by quadrature.
 use gobo::{
     glam::{DVec3, Vec4},
-    model::{Strand, StrandVertex},
+    model::Strand,
 };
 
 /// Halvings of bisection, and panels of quadrature.
@@ -64,13 +64,14 @@ impl Cone {
 }
 
 /// Meetings of the ray `start + way t` with the capsules of a strand. `ends`: where it begins and ends; `least`: radius
-/// at a point that the strand is widened to.
+/// at a point that the strand is widened to; `beyond`: how far a point is behind the near plane, away from the light.
 pub(crate) fn meet(
     strand: &Strand,
     start: DVec3,
     way: DVec3,
     ends: [f64; 2],
     least: impl Fn(DVec3) -> f64,
+    beyond: impl Fn(DVec3) -> f64,
 ) -> Vec<Met> {
     let v = &strand.vertices;
     let at = |i: usize| v[i].position.as_dvec3();
@@ -86,12 +87,26 @@ pub(crate) fn meet(
         let shared = before.dot(after) > 1e-3 && !steep(i - 1) && !steep(i);
         if shared { (before + after).normalize() } else { own }
     };
-    let widened =
-        |vertex: &StrandVertex| f64::from(vertex.radius).max(least(vertex.position.as_dvec3()));
+    // Of the part that the light sees, continued to the ends.
+    let widened = |i: usize| {
+        let (first, last) = (at(i), at(i + 1));
+        let own = |t: f64| f64::from(v[i].radius) + f64::from(v[i + 1].radius - v[i].radius) * t;
+        let [a, b] = [first, last].map(&beyond);
+        let t = if a < 0.0 && b > 0.0 {
+            [a / (a - b), 1.0]
+        } else if a > 0.0 && b < 0.0 {
+            [0.0, a / (a - b)]
+        } else {
+            [0.0, 1.0]
+        };
+        let radii = t.map(|t| own(t).max(least(first.lerp(last, t))));
+        let slope = (radii[1] - radii[0]) / (t[1] - t[0]);
+        [radii[0] - slope * t[0], radii[1] + slope * (1.0 - t[1])]
+    };
     let capsule = |i: usize| {
         let (first, last, own) = (at(i), at(i + 1), axis(i));
         let length = first.distance(last);
-        let cone = Cone { first, axis: own, length, radii: [widened(&v[i]), widened(&v[i + 1])] };
+        let cone = Cone { first, axis: own, length, radii: widened(i) };
         let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
         let color = (v[i].color + v[i + 1].color) * 0.5;
         let mut clip = ends;
@@ -161,6 +176,10 @@ fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) ->
     let middle = point(0.5 * (enters + leaves));
     let thin = (own.radius(middle) / cone.radius(middle)).clamp(0.0, 1.0);
     let inside = diameters(enters, leaves);
-    let whole = diameters(whole[0], whole[1]);
+    // A ray within the cone's own angle never leaves it.
+    let cosine = way.normalize().dot(cone.axis);
+    let grows = (cone.radii[1] - cone.radii[0]) / cone.length * cosine;
+    let is_endless = 1.0 - cosine * cosine <= grows * grows;
+    let whole = if is_endless { f64::INFINITY } else { diameters(whole[0], whole[1]) };
     (enters < leaves).then_some(Way { enters, miss, inside, whole, thin })
 }

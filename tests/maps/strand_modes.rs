@@ -42,7 +42,7 @@ pub(super) fn passed(scene: &Scene, view: &View, texel: [u32; 2], depth: f64) ->
         apart <= reach + 2.0 * least(center)
     };
     let strands = scene.strands.iter().filter(is_near);
-    strands.flat_map(|strand| meet(strand, start, way, ends, least)).fold(
+    strands.flat_map(|strand| meet(strand, start, way, ends, least, |_| 1.0)).fold(
         DVec3::ONE,
         |light, met| {
             let Some(way) = met.way else { return light };

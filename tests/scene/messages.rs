@@ -149,7 +149,7 @@ fn values_that_would_break_numbers_are_refused() {
 }
 
 /// Each key that names a file, in a scene that names `FILE` there.
-const NAMING: [(&str, &str, &str); 7] = [
+const NAMING: [(&str, &str, &str); 8] = [
     ("environment", "file", "[environment]\nfile = \"FILE.hdr\"\n"),
     ("material", "texture", "[[material]]\nname = \"m\"\ntexture = \"FILE.png\"\n"),
     (
@@ -165,6 +165,11 @@ const NAMING: [(&str, &str, &str); 7] = [
     ("splats", "file", "[[splats]]\nfile = \"FILE.spz\"\n"),
     ("mesh", "file", "[[mesh]]\nfile = \"FILE.glb\"\n"),
     ("volume", "file", "[[volume]]\nfile = \"FILE.vdb\"\n"),
+    (
+        "strands",
+        "file",
+        "[[material]]\nname = \"m\"\n[[strands]]\nmaterial = \"m\"\nfile = \"FILE_2.ply\"\n",
+    ),
 ];
 
 /// The key and the line of a scene's last line, and the file's name.

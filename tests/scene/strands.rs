@@ -74,12 +74,12 @@ fn wrong_strands_are_refused_with_a_remedy() {
     let with = |keys: &str| refused(&format!("{HAIR}[[strands]]\nmaterial = \"hair\"\n{keys}"));
     for (keys, message) in [
         ("", "strands need either a file or generate; give one of the two"),
-        ("generate = { kind = \"fur\", on = \"ball\" }", "no shape or mesh is named \"ball\""),
+        ("generate = { kind = \"fur\", on = \"ball\" }", "no shape or mesh is named `ball`"),
         (
             "generate = { kind = \"fur\", on = \"ball\", lenght = 1 }",
-            "there is no key \"lenght\" here",
+            "there is no key `lenght` here",
         ),
-        ("fil = \"x.ply\"", "there is no key \"fil\" here"),
+        ("fil = \"x.ply\"", "there is no key `fil` here"),
         ("generate = { kind = \"fur\", on = \"a\", count = 0 }", "count is 0"),
         ("radius = 0.1\ngenerate = { kind = \"fur\", on = \"a\" }", "radius beside generate"),
     ] {

@@ -33,15 +33,19 @@ fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
     let first = to_view(view, capsule.first);
     let last = to_view(view, capsule.last);
     let length = max(distance(first, last), MIN_DISTANCE);
-    let least = vec2(least_radius(view, first.z), least_radius(view, last.z));
-    let radii = max(capsule.radii, least);
+    // Widened where the light sees it, and continued to the ends.
+    let seen = seen_part(view, first.z, last.z);
+    let along = first.z + (last.z - first.z) * seen;
+    let own = capsule.radii.x + (capsule.radii.y - capsule.radii.x) * seen;
+    let radii = max(own, vec2(least_radius(view, along.x), least_radius(view, along.y)));
+    let change = (radii.y - radii.x) / (seen.y - seen.x);
     return CapsuleSetup(
         first,
         (last - first) / length,
         length,
         to_map(view, from_octahedral(capsule.planes.x)),
         to_map(view, from_octahedral(capsule.planes.y)),
-        vec2(radii.x, (radii.y - radii.x) / length),
+        vec2(radii.x - change * seen.x, change / length),
         vec2(capsule.radii.x, (capsule.radii.y - capsule.radii.x) / length),
         look.xy,
     );
@@ -53,6 +57,16 @@ fn to_view(view: GpuView, point: vec3<f32>) -> vec3<f32> {
 
 fn least_radius(view: GpuView, along: f32) -> f32 {
     return MIN_RADIUS * select(1.0, max(along, view.near), view.perspective > 0.0) / view.scale;
+}
+
+// The part of a segment, as shares of its length, that is not behind the near plane of a perspective view. `first`,
+// `last`: of its ends along the view's axis [m].
+fn seen_part(view: GpuView, first: f32, last: f32) -> vec2<f32> {
+    let crossing = (view.near - first) / (last - first);
+    let is_behind = vec2(first, last) < vec2(view.near);
+    let enters = view.perspective > 0.0 && is_behind.x && !is_behind.y && crossing < 1.0;
+    let leaves = view.perspective > 0.0 && !is_behind.x && is_behind.y && crossing > 0.0;
+    return vec2(select(0.0, crossing, enters), select(1.0, crossing, leaves));
 }
 
 // Length of a part of a ray in local diameters, the integral of 1 / (2 r): the radius changes linearly from the middle

@@ -108,7 +108,7 @@ fn project_gaussians(
         outline = outline_of(placed.ellipse, (rect.x >> 8u) & 255u);
         let outlined = outlined_tiles(outline, rect);
         // `bin` finds outlines by the numbers of footprints, which are not those of the setups of a host's Gaussians.
-        let is_found = project_params.first_gaussian == 0u || !is_outlined(outlined);
+        let is_found = (project_params.first_gaussian == 0u) | !is_outlined(outlined);
         rect = select(rect, outlined, is_found);
     }
     let least = distance_key(view, max(length(center) - reach * longest, 0.0));
