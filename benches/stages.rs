@@ -71,8 +71,9 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
         let sorted: Vec<u32> = sorted.iter().map(|pair| pair.value).collect();
         let tile_count = view.tiles().element_product();
         group.bench_function(BenchmarkId::new("bin", footprint), |bencher| {
-            bencher
-                .iter(|| reference::bin::bin(&sorted, &rects, &[gpu_view], tile_count, u32::MAX));
+            bencher.iter(|| {
+                reference::bin::bin(&sorted, &rects, |_| None, &[gpu_view], tile_count, u32::MAX)
+            });
         });
         group.finish();
     }

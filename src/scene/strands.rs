@@ -61,7 +61,7 @@ impl Loader<'_> {
         let (world, most) = (given.placement.at(0.0), material.transfer.max_color());
         self.scene.materials.push(material);
         for strand in strands {
-            let strand = placed(strand, &world);
+            let strand = placed(&strand, &world);
             match strand.problem(most) {
                 None => self.scene.strands.push(strand),
                 Some(reason) => *self.scene.skipped.entry(reason).or_default() += 1,
@@ -117,12 +117,13 @@ impl Loader<'_> {
 }
 
 /// The strand under `world`; radii by the mean of its scales.
-fn placed(strand: Strand, world: &Mat4) -> Strand {
+fn placed(strand: &Strand, world: &Mat4) -> Strand {
     let scale = Mat3::from_mat4(*world).determinant().abs().cbrt();
     let vertex = |vertex: &StrandVertex| StrandVertex {
         position: world.transform_point3(vertex.position),
         radius: vertex.radius * scale,
         ..*vertex
     };
-    Strand { vertices: strand.vertices.iter().map(vertex).collect(), ..strand }
+    let &Strand { material, id, .. } = strand;
+    Strand { vertices: strand.vertices.iter().map(vertex).collect(), material, id }
 }

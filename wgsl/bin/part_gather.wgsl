@@ -20,6 +20,8 @@ const WORDS: u32 = 4u; // of 32 footprints, that a lane walks at a time
 
 var<workgroup> counts: array<u32, LANES>;
 
+var<private> touched: array<u32, WORDS>; // footprints of each word that touch the tile
+
 var<private> left: u32;  // footprints of a word that are to be tested or written
 var<private> found: u32; // those of them that touch the tile
 var<private> slot: u32;  // of the next pair
@@ -113,21 +115,22 @@ fn part_gather(
     let tile = tile_of(textureLoad(tiles, record_texel(place), 0));
     let band = band_of(tile_id);
     let words = select(0u, (bin_params.footprint_count + 31u) / 32u, count > 0u);
+    // Not constant, so that compilers do not unroll.
+    let some = min(words, WORDS);
     var first = tile.first;
     for (var base = 0u; base < words; base += LANES * WORDS) {
         let word = base + lane * WORDS;
-        let a = touching(tile, band, word);
-        let b = touching(tile, band, word + 1u);
-        let c = touching(tile, band, word + 2u);
-        let d = touching(tile, band, word + 3u);
-        let own = countOneBits(a) + countOneBits(b) + countOneBits(c) + countOneBits(d);
+        var own = 0u;
+        for (var i = 0u; i < some; i += 1u) {
+            touched[i] = touching(tile, band, word + i);
+            own += countOneBits(touched[i]);
+        }
         scan(lane, own);
         slot = first + counts[lane] - own;
         first += counts[LANES - 1u];
         workgroupBarrier(); // every count is read before the next
-        put_all(tile_id, word, a);
-        put_all(tile_id, word + 1u, b);
-        put_all(tile_id, word + 2u, c);
-        put_all(tile_id, word + 3u, d);
+        for (var i = 0u; i < some; i += 1u) {
+            put_all(tile_id, word + i, touched[i]);
+        }
     }
 }
