@@ -107,16 +107,16 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-fn open(tier: Tier) -> (Gpu, Shadows, MutexGuard<'static, ()>) {
+/// The guard first, so that it is dropped last.
+fn open(tier: Tier) -> (MutexGuard<'static, ()>, Gpu, Shadows) {
     let (gpu, guard) = counted_gpu(tier);
-    // What earlier tests left is freed when two submissions have passed.
-    submit_all(&gpu);
+    // What earlier tests submitted holds on to what they dropped.
     submit_all(&gpu);
     let mut config = Config::new(gpu.tier, &gpu.adapter);
     config.toggles.scatter_tiny = true; // as on a GPU
     let (device, queue, kernels) = (&gpu.device, &gpu.queue, gpu.kernels.clone());
     let shadows = Shadows::sharing(device, queue, config, kernels).unwrap();
-    (gpu, shadows, guard)
+    (guard, gpu, shadows)
 }
 
 fn prepare(gpu: &Gpu, shadows: &mut Shadows, scene: &Scene, settings: &ShadowSettings) -> Prepared {
@@ -129,7 +129,7 @@ fn prepare(gpu: &Gpu, shadows: &mut Shadows, scene: &Scene, settings: &ShadowSet
 fn a_frame_makes_nothing_on_the_device() {
     for tier in tiers(Tier::Native) {
         for Case { name, scene, set } in cases() {
-            let (gpu, mut shadows, _alone) = open(tier);
+            let (_alone, gpu, mut shadows) = open(tier);
             let mut settings = ShadowSettings::default();
             shadows.configure(|config| set(&mut settings, config));
             let prepared = prepare(&gpu, &mut shadows, &scene, &settings);
@@ -149,7 +149,7 @@ fn a_frame_makes_nothing_on_the_device() {
 
 #[test]
 fn the_commands_of_a_frame_are_readable() {
-    let (gpu, mut shadows, _alone) = open(Tier::Core);
+    let (_alone, gpu, mut shadows) = open(Tier::Core);
     let prepared = prepare(&gpu, &mut shadows, &cases()[0].scene, &ShadowSettings::default());
     let text = format!("{:?}", prepared.commands());
     let lines: Vec<_> = text.lines().collect();
@@ -166,7 +166,7 @@ fn the_commands_of_a_frame_are_readable() {
 /// No allocation even inside wgpu at a submission.
 #[test]
 fn frames_after_the_first_leave_the_device_as_it_is() {
-    let (gpu, mut shadows, _alone) = open(Tier::Native);
+    let (_alone, gpu, mut shadows) = open(Tier::Native);
     let scene = &cases()[0].scene;
     let prepared = &prepare(&gpu, &mut shadows, scene, &ShadowSettings::default());
     let Gpu { device, queue, .. } = &gpu;
@@ -189,7 +189,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
 /// Pictures through other places of the pixels, and of the next frames, find it there.
 #[test]
 fn an_environment_that_stays_is_not_uploaded_again() {
-    let (gpu, mut shadows, _alone) = open(Tier::Native);
+    let (_alone, gpu, mut shadows) = open(Tier::Native);
     let mut scene = mixture(material(Transfer::Filter));
     let sky = || Some(Arc::new(Environment::of_sky(&Sky::default(), 1.0)));
     scene.environment = sky();
@@ -221,7 +221,7 @@ fn an_environment_that_stays_is_not_uploaded_again() {
 
 #[test]
 fn casters_that_stay_are_not_uploaded_again() {
-    let (gpu, _, _alone) = open(Tier::Native);
+    let (_alone, gpu, _) = open(Tier::Native);
     let mut scene = mixture(material(Transfer::Filter));
     let mut casters = casters(&gpu, &scene);
     submit_all(&gpu);
