@@ -11,6 +11,7 @@ use super::{
         tile::{CurveModes, CurveTexel, curves},
     },
     gaussian::project_gaussian,
+    kinds::{any_faint, any_puff, only_discs},
     occlude::occlude,
     project::{ProjectParams, Projected, project_caster, project_triangle},
     resolve::resolve,
@@ -386,39 +387,6 @@ fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
         texels[place] = Accumulated { light: passed, nearest, owner: NO_OWNER };
     }
     texels
-}
-
-/// Whether all filtering casters are those of [`CurveModes::slabs`].
-fn only_discs(scene: &Casters<'_>) -> bool {
-    let material = |id: u32| &scene.materials[id as usize];
-    let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
-    !scene.gaussians.iter().any(|gaussian| filters(gaussian.material))
-        && !scene
-            .particles
-            .iter()
-            .any(|p| filters(p.material) && !material(p.material).is_plain_disc())
-        && !scene.triangles.iter().any(|triangle| filters(triangle.material))
-}
-
-/// Whether some filtering caster is a puff.
-fn any_puff(scene: &Casters<'_>) -> bool {
-    scene.particles.iter().any(|particle| {
-        let material = &scene.materials[particle.material as usize];
-        material.shape == Shape::Puff && Class::FILTERING.contains(&Class::of(material))
-    })
-}
-
-/// Whether some filtering caster is faint.
-fn any_faint(scene: &Casters<'_>) -> bool {
-    let is_faint = |id: u32, alpha: f32| {
-        let material = &scene.materials[id as usize];
-        Class::FILTERING.contains(&Class::of(material)) && material.is_faint(alpha)
-    };
-    scene.particles.iter().any(|p| is_faint(p.material, p.color.w))
-        || scene.gaussians.iter().any(|g| {
-            is_faint(g.material, g.most_opacity(scene.materials[g.material as usize].gaussian))
-        })
-        || scene.triangles.iter().any(|triangle| is_faint(triangle.material, 1.0))
 }
 
 /// Visible footprints, front to back; equal keys in order of footprints.

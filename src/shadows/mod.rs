@@ -33,7 +33,7 @@ pub use batch::list::ListCounters;
 pub(crate) use casters::EmittedSlots;
 pub use casters::{
     CasterSet, SMALL_SIDE, Span, TriangleExtent,
-    groups::{Extent, Group},
+    group::{Extent, Group},
 };
 pub use config::{Config, Toggles};
 pub use host_grids::{GridLoader, HostGrid};

@@ -1,4 +1,4 @@
-// Hit of a ray with a puff. CPU reference: src/reference/caster_hit.rs.
+// Hit of a ray with a puff. CPU reference: src/reference/puff.rs.
 
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, transmittance};

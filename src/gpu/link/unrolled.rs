@@ -3,7 +3,7 @@
 //!
 //! In the text, where a block is copied as it is: a module's expressions are evaluated once, so that a copy there
 //! needs a copy of every kind of expression, with its operands.
-use super::{Constant, Linked, code};
+use super::{Constant, Linked, parse::code};
 use std::fmt::Write as _;
 
 const MARK: &str = "< unrolled(";

@@ -2,6 +2,7 @@
 //! shaded instead of summed.
 mod composite;
 mod layers;
+mod mean_picture;
 mod seen;
 mod strand;
 
@@ -14,20 +15,22 @@ use super::{
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
     occlusion::{Surroundings, occluded},
-    shading::{Gloss, Lighting, Point, PointKind, Receiver, shown, to_srgb, world_point},
+    shading::{Gloss, Lighting, Point, PointKind, Receiver, world_point},
     threads::each,
     tile::{Tile, TileTexels},
 };
 use crate::{
     model::{
-        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand, Tone, Triangle,
-        View, black_body,
+        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand, Triangle, View,
+        black_body,
     },
     records::{
         AirParams, Footprint, FormerSlots, GpuView, LATTICE_POINTS, MaskSlots, OcclusionRadius,
         Picture, TRIANGLE_BIT, ViewMaps,
     },
 };
+pub use mean_picture::MeanPicture;
+
 use composite::seen_color;
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use seen::Seen;
@@ -54,56 +57,6 @@ pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps], fit: Fit
         }
     }
     mean.picture()
-}
-
-/// Mean of pictures at several samples per pixel: of linear light, and on the screen after the tone curve. A
-/// mean of light alone would be as bright as its brightest sample wherever the curve saturates, and edges
-/// would be jagged.
-#[derive(Clone, Debug)]
-pub struct MeanPicture {
-    size: UVec2,
-    /// Factor of light on the screen.
-    exposure: f32,
-    tone: Tone,
-    count: u32,
-    /// Sums over the samples, row by row.
-    light: Vec<Vec3>,
-    shown: Vec<Vec3>,
-}
-
-impl MeanPicture {
-    /// A picture of `scene` without samples.
-    pub fn new(scene: &Scene) -> Self {
-        let size = scene.camera.size;
-        let none = vec![Vec3::ZERO; size.element_product() as usize];
-        Self {
-            size,
-            exposure: scene.exposure.exp2(),
-            tone: scene.tone,
-            count: 0,
-            light: none.clone(),
-            shown: none,
-        }
-    }
-
-    /// Adds a sample of each pixel: linear light, row by row.
-    pub fn add(&mut self, sample: impl IntoIterator<Item = Vec3>) {
-        self.count += 1;
-        for ((sum, on_screen), light) in self.light.iter_mut().zip(&mut self.shown).zip(sample) {
-            *sum += light;
-            *on_screen += shown(light * self.exposure, self.tone);
-        }
-    }
-
-    /// The mean of the samples.
-    pub fn picture(self) -> Picture {
-        let share = 1.0 / self.count.max(1) as f32;
-        Picture {
-            size: self.size,
-            rgb: self.shown.into_iter().map(|sum| to_srgb(sum * share)).collect(),
-            light: self.light.into_iter().map(|sum| (sum * share).to_array()).collect(),
-        }
-    }
 }
 
 /// Shadow masks of the picture in their stored format, of area lights those of points; `None` if the scene has no mask settings.

@@ -4,7 +4,7 @@ use crate::shadows::{
         context::{ChunkBuffers, Context, padded},
         list_plan::{HostList, ListPlan},
     },
-    casters::host_casters::{HostKinds, HostSets},
+    casters::{host_casters::HostSets, host_kinds::HostKinds},
 };
 use crate::{
     error::Error,

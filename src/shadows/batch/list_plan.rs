@@ -1,11 +1,7 @@
 //! The casters that a list of a batch projects.
 use crate::shadows::{
     batch::scratch::Scratch,
-    casters::{
-        CasterSet,
-        groups::Kind,
-        host_casters::{HostKinds, planes},
-    },
+    casters::{CasterSet, group::Kind, host_casters::planes, host_kinds::HostKinds},
     cull::PairBound,
 };
 use crate::{

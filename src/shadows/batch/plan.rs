@@ -2,7 +2,7 @@
 use crate::shadows::{
     Config,
     batch::{list_plan::ListPlan, scratch::Scratch},
-    casters::{CasterSet, TriangleExtent, groups::Group},
+    casters::{CasterSet, TriangleExtent, group::Group},
     cull::{PairBound, TileLoadBound},
     views::host_depths::DepthInput,
 };

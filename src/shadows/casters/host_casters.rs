@@ -2,10 +2,10 @@
 use crate::shadows::{
     casters::{
         CasterSet,
-        groups::GAUSSIAN_ENLARGED,
         host_bricks::{self, HostBricks},
+        host_kinds::{HostKinds, list_of},
     },
-    cull::{Frustum, widened},
+    cull::widened,
     host_grids::HostGrid,
     host_inputs::{CasterCount, HostCasters, HostInputs},
 };
@@ -13,7 +13,7 @@ use crate::{
     error::{Error, Input},
     frame::{Commands, Dispatch, HostBindings, Kernels},
     gpu::{Allocator, Resources},
-    model::{Bounds, Class, Material, Shape},
+    model::{Bounds, Material},
     records::{
         DIAGONAL, GaussianLook, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS,
     },
@@ -54,32 +54,6 @@ pub(crate) struct HostSpan {
     pub kinds: HostKinds,
 }
 
-/// What the groups of a list are.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct HostKinds {
-    pub gaussians: bool,
-    /// Discs, quads, puffs and bricks of grids.
-    pub particles: bool,
-}
-
-impl HostKinds {
-    fn or(self, other: Self) -> Self {
-        Self {
-            gaussians: self.gaussians | other.gaussians,
-            particles: self.particles | other.particles,
-        }
-    }
-
-    /// How far casters may reach beyond their groups' boxes [texels].
-    fn frustum(self, view: &GpuView) -> Frustum {
-        if self.gaussians {
-            Frustum::around(view, GAUSSIAN_ENLARGED.into())
-        } else {
-            Frustum::new(view)
-        }
-    }
-}
-
 #[derive(Debug)]
 struct HostSet {
     /// Index among the host's sets; `None` of a grid.
@@ -102,53 +76,7 @@ pub(super) struct HostSeen {
     version: Option<u64>,
 }
 
-/// Index of the list in [`Class::LISTS`] that the set belongs to.
-fn list_of(index: usize, set: &HostCasters<'_>, materials: &[Material]) -> Result<usize, Error> {
-    let invalid = |problem| Input::HostCasters.invalid(index, problem);
-    let mut list = None;
-    for &material in set.materials {
-        let material = materials.get(material as usize);
-        let material = material.ok_or(invalid("a material of it is not among the materials"))?;
-        match (set.loader.gaussians, material.shape) {
-            (_, Shape::Brick) => return Err(invalid("a material of it is for grids")),
-            (_, Shape::Capsule) => {
-                return Err(invalid("a material of it is of strands, which are uploaded"));
-            }
-            (false, Shape::Gaussian) => {
-                return Err(invalid(
-                    "a material of it is of Gaussians: make its loader with `gaussian_loader`",
-                ));
-            }
-            (true, Shape::Disc | Shape::Quad | Shape::Puff) => {
-                return Err(invalid(
-                    "its loader is of Gaussians, and the shape of a material of it is not",
-                ));
-            }
-            _ => {}
-        }
-        let class = Class::of(material);
-        let of = (0..Class::LISTS.len()).find(|&i| Class::LISTS[i].contains(&class));
-        let of = of.ok_or(invalid("a material of it casts nothing"))?;
-        if *list.get_or_insert(of) != of {
-            return Err(invalid(
-                "some of its materials block light and some filter it: make two sets",
-            ));
-        }
-    }
-    list.ok_or(invalid("it has no material"))
-}
-
-/// Number of records that sets and grids need: whole groups, and as many again for the axes of Gaussians.
-pub(in crate::shadows) fn record_count(inputs: &HostInputs<'_>) -> u32 {
-    let records = |capacity| group_count(capacity).saturating_mul(CHUNK_SIZE);
-    let of_sets = inputs.casters.iter().map(|set| {
-        records(set.count.capacity()).saturating_mul(1 + u32::from(set.loader.gaussians))
-    });
-    let of_grids = inputs.grids.iter().map(|grid| records(grid.bricks().element_product()));
-    of_sets.chain(of_grids).fold(0, u32::saturating_add)
-}
-
-/// A set of casters, or the bricks of a grid, before they have a place.
+/// A set of casters, or the bricks of a grid, before records are assigned to them.
 struct Given<'a> {
     /// Index among the host's sets; `None` of a grid.
     index: Option<usize>,
@@ -183,7 +111,7 @@ impl<'a> Given<'a> {
         }
     }
 
-    /// Parameters, without its place.
+    /// Parameters, without the first record and group.
     fn params(&self) -> LoadParams {
         let (counts, count_index) = self.count.buffer();
         let mut materials = [[0; 4]; MAX_MATERIALS / 128];

@@ -5,12 +5,16 @@ mod check;
 mod emitted;
 mod extent;
 mod features;
+pub(super) mod group;
 pub(crate) mod groups;
 mod host_bricks;
 pub(crate) mod host_casters;
+pub(crate) mod host_kinds;
+mod record_sources;
 mod slots;
 mod update;
 mod upload;
+mod uploaded;
 
 pub use extent::{SMALL_SIDE, TriangleExtent};
 pub(crate) use slots::EmittedSlots;
@@ -18,8 +22,10 @@ pub(crate) use slots::EmittedSlots;
 use crate::shadows::cull::Occluders;
 use crate::shadows::{
     casters::{
-        groups::{Group, Groups, Members, next_generation, sort_by_place},
-        host_casters::{HostSeen, HostSets, record_count},
+        group::{Group, Members},
+        groups::{Groups, next_generation, sort_by_place},
+        host_casters::{HostSeen, HostSets},
+        host_kinds::record_count,
     },
     host_inputs::HostInputs,
 };
@@ -27,13 +33,9 @@ use crate::{
     error::Error,
     frame::Kernels,
     gpu::{Allocator, Memory, Resources},
-    model::{
-        CLASSES, Casters, Class, Gaussian, Grid, Material, Particle, Pattern, Texture, Transfer,
-        absorptions, by_class, dither::window,
-    },
+    model::{CLASSES, Casters, Class, Grid, Material, absorptions, by_class, dither::window},
     records::{
-        CAPSULE_RECORDS, CASTER_TEXELS, Capsules, Caster, GaussianAxes, GpuView, TRIANGLE_TEXELS,
-        TriangleRecord, blue_ranks,
+        CASTER_TEXELS, Capsules, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks,
     },
     stage::features::{Features, Flags},
 };
@@ -41,12 +43,13 @@ use bricks::UploadedBricks;
 use bytemuck::Zeroable as _;
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
+use record_sources::{RecordSources, layout, materials_of, particles_in};
 use std::{
-    hash::{DefaultHasher, Hash as _, Hasher as _},
     ops::{Range, RangeInclusive},
     sync::Arc,
 };
 use upload::{upload, upload_images, upload_materials};
+use uploaded::{Uploaded, hash};
 
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
@@ -96,125 +99,6 @@ pub struct CasterSet {
     uploaded: Uploaded,
     /// Identity of the set, unique.
     id: u64,
-}
-
-/// Copy of the upload, to detect changes.
-#[derive(Debug)]
-struct Uploaded {
-    /// Indices into the scene's particles followed by its bricks, capsules and Gaussians, and into its triangles, in
-    /// upload order.
-    particle_order: Vec<u32>,
-    triangle_order: Vec<u32>,
-    /// Particles and Gaussians, then the ranks of the blue noise, the Gaussians' axes and the capsules.
-    casters: Vec<Caster>,
-    triangles: Vec<TriangleRecord>,
-    materials: Vec<Material>,
-    /// Hashes of the textures.
-    textures: Vec<u64>,
-    /// Sizes of the textures [texels].
-    texture_sizes: Vec<(u32, u32)>,
-    blue_first: u32,
-    /// Record of the first Gaussian's axes, in the scene's order.
-    axes_first: u32,
-    /// Particles of the scene; indices from here on are of Gaussians.
-    particle_count: usize,
-    in_order: bool,
-}
-
-/// Properties of a material that decide where its casters are in the upload.
-fn layout(material: &Material) -> (Class, bool, bool) {
-    let blue = material.transfer == Transfer::Dither && material.pattern == Pattern::Blue;
-    (Class::of(material), material.transfer == Transfer::Over, blue)
-}
-
-/// Materials of particles, then of Gaussians.
-fn materials_of<'a>(
-    particles: &'a [Particle],
-    gaussians: &'a [Gaussian],
-) -> impl Iterator<Item = u32> + Clone + 'a {
-    particles.iter().map(|p| p.material).chain(gaussians.iter().map(|g| g.material))
-}
-
-/// Number of particles at the start of one class's indices; Gaussians follow them.
-fn particles_in(order: &[u32], particle_count: usize) -> usize {
-    order.partition_point(|&index| (index as usize) < particle_count)
-}
-
-/// A Gaussian's axes, as long as a particle's record.
-fn axes_record(gaussian: &Gaussian) -> Caster {
-    bytemuck::cast(GaussianAxes::new(gaussian))
-}
-
-/// What records of particles and Gaussians are made from.
-#[derive(Clone, Copy)]
-struct Makers<'a> {
-    /// The last of them stand for the capsules.
-    particles: &'a [Particle],
-    capsules: &'a Capsules,
-    gaussians: &'a [Gaussian],
-    materials: &'a [Material],
-    axes_first: u32,
-}
-
-impl Makers<'_> {
-    fn gaussian(&self, index: u32) -> Option<u32> {
-        index.checked_sub(self.particles.len() as u32)
-    }
-
-    fn capsule(&self, index: u32) -> Option<u32> {
-        let first = self.particles.len() - self.capsules.particles.len();
-        index.checked_sub(first as u32).filter(|_| self.gaussian(index).is_none())
-    }
-
-    /// Records behind the ranks of the blue noise that a caster needs besides its own.
-    fn behind(&self, index: u32) -> Range<usize> {
-        let first = self.axes_first as usize;
-        if let Some(own) = self.gaussian(index) {
-            return first + own as usize..first + own as usize + 1;
-        }
-        self.capsule(index).map_or(0..0, |own| {
-            let own = self.capsule_record(own) as usize;
-            own..own + CAPSULE_RECORDS as usize
-        })
-    }
-
-    /// All of them.
-    fn all_behind(&self) -> impl Iterator<Item = Caster> + '_ {
-        let axes = self.gaussians.iter().map(axes_record);
-        axes.chain(self.capsules.as_casters().iter().copied())
-    }
-
-    fn capsule_record(&self, capsule: u32) -> u32 {
-        self.axes_first + self.gaussians.len() as u32 + capsule * CAPSULE_RECORDS
-    }
-
-    fn material(&self, index: u32) -> u32 {
-        self.gaussian(index).map_or_else(
-            || self.particles[index as usize].material,
-            |own| self.gaussians[own as usize].material,
-        )
-    }
-
-    fn record(&self, index: u32) -> Caster {
-        let material = &self.materials[self.material(index) as usize];
-        self.gaussian(index).map_or_else(
-            || {
-                let own = Caster::new(&self.particles[index as usize], material);
-                let record = self.capsule(index).map(|own| self.capsule_record(own));
-                Caster { id: record.unwrap_or(own.id), ..own }
-            },
-            |own| {
-                let axes = self.axes_first + own;
-                Caster::of_gaussian(&self.gaussians[own as usize], material, axes)
-            },
-        )
-    }
-}
-
-fn hash(texture: &Texture) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    (texture.width, texture.height, &texture.rgba).hash(&mut hasher);
-    hasher.finish()
 }
 
 impl CasterSet {
@@ -290,11 +174,11 @@ impl CasterSet {
             casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
         }
         let axes_first = casters.len() as u32;
-        let makers = Makers { particles, capsules, gaussians, materials, axes_first };
-        casters.extend(makers.all_behind());
+        let sources = RecordSources { particles, capsules, gaussians, materials, axes_first };
+        casters.extend(sources.all_behind());
         let host_first = casters.len() as u32;
         for (record, &index) in casters.iter_mut().zip(&particle_order) {
-            *record = makers.record(index);
+            *record = sources.record(index);
         }
         let host_records = host_first..host_first.saturating_add(record_count(inputs));
         let (emitted, end) = emitted::placed(inputs.emitted, host_records.end);

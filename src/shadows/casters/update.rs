@@ -1,10 +1,12 @@
 //! Updates of the casters on the GPU from a changed scene.
-use super::groups::{Members, next_generation};
 use super::{
-    CasterSet, Makers,
+    CasterSet,
     features::{asks_for_owners, features_of},
-    hash, layout, materials_of,
+    group::Members,
+    groups::next_generation,
+    record_sources::{RecordSources, layout, materials_of},
     upload::{material_records, upload_image, upload_parts},
+    uploaded::hash,
 };
 use crate::{
     model::{
@@ -39,7 +41,7 @@ impl CasterSet {
             return false;
         }
         let axes_first = self.uploaded.axes_first;
-        let makers = Makers { particles, capsules, gaussians, materials, axes_first };
+        let sources = RecordSources { particles, capsules, gaussians, materials, axes_first };
         let is_new = self.update_materials(queue, triangles, materials, textures);
         self.features = features_of(particles, gaussians, triangles, materials);
         self.add_emitted_features();
@@ -49,7 +51,7 @@ impl CasterSet {
             let brick = (particle as usize).checked_sub(first_brick);
             brick.and_then(|brick| new_bricks.get(brick)) == Some(&true)
         };
-        self.update_casters(queue, makers, triangles, &is_new, is_new_brick)
+        self.update_casters(queue, sources, triangles, &is_new, is_new_brick)
     }
 
     /// Whether every caster and texture keeps its place in the upload.
@@ -113,23 +115,23 @@ impl CasterSet {
     fn update_casters(
         &mut self,
         queue: &wgpu::Queue,
-        makers: Makers<'_>,
+        sources: RecordSources<'_>,
         triangles: &[Triangle],
         new_material: &[bool],
         is_new_brick: impl Fn(u32) -> bool,
     ) -> bool {
         let Self { uploaded, groups, .. } = self;
-        let materials = makers.materials;
+        let materials = sources.materials;
         let changed_at = next_generation();
         let (mut new_particles, mut new_triangles) = (Vec::new(), Vec::new());
-        let first = makers.axes_first as usize;
+        let first = sources.axes_first as usize;
         let behind = uploaded.casters.split_off(first);
-        uploaded.casters.extend(makers.all_behind());
+        uploaded.casters.extend(sources.all_behind());
         if behind.len() + first != uploaded.casters.len() {
             return false;
         }
         let has_new_behind = |i: u32| {
-            let own = makers.behind(i);
+            let own = sources.behind(i);
             !own.is_empty() && behind[own.start - first..own.end - first] != uploaded.casters[own]
         };
         let new_behind: Vec<_> =
@@ -150,8 +152,8 @@ impl CasterSet {
             } else {
                 let records = &mut uploaded.casters[range.clone()];
                 replace(records, &uploaded.particle_order[range.clone()], |i| {
-                    let must = new_material[makers.material(i) as usize] || is_new_brick(i);
-                    (makers.record(i), must)
+                    let must = new_material[sources.material(i) as usize] || is_new_brick(i);
+                    (sources.record(i), must)
                 }) | new_behind[range].contains(&true)
             };
             if is_new {
@@ -170,7 +172,7 @@ impl CasterSet {
             groups.find_occluders(members, changed_at);
         }
         if new_behind.contains(&true) {
-            new_particles.push(makers.axes_first..uploaded.casters.len() as u32);
+            new_particles.push(sources.axes_first..uploaded.casters.len() as u32);
         }
         upload_parts(queue, &self.casters, &uploaded.casters, CASTER_TEXELS, &new_particles);
         upload_parts(queue, &self.triangles, &uploaded.triangles, TRIANGLE_TEXELS, &new_triangles);

@@ -1,0 +1,35 @@
+//! Kinds of a scene's filtering casters, which decide how maps are accumulated.
+use crate::model::{Casters, Class, Shape};
+
+/// Whether all filtering casters are those of [`super::curve::tile::CurveModes::slabs`].
+pub(super) fn only_discs(scene: &Casters<'_>) -> bool {
+    let material = |id: u32| &scene.materials[id as usize];
+    let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
+    !scene.gaussians.iter().any(|gaussian| filters(gaussian.material))
+        && !scene
+            .particles
+            .iter()
+            .any(|p| filters(p.material) && !material(p.material).is_plain_disc())
+        && !scene.triangles.iter().any(|triangle| filters(triangle.material))
+}
+
+/// Whether some filtering caster is a puff.
+pub(super) fn any_puff(scene: &Casters<'_>) -> bool {
+    scene.particles.iter().any(|particle| {
+        let material = &scene.materials[particle.material as usize];
+        material.shape == Shape::Puff && Class::FILTERING.contains(&Class::of(material))
+    })
+}
+
+/// Whether some filtering caster is faint.
+pub(super) fn any_faint(scene: &Casters<'_>) -> bool {
+    let is_faint = |id: u32, alpha: f32| {
+        let material = &scene.materials[id as usize];
+        Class::FILTERING.contains(&Class::of(material)) && material.is_faint(alpha)
+    };
+    scene.particles.iter().any(|p| is_faint(p.material, p.color.w))
+        || scene.gaussians.iter().any(|g| {
+            is_faint(g.material, g.most_opacity(scene.materials[g.material as usize].gaussian))
+        })
+        || scene.triangles.iter().any(|triangle| is_faint(triangle.material, 1.0))
+}

@@ -1,0 +1,35 @@
+//! Copy of what was uploaded.
+use crate::{
+    model::{Material, Texture},
+    records::{Caster, TriangleRecord},
+};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
+/// Copy of the upload, to detect changes.
+#[derive(Debug)]
+pub(super) struct Uploaded {
+    /// Indices into the scene's particles followed by its bricks, capsules and Gaussians, and into its triangles, in
+    /// upload order.
+    pub particle_order: Vec<u32>,
+    pub triangle_order: Vec<u32>,
+    /// Particles and Gaussians, then the ranks of the blue noise, the Gaussians' axes and the capsules.
+    pub casters: Vec<Caster>,
+    pub triangles: Vec<TriangleRecord>,
+    pub materials: Vec<Material>,
+    /// Hashes of the textures.
+    pub textures: Vec<u64>,
+    /// Sizes of the textures [texels].
+    pub texture_sizes: Vec<(u32, u32)>,
+    pub blue_first: u32,
+    /// Record of the first Gaussian's axes, in the scene's order.
+    pub axes_first: u32,
+    /// Particles of the scene; indices from here on are of Gaussians.
+    pub particle_count: usize,
+    pub in_order: bool,
+}
+
+pub(super) fn hash(texture: &Texture) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (texture.width, texture.height, &texture.rgba).hash(&mut hasher);
+    hasher.finish()
+}
