@@ -1,9 +1,9 @@
 //! Fuzzer: changes files at random and reads them, `make fuzz`.
 //!
 //! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and
-//! `FUZZ_SEED` (0). A reader fails if it panics or takes longer than `SLOW`, and so does the CPU reference where it
-//! renders a scene that was read, at a tiny size. The failing input is written to out/fuzz, and so is the input that was
-//! read last (`current.*`), for a run that was killed.
+//! `FUZZ_SEED` (0). A reader fails if it panics, takes longer than `SLOW`, or disagrees with `scene::check`. What check
+//! accepts is rendered at a tiny size by the CPU reference, which fails in the same ways. The failing input is written to
+//! out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
 mod models;
 mod mutate;
 mod program;
@@ -77,8 +77,17 @@ fn main() -> io::Result<ExitCode> {
     Ok(if findings == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Whether an input is accepted, or what is wrong, and how long that took.
-type Outcome = (Result<bool, &'static str>, Duration);
+/// What became of an input without a fault.
+#[derive(Clone, Copy)]
+enum End {
+    Refused,
+    Accepted,
+    /// And rendered, if it is a scene, or answered.
+    Used,
+}
+
+/// What became of an input, or what is wrong, and how long that took.
+type Outcome = (Result<End, &'static str>, Duration);
 
 /// Number of inputs that failed.
 fn run(
@@ -91,7 +100,8 @@ fn run(
     read: impl Fn(&[u8]) -> io::Result<Outcome>,
 ) -> io::Result<usize> {
     let mut chance = Chance::new(seed);
-    let (clock, mut count, mut accepted, mut findings) = (Instant::now(), 0_u64, 0_u64, 0);
+    let (clock, mut count, mut findings) = (Instant::now(), 0_u64, 0);
+    let (mut accepted, mut used) = (0_u64, 0_u64);
     while clock.elapsed() < time {
         let bytes = mutate::mutated(seeds, &mut chance);
         let (mut result, mut took) = read(&bytes)?;
@@ -102,8 +112,9 @@ fn run(
         let fault = match result {
             Err(fault) => Some(fault),
             Ok(_) if took > SLOW => Some("is slow"),
-            Ok(is_accepted) => {
-                accepted += u64::from(is_accepted);
+            Ok(end) => {
+                accepted += u64::from(!matches!(end, End::Refused));
+                used += u64::from(matches!(end, End::Used));
                 None
             }
         };
@@ -115,48 +126,51 @@ fn run(
         }
         count += 1;
     }
-    println!("{name}: {count} inputs, {accepted} of them accepted, {findings} findings");
+    println!("{name}: {count} inputs, {accepted} accepted, {used} rendered, {findings} findings");
     Ok(findings)
 }
 
-/// Reads a scene, and renders it if it is one.
+/// Checks and reads a scene, and renders it if it is one.
 fn load(path: &Path) -> Outcome {
     let start = Instant::now();
-    let read = catch_unwind(|| {
-        // Moving parts are set to another time.
-        scene::load(path).ok().map(|mut scene| {
-            scene.set_time(1.25);
-            scene
-        })
-    });
+    let read = catch_unwind(|| (scene::check(path).is_ok(), scene::load(path).ok()));
     let took = start.elapsed();
     let result = match read {
         Err(_) => Err("panics"),
-        Ok(None) => Ok(false),
-        Ok(Some(scene)) => rendered(scene).map(|()| true),
+        Ok((true, None)) => Err("is checked, but refused"),
+        Ok((false, Some(_))) => Err("is refused by check alone"),
+        Ok((false, None)) => Ok(End::Refused),
+        Ok((true, Some(scene))) => rendered(scene),
     };
     (result, took)
 }
 
+/// Times of a scene that moves [s].
+const TIMES: [f64; 2] = [0.0, 1.25];
+
 /// Renders a scene at a tiny size on the CPU. Scenes of many casters would take most of the time.
-fn rendered(mut scene: Scene) -> Result<(), &'static str> {
-    const MOST_CASTERS: usize = 300;
-    const MOST_LIGHTS: usize = 4;
-    if scene.particles.len() + scene.triangles.len() > MOST_CASTERS
-        || scene.lights.len() > MOST_LIGHTS
-        || !scene.grids.is_empty()
-    {
-        return Ok(());
+fn rendered(mut scene: Scene) -> Result<End, &'static str> {
+    const MOST_CASTERS: usize = 100_000;
+    const MOST_LIGHTS: usize = 16;
+    let casters = scene.particles.len() + scene.triangles.len() + scene.gaussians.len();
+    let bricks = scene.grids.iter().map(|grid| grid.bricks.len()).sum::<usize>();
+    if casters + bricks > MOST_CASTERS || scene.lights.len() > MOST_LIGHTS {
+        return Ok(End::Accepted);
     }
     scene.camera.size = UVec2::new(8, 4);
     scene.shadow.size = 16;
     for light in &mut scene.lights {
         light.size = None;
     }
-    let render = AssertUnwindSafe(|| Renderer::on_cpu().render(&scene, &RenderOptions::default()));
+    let render = AssertUnwindSafe(|| {
+        TIMES.iter().try_for_each(|&seconds| {
+            scene.set_time(seconds);
+            Renderer::on_cpu().render(&scene, &RenderOptions::default()).map(drop)
+        })
+    });
     match catch_unwind(render) {
         Err(_) => Err("panics when it is rendered"),
-        Ok(Err(gobo::Error::Limit { .. }) | Ok(_)) => Ok(()),
+        Ok(Ok(()) | Err(gobo::Error::Limit { .. })) => Ok(End::Used),
         Ok(Err(_)) => Err("is refused when it is rendered"),
     }
 }

@@ -1,10 +1,11 @@
 //! Files that only the program reads: sidecars, by `gobo verify`, and arrays of points, by `gobo light`.
+use crate::{End, Outcome};
 use std::{
     env, fs,
     io::{self, Error},
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 /// A file of a folder that a command of the program reads.
@@ -95,7 +96,7 @@ impl Program {
 
     /// Whether the program takes the file, or what is wrong: it ends with a status of its own, soon, and says why in
     /// few words.
-    pub(super) fn read(&self, bytes: &[u8]) -> io::Result<(Result<bool, &'static str>, Duration)> {
+    pub(super) fn read(&self, bytes: &[u8]) -> io::Result<Outcome> {
         fs::write(self.folder.join(self.file), bytes)?;
         let start = Instant::now();
         let output = self.run(self.arguments)?;
@@ -104,9 +105,9 @@ impl Program {
             _ if output.stdout.len() + output.stderr.len() > 1 << 16 => {
                 (Err("says too much"), took)
             }
-            Some(0) => (Ok(true), took),
+            Some(0) => (Ok(End::Used), took),
             Some(1 | 2) if !output.stdout.is_empty() || !output.stderr.is_empty() => {
-                (Ok(false), took)
+                (Ok(End::Refused), took)
             }
             Some(1 | 2) => (Err("says nothing"), took),
             _ => (Err("panics or is killed"), took),

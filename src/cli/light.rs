@@ -9,6 +9,7 @@ use super::{
 use gobo::{
     Scene,
     glam::Vec3,
+    host::Backend,
     model::ReceiverPoint,
     render::{PointLookUp, Receivers, Renderer},
     scene,
@@ -51,10 +52,11 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
         rows += 1;
     }
     files::warn(&scene.notes);
-    if without > 0 && scene.lights.iter().any(|light| light.area().is_some()) {
+    let is_cpu = arguments.backend() == Backend::Cpu;
+    if is_cpu && without > 0 && scene.lights.iter().any(|light| light.area().is_some()) {
         tracing::warn!(
             "{without} points have no normal: where they lie on a surface, it shadows them in rings under a light with a \
-             source; give rows of a position and a unit normal"
+             source on the CPU; give rows of a position and a unit normal"
         );
     }
     scene.set_time(f64::from(arguments.frame) / arguments.fps);

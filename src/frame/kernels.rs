@@ -112,10 +112,13 @@ impl Kernels {
             .filled(label, data, usage)
     }
 
-    /// A texture whose contents are undefined, for a frame.
-    pub(super) fn texture(&self, desc: &wgpu::TextureDescriptor<'static>) -> wgpu::Texture {
-        let made = || self.device.create_texture(desc);
-        self.shelf().map_or_else(made, |shelf| shelf.texture(&self.device, desc))
+    /// A texture whose contents are undefined, for users of a frame one after another, and whether this is the first of them.
+    pub(super) fn shared_texture(
+        &self,
+        desc: &wgpu::TextureDescriptor<'static>,
+    ) -> (wgpu::Texture, bool) {
+        let made = || (self.device.create_texture(desc), true);
+        self.shelf().map_or_else(made, |shelf| shelf.shared_texture(&self.device, desc))
     }
 
     /// Tunes kernels that are asked for from now on to another profile.

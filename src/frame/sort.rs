@@ -58,7 +58,7 @@ impl Sort {
         let partitions = shape.partition_limit(capacity);
         // Few sizes, so that frames of about as much find each other's.
         let [width, height] = histogram_size(partitions.next_power_of_two());
-        let histograms = kernels_of.texture(&wgpu::TextureDescriptor {
+        let (histograms, is_first) = kernels_of.shared_texture(&wgpu::TextureDescriptor {
             label: Some("histograms"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,
@@ -88,7 +88,7 @@ impl Sort {
                 dispatches.push(kernels_of.dispatch(desc, Features::NONE, &resources, groups)?);
             }
         }
-        let scratch_size = u64::from(width) * u64::from(height) * 4;
+        let scratch_size = if is_first { u64::from(width) * u64::from(height) * 4 } else { 0 };
         Ok(Self { dispatches, counts, scratch_size })
     }
 
@@ -97,7 +97,7 @@ impl Sort {
         self.dispatches.len() / 3 % 2
     }
 
-    /// Size of the histograms [bytes].
+    /// Size of the histograms, 0 if an earlier sort of the frame has them [bytes].
     pub fn scratch_size(&self) -> u64 {
         self.scratch_size
     }

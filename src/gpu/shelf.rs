@@ -5,7 +5,10 @@ use std::{
     hash::Hash,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
-use wgpu::{Buffer, BufferUsages, Texture, TextureDescriptor, TextureFormat, TextureUsages};
+use wgpu::{
+    Buffer, BufferUsages, Texture, TextureAspect, TextureDescriptor, TextureFormat, TextureUsages,
+    TextureView,
+};
 
 /// What the preparation of a frame makes besides maps and scratch memory. The next frame takes over what has the same
 /// name and size, in the order of its requests: a frame like the one before makes nothing, and writes what differs.
@@ -16,10 +19,21 @@ pub struct Shelf {
     contents: Arc<Mutex<Contents>>,
 }
 
+/// Label, format, usage and size.
+type TextureKey = (&'static str, TextureFormat, TextureUsages, [u32; 3]);
+
+fn texture_key(desc: &TextureDescriptor<'static>) -> TextureKey {
+    let wgpu::Extent3d { width, height, depth_or_array_layers } = desc.size;
+    let size = [width, height, depth_or_array_layers];
+    (desc.label.unwrap_or_default(), desc.format, desc.usage, size)
+}
+
 #[derive(Debug, Default)]
 struct Contents {
     buffers: Rows<(&'static str, u64, BufferUsages), Filled>,
-    textures: Rows<(&'static str, TextureFormat, TextureUsages, [u32; 3]), Texture>,
+    textures: Rows<TextureKey, Texture>,
+    /// Views of single layers of the host's textures.
+    views: HashMap<(Texture, TextureAspect, u32), (TextureView, bool)>,
     layouts: HashMap<&'static str, wgpu::BindGroupLayout>,
     groups: HashMap<(wgpu::BindGroupLayout, Vec<OwnedResource>), (wgpu::BindGroup, bool)>,
     /// Whether buffers were written elsewhere since they were filled.
@@ -53,6 +67,16 @@ impl<K: Eq + Hash, V> Rows<K, V> {
         &mut all[*taken - 1]
     }
 
+    /// The first of its kind, whoever else has it, and whether the frame has it for the first time.
+    fn share(&mut self, key: K, make: impl FnOnce() -> V) -> (&mut V, bool) {
+        let is_first = self.0.get(&key).is_none_or(|(_, taken)| *taken == 0);
+        if is_first {
+            return (self.take(key, make), true);
+        }
+        let (all, _) = self.0.entry(key).or_default();
+        (&mut all[0], false)
+    }
+
     /// Drops what the last frame did not take.
     fn turn(&mut self) {
         self.0.retain(|_, (all, taken)| {
@@ -80,6 +104,7 @@ impl Shelf {
             all.for_each(|filled| filled.bytes = None);
         }
         contents.textures.turn();
+        contents.views.retain(|_, (_, is_used)| std::mem::take(is_used));
         contents.groups.retain(|_, (_, is_used)| std::mem::take(is_used));
     }
 
@@ -131,10 +156,35 @@ impl Shelf {
 
     /// A texture whose contents are undefined.
     pub fn texture(&self, device: &wgpu::Device, desc: &TextureDescriptor<'static>) -> Texture {
-        let wgpu::Extent3d { width, height, depth_or_array_layers } = desc.size;
-        let size = [width, height, depth_or_array_layers];
-        let key = (desc.label.unwrap_or_default(), desc.format, desc.usage, size);
+        let key = texture_key(desc);
         self.contents().textures.take(key, || device.create_texture(desc)).clone()
+    }
+
+    /// A texture that all users of a frame share, one after another, and whether this is the first of them.
+    pub fn shared_texture(
+        &self,
+        device: &wgpu::Device,
+        desc: &TextureDescriptor<'static>,
+    ) -> (Texture, bool) {
+        let mut contents = self.contents();
+        let (texture, is_first) =
+            contents.textures.share(texture_key(desc), || device.create_texture(desc));
+        (texture.clone(), is_first)
+    }
+
+    /// The view of a layer of a texture.
+    pub fn view(
+        &self,
+        texture: &Texture,
+        aspect: TextureAspect,
+        layer: u32,
+        make: impl FnOnce() -> TextureView,
+    ) -> TextureView {
+        let mut contents = self.contents();
+        let key = (texture.clone(), aspect, layer);
+        let (view, is_used) = contents.views.entry(key).or_insert_with(|| (make(), true));
+        *is_used = true;
+        view.clone()
     }
 
     /// A layout by its label.

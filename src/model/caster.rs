@@ -99,53 +99,57 @@ pub enum Receives {
 }
 
 /// Properties that casters of one kind share.
+///
+/// A change of any that light depends on renders the views anew that see its casters. Another [`Self::transfer`],
+/// [`Self::shape`], [`Self::profile`] or a first [`Self::texture`] may need kernels that are compiled first
+/// (`Shadows::pending`). What only the picture shows costs the maps nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Name for people.
+    /// Name for people. Default empty.
     pub name: String,
-    /// Transfer function of a hit.
+    /// Transfer function of a hit. Default [`Transfer::Filter`].
     pub transfer: Transfer,
-    /// Shape of its particles.
+    /// Shape of its particles. Default [`Shape::Disc`].
     pub shape: Shape,
-    /// Profile of its discs.
+    /// Profile of its discs. Default [`Profile::Soft`].
     pub profile: Profile,
-    /// Meaning of its Gaussians' opacity.
+    /// Meaning of its Gaussians' opacity. Default [`GaussianOpacity::Splat`].
     pub gaussian: GaussianOpacity,
     /// Whether its Gaussians filter light as if they were black, whatever their own colour: a neutral shadow
-    /// of their opacity.
+    /// of their opacity. Default false.
     pub neutral: bool,
-    /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo.
+    /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo. Default all 1.
     pub tint: Vec4,
-    /// Index into [`crate::model::Scene::textures`].
+    /// Index into [`crate::model::Scene::textures`], whose colour and alpha multiply the tint's. Default none.
     pub texture: Option<u32>,
-    /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1.
+    /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1. Default 0.
     pub reflectivity: f32,
     /// Opacity from which a `cutout` is solid, 0..=1. Default 0.5.
     pub cutoff: f32,
-    /// Pattern of the thresholds of `dither`.
+    /// Pattern of the thresholds of `dither`. Default [`Pattern::default`].
     pub pattern: Pattern,
     /// Edge of a cell of the pattern, 1..=64 [texels]. Default 1.
     pub pattern_scale: u32,
-    /// Emission (additive fire) in the picture: linear rgb.
+    /// Emission (additive fire) in the picture: linear rgb, 0 or more. Default 0.
     pub emission: Vec3,
-    /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles.
+    /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles. Default none.
     pub emissive_texture: Option<u32>,
     /// 0, the default: a surface that scatters light where it covers. 1: clear glass, which only filters.
     pub transmission: f32,
     /// Roughness of the highlight in the picture, 0..=1. Default 0.6.
     pub roughness: f32,
-    /// Metalness of an opaque surface, 0..=1: 1 mirrors in its own colour and scatters nothing.
+    /// Metalness of an opaque surface, 0..=1: 1 mirrors in its own colour and scatters nothing. Default 0.
     pub metallic: f32,
-    /// Transmittance over [`Self::attenuation_distance`] in a closed mesh.
+    /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
     pub attenuation_color: Vec3,
-    /// Distance of [`Self::attenuation_color`] [m]; infinite if the material is no volume. Triangles of a
+    /// Distance of [`Self::attenuation_color`], above 0 [m]. Default infinite: the material is no volume. Triangles of a
     /// volume are counterclockwise from outside.
     pub attenuation_distance: f32,
-    /// Casters that tint it.
+    /// Casters that tint it. Default [`Receives::Curve`].
     pub receives: Receives,
-    /// Whether the picture shows it; if not, it casts a shadow without being seen.
+    /// Whether the picture shows it; if not, it casts a shadow without being seen. Default true.
     pub visible: bool,
-    /// Whether it blocks or filters light; if not, it is seen and casts no shadow.
+    /// Whether it blocks or filters light; if not, it is seen and casts no shadow. Default true.
     pub casts: bool,
 }
 

@@ -128,37 +128,43 @@ pub struct Shadow {
 }
 
 /// A light and its shadows.
+///
+/// From frame to frame [`Self::color`], [`Self::intensity`], [`Self::look_up`] and [`Self::shafts`] cost nothing but the bytes
+/// that are written. [`Self::kind`], [`Self::near`], [`Self::far`] and the extent of [`Self::cascades`] change views, whose maps
+/// are rendered anew. [`Self::size`], [`Self::casts`] and the numbers of [`Self::cascades`] and [`Self::shadows`] change the atlas,
+/// too: maps that stay are copied. The size of a [`Self::source`] costs its levels, which are made in every frame; its kind
+/// nothing more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
-    /// Name for people and file names.
+    /// Name for people and file names; masks keep the slots of lights by it. Default `light`.
     pub name: String,
-    /// Kind, position and direction.
+    /// Kind, position and direction. Default: directional, straight down.
     pub kind: LightKind,
-    /// Linear rgb.
+    /// Linear rgb, 0 or more. Default white.
     pub color: Vec3,
     /// Irradiance of a directional light at normal incidence; intensity of the others, which falls
-    /// off with the square of the distance [m].
+    /// off with the square of the distance [m]. 0 or more; default 1.
     pub intensity: f32,
-    /// First depth of the shadow views [m]; chosen from the bounds when `None`.
+    /// First depth of the shadow views, 0 or more, above 0 for spots and points [m]. Default `None`: chosen from the bounds.
     pub near: Option<f32>,
-    /// Last depth of the shadow views [m]; chosen from the bounds when `None`. The light of a spot or
+    /// Last depth of the shadow views, beyond the first [m]. Default `None`: chosen from the bounds. The light of a spot or
     /// a point fades out towards it, and has no end when `None`.
     pub far: Option<f32>,
-    /// Edge of each view's map [texels]. When `None`: up to the scene's, by the light's importance in the
-    /// picture.
+    /// Edge of each view's map, 16..=4096 [texels]. Default `None`: up to the scene's, by the light's importance in
+    /// the picture.
     pub size: Option<u32>,
-    /// Whether the light has shadow views at all.
+    /// Whether the light has shadow views at all. Default true.
     pub casts: bool,
-    /// Cascades of a directional light; one view that fits the whole scene when `None`.
+    /// Cascades of a directional light. Default `None`: one view that fits the whole scene.
     pub cascades: Option<Cascades>,
-    /// Further shadows of the same light, at most three; more are ignored. Per channel, the shadow that
+    /// Further shadows of the same light, at most three; more are ignored. Default none. Per channel, the shadow that
     /// transmits the least light counts; outside its maps a further shadow transmits everything.
     pub shadows: Vec<Shadow>,
-    /// Whether the air scatters its light, if the scene has air.
+    /// Whether the air scatters its light, if the scene has air. Default true.
     pub shafts: bool,
-    /// Emitting surface of an area light, which gives penumbrae. A point when `None`.
+    /// Emitting surface of an area light, which gives penumbrae. Default `None`: a point.
     pub source: Option<Source>,
-    /// How receivers read its maps.
+    /// How receivers read its maps. Default: as [`ShadowSettings`](super::ShadowSettings) says.
     pub look_up: LookUp,
 }
 

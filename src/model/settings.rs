@@ -15,6 +15,10 @@ pub enum Receiver {
 }
 
 /// How shadow maps are made and read: the `[shadow]` table of a scene.
+///
+/// They are for settings, not for frames. Another [`Self::filter`] or bias costs commands, made anew of the same objects;
+/// [`Self::pair_budget`] and [`Self::texel_budget`] memory and commands; all others render every view anew, into maps that are
+/// allocated anew, by kernels that may be compiled first (`Shadows::pending`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowSettings {
     /// Edge of a view's map [texels], [`MIN_MAP_SIZE`]..=[`MAX_MAP_SIZE`]. Default 1024.

@@ -121,7 +121,7 @@ impl GpuEngine {
                 (upload(|point| point.position), upload(|point| point.normal));
             let count = some.len() as u32;
             let buffers = PointBuffers { count, positions: &positions, normals: Some(&normals) };
-            let lit = prepared.light_points(&scene.lights, &chosen, &buffers)?;
+            let lit = prepared.some_light_points(&scene.lights, &chosen, &buffers)?;
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             lit.record(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);

@@ -46,9 +46,11 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
                 format!("keys of node {node} are missing, of another type or out of order");
             file.invalid(message, "export the file again")
         };
-        keys = Limit::Keys
-            .grown(keys, (sampler.input().count() + sampler.output().count()) as u64)
-            .map_err(|(message, help)| file.invalid(message, help))?;
+        for accessor in [sampler.input(), sampler.output()] {
+            keys = Limit::Keys
+                .grown(keys, accessor.count() as u64)
+                .map_err(|(message, help)| file.invalid(message, help))?;
+        }
         let times = read(file, &sampler.input(), Dimensions::Scalar)?.ok_or_else(damaged)?;
         let kind = match place {
             1 => Dimensions::Vec4,

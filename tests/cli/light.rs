@@ -114,18 +114,21 @@ fn points_that_are_none_are_refused() {
 }
 
 #[test]
-fn points_without_a_normal_under_an_area_light_are_warned_of() {
+fn points_without_a_normal_under_an_area_light_are_warned_of_on_the_cpu() {
     let folder = Folder::new("light-normals");
     let light = ["light", "scene.toml", "--points", "p.npy", "-o", "l.npy", "--backend", "cpu"];
     let soft = ["--set", "light.lamp.source={ kind = \"sphere\", radius = 0.1 }"];
-    let told = |columns: usize, more: &[&str]| {
+    let told_by = |light: &[&str], columns: usize, more: &[&str]| {
         fs::write(folder.0.join("p.npy"), array("<f4", columns, &floats(&POINTS))).unwrap();
-        let output = folder.gobo(&[&light[..], more].concat());
+        let output = folder.gobo(&[light, more].concat());
         assert_eq!(output.status.code(), Some(0));
         String::from_utf8(output.stderr).unwrap()
     };
+    let told = |columns: usize, more: &[&str]| told_by(&light, columns, more);
     assert!(told(3, &soft).contains("10 points have no normal"));
     // One of five has a normal.
     assert!(told(6, &soft).contains("4 points have no normal"));
     assert!(!told(3, &[]).contains("normal"));
+    // Devices find the surface.
+    assert!(!told_by(&light[..6], 3, &soft).contains("normal"));
 }

@@ -283,6 +283,7 @@ fn many_views_of_many_casters_take_little_memory() {
         let inputs = HostInputs::new().casters(&sets);
         let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs).unwrap();
         let maps = ["filters", "nearests", "opaques", "casters"];
+        println!("{count} views of {capacity}: {:?}", prepared.memory().0);
         let others = prepared.memory().0.iter().filter(|(name, _)| !maps.contains(name));
         others.map(|(_, bytes)| bytes).sum::<u64>() >> 20
     };

@@ -3,7 +3,12 @@ use super::{HostBuffers, count_buffer, counted, materials, particles, shadows, s
 use crate::common::{TIERS, counted_gpu, gpu};
 use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Particle, Prepared, Receiver,
-    ShadowSettings, Shadows, View, glam::Vec3, light_views, model::Source, wgpu,
+    ShadowSettings, Shadows, View,
+    glam::Vec3,
+    host::{FilterFormat, LightMasks, MapLayout, MaskView, PointBuffers},
+    light_views,
+    model::{MaskSettings, Source},
+    wgpu,
 };
 
 const SPOTS: u32 = 16;
@@ -47,6 +52,20 @@ fn prepare(
     shadows.prepare_with(&casters, &spots(frame), settings, &inputs).unwrap()
 }
 
+/// Depths or normals of a host.
+fn seen(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("seen"),
+        size: wgpu::Extent3d { width: 64, height: 64, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+}
+
 /// Every frame is held, so that what it makes is seen even if an earlier one drops as much.
 #[test]
 fn nothing_is_made_where_everything_moves() {
@@ -59,6 +78,12 @@ fn nothing_is_made_where_everything_moves() {
         let host = HostBuffers::new(&gpu, &all);
         let loader = host.loader(&moving);
         let mut uploaded = particles(300, 8);
+        let mut masks = LightMasks::new();
+        let [depths, normals] = [wgpu::TextureFormat::R32Float, wgpu::TextureFormat::Rgba16Float]
+            .map(|format| seen(&gpu.device, format));
+        let positions =
+            gpu.upload("positions", &[[0.1f32, 0.2, 0.3]; 50], wgpu::BufferUsages::STORAGE);
+        let points = PointBuffers { count: 50, positions: &positions, normals: None };
         let (mut held, mut before) = (Vec::new(), 0);
         for frame in 0..8 {
             if frame == 3 {
@@ -74,12 +99,23 @@ fn nothing_is_made_where_everything_moves() {
             let (lights, chosen) = (lights(frame), [2, 0, 3, 5]);
             let bound = prepared.bind_lights(&lights, &chosen).unwrap();
             let areas = prepared.bind_area_lights(&lights, &chosen).unwrap();
+            let lit = prepared.light_points(&lights, &chosen, &points).unwrap();
+            let views = spots(frame);
+            let clip = |view: &View| view.clip_from_world().to_cols_array_2d();
+            let cameras: Vec<_> = views.iter().map(clip).collect();
+            let layout = MapLayout::new(FilterFormat::Rgba16Float).depth_in_alpha(&cameras);
+            let converted = prepared.converted(&layout).unwrap();
+            let view = MaskView::light_depth(&views[1], &depths).normals(&normals);
+            masks.prepare(&prepared, &lights, &chosen, &view, &MaskSettings::default()).unwrap();
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             prepared.record(&mut encoder).unwrap();
             areas.record(&mut encoder);
+            lit.record(&mut encoder);
+            converted.record(&mut encoder);
+            masks.record(&mut encoder);
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-            held.push((prepared, bound, areas));
+            held.push((prepared, bound, areas, lit, converted));
         }
         let made = living(&gpu.device) - before;
         let another = gpu.upload("counted", &[0u32], wgpu::BufferUsages::STORAGE);

@@ -90,6 +90,22 @@ fn gltf_nodes_follow_their_keys() {
     }
 }
 
+/// The sum of keys that a sampler announces does not fit in a number: no accessor alone says so.
+#[test]
+fn more_keys_than_numbers_count_are_refused() {
+    let folder = Folder::new();
+    let keys = [Quat::IDENTITY.to_array(); 2];
+    for count in [u64::MAX, u64::MAX - 1, 1 << 63] {
+        let text = windmill("LINEAR", &keys)
+            .replace(r#""count":2,"type":"VEC4""#, &format!(r#""count":{count},"type":"VEC4""#));
+        assert!(text.contains(&count.to_string()));
+        let error = scene::check(&folder.write("mill.gltf", text)).unwrap_err();
+        let all = count.saturating_add(2);
+        assert!(error.to_string().contains(&format!("{all} keys")), "{error}");
+        assert_eq!(error.help(), Some("use fewer keys or morph targets"));
+    }
+}
+
 /// The camera of the file turns with its node, unless the scene says where it is.
 #[test]
 fn the_camera_of_a_model_follows_its_node() {

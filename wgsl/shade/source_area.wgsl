@@ -6,12 +6,13 @@ import package::records::area::has_area;
 import package::records::light::{GpuLight, light_record, shadow_view};
 import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
-import package::shade::asides::{ASIDE_HIDDEN, ASIDE_PASSED, ASIDE_VIEWS, bits_of, floats_of};
+import package::shade::asides::{ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_VIEWS, bits_of, floats_of};
 import package::shade::fade::{fade_between, light_before};
 import package::shade::lifted::{Lifted, lifted_point, set_own_plane};
 import package::shade::nearest_lit::nearest_lit;
 import package::shade::receive::receive_texel;
 import package::shade::receiver::receives;
+import package::shade::spot::receiver_depth;
 import package::shade::taps::{
     FILTER_SPLINE, Filter, SPLINE_REACH, filter_of, filter_tap, map_taps, next_rotation, pixel_rotation,
 };
@@ -47,6 +48,8 @@ fn through_map(leveled: Leveled, is_soft: bool) -> vec3<f32> {
     let fade = fade_between(leveled.since);
     let is_near = select(is_lit, leveled.is_near, is_soft);
     let count = select(0u, own.count, select(taps.reaches, is_near, is_soft));
+    // A point without a normal was not lifted off its surface.
+    let is_bare = is_soft && all(floats_of(aside(ASIDE_NORMAL)).xyz == vec3(0.0));
     var before = vec3(0.0);
     var behind = vec3(0.0);
     var rotation = pixel_rotation;
@@ -54,7 +57,8 @@ fn through_map(leveled: Leveled, is_soft: bool) -> vec3<f32> {
     if count > 0u {
         loop {
             let tap = filter_tap(own, taps, i, rotation);
-            behind += receive_texel(view, tap.texel, taps.z, reach) * tap.weight;
+            let z = select(taps.z, receiver_depth(tap.texel + 0.5), is_bare);
+            behind += receive_texel(view, tap.texel, z, reach) * tap.weight;
             before += light_before(view, tap.texel, fade) * tap.weight;
             rotation = next_rotation(rotation);
             i += 1u;

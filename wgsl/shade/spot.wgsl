@@ -6,6 +6,7 @@ import package::records::area::GpuArea;
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
 import package::shade::outline::outline_of;
+import package::shade::seen_plane::seen_plane;
 
 // Radius of the widest spot that a level filters [blocks]: its window is 4.5 blocks wide, that of half the
 // radius 1.6.
@@ -48,17 +49,21 @@ fn turned(along: vec2<f32>) -> vec2<f32> {
     return select(along, along.yx, spot_turned);
 }
 
-fn set_plane_depth(view: GpuView, p: vec3<f32>, normal: vec3<f32>) {
+fn set_plane_depth(view: GpuView, p: vec3<f32>, normal: vec3<f32>, bias: f32) {
     let perspective = view.perspective > 0.0;
     let by_slope = vec2(normal.x, -normal.y) / view.scale;
     let meets = select(normal.z, dot(normal, p), perspective);
     let long = select(1.0, length(p), perspective);
+    let has_normal = any(normal != vec3(0.0));
     // A plane that is edge-on, or no surface, has the depth of the point everywhere.
-    let is_none = abs(meets) < EDGE_ON_PLANE * long || all(normal == vec3(0.0));
+    let is_none = abs(meets) < EDGE_ON_PLANE * long || !has_normal;
     let divisor = select(meets, 1.0, is_none);
-    let at_point = select(-p.z, 1.0 / max(-p.z, 1e-6), perspective);
-    plane_middle = select(select(-dot(normal, p), -normal.z, perspective) / divisor, at_point, is_none);
-    plane_by_texel = select(by_slope / divisor, vec2(0.0), is_none);
+    let at_point = select(-p.z, spot_inverse, perspective);
+    let slack = bias * select(1.0, spot_inverse * spot_inverse, perspective);
+    let seen = seen_plane(view, spot_center, at_point, slack, !has_normal);
+    let at_middle = at_point - dot(seen, spot_center - view.size * 0.5);
+    plane_middle = select(select(-dot(normal, p), -normal.z, perspective) / divisor, at_middle, is_none);
+    plane_by_texel = select(by_slope / divisor, seen, is_none);
 }
 
 // `normal`: of the surface, on the light's side; zero where there is no surface.
@@ -80,7 +85,7 @@ fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, nor
     let radius = max(min(half.x, half.y), max(half.x, half.y) / LONGEST);
     spot_radius = radius * view.scale;
     spot_shape = half / max(radius, 1e-9);
-    set_plane_depth(view, p, (view.view_from_world * vec4(normal, 0.0)).xyz);
+    set_plane_depth(view, p, (view.view_from_world * vec4(normal, 0.0)).xyz, bias);
 }
 
 // Radius of a spot at a depth [texels].
@@ -113,6 +118,11 @@ fn receiver_end(texel: vec2<f32>, slack: f32) -> f32 {
     let by_distance = 1.0 / max(linear + slack, 1e-7);
     let distance = select(linear - slack, by_distance, spot_view.perspective > 0.0);
     return min(fixed_of(distance), fixed_of(spot_distance)) - spot_bias;
+}
+
+// Light depth of the receiver along the ray through `texel`, at most its own.
+fn receiver_depth(texel: vec2<f32>) -> f32 {
+    return (receiver_end(texel, 0.0) + spot_bias) / DEPTHS;
 }
 
 // A window on blocks.

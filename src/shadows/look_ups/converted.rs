@@ -2,8 +2,8 @@
 use crate::shadows::{Prepared, views::host_depths::HostCamera};
 use crate::{
     error::{Error, Input},
-    frame::{Commands, Dispatch},
-    gpu::{Allocator, Memory, Timeline, allocated},
+    frame::Commands,
+    gpu::{Allocator, Memory, Shelf, Timeline, allocated},
     records::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT},
     stage::import,
 };
@@ -47,7 +47,8 @@ impl<'a> MapLayout<'a> {
     }
 }
 
-/// Converted filter maps of a host's layout, ready to be recorded after the maps, any number of times.
+/// Converted filter maps of a host's layout, ready to be recorded after the maps, any number of times. The texture stays the
+/// same one while no size changes: submit what you recorded of a frame before you prepare the next.
 #[derive(Debug)]
 pub struct ConvertedMaps {
     commands: Commands,
@@ -63,10 +64,15 @@ impl Prepared {
     /// device is out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
         self.check_current()?;
-        allocated(self.device().0, || self.conversion(layout))
+        let shelf = self.light_shelf.take();
+        allocated(self.device().0, || self.conversion(layout, shelf))
     }
 
-    fn conversion(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
+    fn conversion(
+        &self,
+        layout: &MapLayout<'_>,
+        shelf: Option<&Shelf>,
+    ) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
         let invalid = |index, problem| Input::MapLayout.invalid(index, problem);
         let (format, number) = match layout.format {
@@ -86,7 +92,8 @@ impl Prepared {
         let maps = self.maps();
         let size = maps.filters.size();
         let mut memory = Memory::default();
-        let mut allocator = Allocator::new(device, &mut memory);
+        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
+        let kernels = self.kernels_on(shelf);
         let of_texel = u64::from(format.block_copy_size(None).unwrap_or(4)) / 4;
         let texels = u64::from(size.width) * u64::from(size.height);
         let copied = BufferUsages::COPY_SRC;
@@ -95,7 +102,7 @@ impl Prepared {
         let usage = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
         let texture = allocator.texture("converted_maps", format, all, usage)?;
         let format = [("FORMAT", f64::from(number))];
-        let kernel = self.kernels.with_constants(&import::MAPS, &format)?;
+        let kernel = kernels.with_constants(&import::MAPS, &format)?;
         let mut layers = vec![Vec::new(); size.depth_or_array_layers as usize];
         for (index, (view, place)) in self.views.iter().zip(&maps.places).enumerate() {
             let columns = layout.cameras.map(|cameras| &cameras[index]);
@@ -120,7 +127,7 @@ impl Prepared {
             let resources =
                 maps.resources().with("convert_params", &params).with("converted", &words);
             let groups = import::grid(view.size);
-            let dispatch = Dispatch::new(device, kernel.clone(), &resources, groups)?;
+            let dispatch = kernels.dispatch_of(kernel.clone(), &resources, groups)?;
             layers[place.layer as usize].push(dispatch);
         }
         let mut commands = Commands::new();

@@ -4,7 +4,7 @@ use crate::shadows::Prepared;
 use crate::{
     error::{Error, Input},
     frame::Commands,
-    gpu::{Allocator, Memory, Timeline, allocated},
+    gpu::{Allocator, Memory, Shelf, Timeline, allocated},
     model::Light,
     stage::{
         features::{Features, Flags},
@@ -28,7 +28,9 @@ pub struct PointBuffers<'a> {
     pub normals: Option<&'a Buffer>,
 }
 
-/// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times.
+/// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times. After the next
+/// [`prepare`](crate::Shadows::prepare) a look-up of as many points takes over its buffers: submit what you recorded of a
+/// frame before you prepare the next.
 #[derive(Debug)]
 pub struct LightPoints {
     commands: Commands,
@@ -51,23 +53,45 @@ impl Prepared {
         chosen: &[usize],
         points: &PointBuffers<'_>,
     ) -> Result<LightPoints, Error> {
-        self.check_current()?;
-        check(points)?;
-        let (device, queue) = self.device();
-        allocated(device, || self.points(device, queue, lights, chosen, points))
+        self.points_on(self.light_shelf.take(), lights, chosen, points)
     }
 
-    fn points(
+    /// Like [`Self::light_points`], with buffers that go with what it returns: for many points, some at a time.
+    ///
+    /// # Errors
+    /// Those of [`Self::light_points`].
+    #[cfg(feature = "picture")]
+    pub(crate) fn some_light_points(
         &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
         lights: &[Light],
         chosen: &[usize],
         points: &PointBuffers<'_>,
     ) -> Result<LightPoints, Error> {
-        let maps = self.maps();
+        self.points_on(None, lights, chosen, points)
+    }
+
+    fn points_on(
+        &self,
+        shelf: Option<&Shelf>,
+        lights: &[Light],
+        chosen: &[usize],
+        points: &PointBuffers<'_>,
+    ) -> Result<LightPoints, Error> {
+        self.check_current()?;
+        check(points)?;
+        allocated(self.device().0, || self.points(shelf, lights, chosen, points))
+    }
+
+    fn points(
+        &self,
+        shelf: Option<&Shelf>,
+        lights: &[Light],
+        chosen: &[usize],
+        points: &PointBuffers<'_>,
+    ) -> Result<LightPoints, Error> {
+        let ((device, queue), maps) = (self.device(), self.maps());
         let mut memory = Memory::default();
-        let mut allocator = Allocator::new(device, &mut memory);
+        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
         let source = self.light_source(&mut allocator, lights, chosen, true, None)?;
         let answers = u64::from(points.count) * chosen.len() as u64;
         let copied = BufferUsages::COPY_SRC;
@@ -93,7 +117,7 @@ impl Prepared {
             None => (&LIGHT_SHARES, Commands::new()),
         };
         let groups = point_grid(batch.count);
-        let look_up = self.kernels.dispatch(desc, features, &resources, groups)?;
+        let look_up = self.kernels_on(shelf).dispatch(desc, features, &resources, groups)?;
         commands.pass("gobo light_points", [look_up]);
         commands.compile()?;
         Ok(LightPoints { commands, shares, memory })

@@ -17,9 +17,8 @@ impl LightShelf {
 
     /// Begins a frame.
     pub(in crate::shadows) fn turn(&self) {
-        if self.bound.swap(0, Ordering::Relaxed) > 0 {
-            self.shelf.turn();
-        }
+        self.bound.store(0, Ordering::Relaxed);
+        self.shelf.turn();
     }
 
     /// `None` for a host that binds again and again between frames.

@@ -3,7 +3,8 @@
 use crate::shadows::{AreaLevels, Maps, Prepared};
 use crate::{
     error::{Error, Input},
-    gpu::{Allocator, Resources, write_records},
+    frame::Kernels,
+    gpu::{Allocator, Resources, Shelf, write_records},
     model::{Light, View},
     records::LightRecords,
     stage::{features::Features, shade::PictureParams},
@@ -37,6 +38,11 @@ impl LightSource {
 }
 
 impl Prepared {
+    /// The kernels, whose dispatches take over the bind groups of a shelf.
+    pub(in crate::shadows) fn kernels_on(&self, shelf: Option<&Shelf>) -> Kernels {
+        shelf.map_or_else(|| self.kernels.clone(), |shelf| self.kernels.with_shelf(shelf))
+    }
+
     /// Uploads `chosen` of `lights`, which the views were made of; `with_areas`: whether area lights keep
     /// their size; `camera`: the view whose pixels the points are, if any.
     pub(in crate::shadows) fn light_source(
@@ -72,11 +78,13 @@ impl Prepared {
             maps.look_up_resources().with("lights", &lights).with("picture_params", &params);
         let features = Features::of_maps(maps.nodes, maps.gain);
         let levels = if with_areas {
-            let kernels = match allocator.shelf {
-                Some(shelf) => &self.kernels.with_shelf(shelf),
-                None => &self.kernels,
-            };
-            AreaLevels::new(allocator, kernels, &records, &resources, features)?
+            AreaLevels::new(
+                allocator,
+                &self.kernels_on(allocator.shelf),
+                &records,
+                &resources,
+                features,
+            )?
         } else {
             None
         };

@@ -2,11 +2,12 @@
 use super::host::ShadowFunction;
 use crate::{
     error::{Error, Input},
+    gpu::Shelf,
     model::{Bounds, Camera, View},
     records::{HostView, NORMALS_NONE, NORMALS_SIGNED, NORMALS_UNORM},
 };
 use glam::{DMat4, DVec4, Mat4, UVec2, Vec3};
-use wgpu::{BindGroup, Texture, TextureFormat, TextureUsages, TextureView};
+use wgpu::{BindGroup, Texture, TextureAspect, TextureFormat, TextureUsages, TextureView};
 
 /// Far plane of masks for an infinite camera [m]; farther surfaces are moved to it.
 const FARTHEST: f64 = 1e5;
@@ -83,10 +84,10 @@ impl<'a> MaskView<'a> {
         Self { joined: Some(Joined { function, bindings, lights }), ..self }
     }
 
-    pub(super) fn camera(&self) -> Result<MaskCamera, Error> {
+    pub(super) fn camera(&self, shelf: Option<&Shelf>) -> Result<MaskCamera, Error> {
         let invalid = |problem| Input::MaskView.invalid(0, problem);
         let size = UVec2::new(self.depth.width(), self.depth.height());
-        let depths = depth_view(self.depth, self.layer).map_err(invalid)?;
+        let depths = depth_view(self.depth, self.layer, shelf).map_err(invalid)?;
         let (view, world_from_clip, empty) = match self.of {
             Of::View(view) if view.size == size => (view.clone(), Mat4::IDENTITY, 1.0),
             Of::View(_) => return Err(invalid("its depths are not of the view's size")),
@@ -99,7 +100,7 @@ impl<'a> MaskView<'a> {
                     return Err(invalid("its normals are not of the size of its depths"));
                 }
                 let kind = normal_kind(normals).map_err(invalid)?;
-                (Some(flat_view(normals, wgpu::TextureAspect::All, 0)), kind)
+                (Some(flat_view(normals, TextureAspect::All, 0, shelf)), kind)
             }
         };
         let turned = view.view_from_world.inverse();
@@ -147,15 +148,19 @@ fn of_clip(clip: [[f32; 4]; 4], size: UVec2) -> Result<(View, Mat4, f32), &'stat
 }
 
 /// View of one layer, for `textureLoad`.
-fn depth_view(texture: &Texture, layer: u32) -> Result<TextureView, &'static str> {
+fn depth_view(
+    texture: &Texture,
+    layer: u32,
+    shelf: Option<&Shelf>,
+) -> Result<TextureView, &'static str> {
     use TextureFormat::{
         Depth16Unorm, Depth24Plus, Depth24PlusStencil8, Depth32Float, Depth32FloatStencil8,
         R32Float,
     };
     let aspect = match texture.format() {
-        R32Float => wgpu::TextureAspect::All,
+        R32Float => TextureAspect::All,
         Depth16Unorm | Depth24Plus | Depth24PlusStencil8 | Depth32Float | Depth32FloatStencil8 => {
-            wgpu::TextureAspect::DepthOnly
+            TextureAspect::DepthOnly
         }
         _ => return Err("the format of its depths must be one of depth, or r32float"),
     };
@@ -163,7 +168,7 @@ fn depth_view(texture: &Texture, layer: u32) -> Result<TextureView, &'static str
     if layer >= texture.depth_or_array_layers() {
         return Err("its depths have no such layer");
     }
-    Ok(flat_view(texture, aspect, layer))
+    Ok(flat_view(texture, aspect, layer, shelf))
 }
 
 fn normal_kind(texture: &Texture) -> Result<u32, &'static str> {
@@ -187,14 +192,22 @@ fn check(texture: &Texture) -> Result<(), &'static str> {
     Ok(())
 }
 
-fn flat_view(texture: &Texture, aspect: wgpu::TextureAspect, layer: u32) -> TextureView {
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        label: Some("host_depths"),
-        dimension: Some(wgpu::TextureViewDimension::D2),
-        aspect,
-        mip_level_count: Some(1),
-        base_array_layer: layer,
-        array_layer_count: Some(1),
-        ..Default::default()
-    })
+fn flat_view(
+    texture: &Texture,
+    aspect: TextureAspect,
+    layer: u32,
+    shelf: Option<&Shelf>,
+) -> TextureView {
+    let made = || {
+        texture.create_view(&wgpu::TextureViewDescriptor {
+            label: Some("host_depths"),
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            aspect,
+            mip_level_count: Some(1),
+            base_array_layer: layer,
+            array_layer_count: Some(1),
+            ..Default::default()
+        })
+    };
+    shelf.map_or_else(made, |shelf| shelf.view(texture, aspect, layer, made))
 }

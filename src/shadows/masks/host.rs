@@ -3,7 +3,7 @@ use super::{MaskMemory, MaskTextures, camera::MaskCamera};
 use crate::{
     error::{Error, Input},
     frame::Commands,
-    gpu::{Allocator, HostText, Kernel, KernelError, Memory, Tier, Timeline, allocated},
+    gpu::{Allocator, HostText, Kernel, KernelError, Memory, Shelf, Tier, Timeline, allocated},
     model::{Light, MaskSettings},
     records::{
         ALL_LIGHTS, COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds,
@@ -97,12 +97,15 @@ pub struct MaskSlot {
     pub channel: Option<u32>,
 }
 
-/// Shadow masks for a host's camera. The textures are kept from frame to frame.
+/// Shadow masks for a host's camera. The textures and what binds them are kept from frame to frame: submit what you
+/// recorded of a frame before you prepare the next.
 #[derive(Debug, Default)]
 pub struct LightMasks {
     textures: Option<Arc<MaskTextures>>,
     former: FormerSlots,
     frame: Option<Frame>,
+    /// Of the device of the last frame.
+    shelf: Option<(wgpu::Device, Shelf)>,
 }
 
 #[derive(Debug)]
@@ -147,10 +150,15 @@ impl LightMasks {
         view: &MaskView<'_>,
         settings: &MaskSettings,
     ) -> Result<(), Error> {
-        let camera = view.camera()?;
         let (device, queue) = prepared.device();
+        let own = self.shelf.take().filter(|(of, _)| of == device);
+        let (_, shelf) =
+            self.shelf.insert(own.unwrap_or_else(|| (device.clone(), Shelf::new(queue))));
+        shelf.turn();
+        let shelf = Some(&*shelf);
+        let camera = view.camera(shelf)?;
         let mut bytes = Memory::default();
-        let mut allocator = Allocator::new(device, &mut bytes);
+        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut bytes) };
         let source =
             prepared.light_source(&mut allocator, lights, chosen, true, Some(&camera.view))?;
         let own: Vec<&Light> = chosen.iter().map(|&index| &lights[index]).collect();
@@ -248,7 +256,8 @@ impl Inputs<'_> {
     /// From the host's depths to the masks.
     fn commands(&self, allocator: &mut Allocator<'_>) -> Result<Commands, Error> {
         let &Self { prepared, source, camera, view, memory } = self;
-        let (maps, kernels, (_, queue)) = (prepared.maps(), &prepared.kernels, prepared.device());
+        let kernels = &prepared.kernels_on(allocator.shelf);
+        let (maps, (_, queue)) = (prepared.maps(), prepared.device());
         let gpu_view = camera.view.to_gpu(0, glam::UVec2::ZERO, 0);
         let views = view_uniform(allocator, &[gpu_view]);
         let params = allocator.uniform::<HostView>("host_view");

@@ -228,7 +228,7 @@ impl MaskMemory {
             Some(joined) => joined.function.kernel(kernels.device(), features)?,
             None => kernels.get(mask::look_up(features), features)?,
         };
-        let look_up = Dispatch::new(kernels.device(), look_up, &on(first, of_look_up), groups)?;
+        let look_up = kernels.dispatch_of(look_up, &on(first, of_look_up), groups)?;
         let mut dispatches = vec![match joined {
             Some(joined) => look_up.with_host(HostBindings::new(joined.bindings)),
             None => look_up,

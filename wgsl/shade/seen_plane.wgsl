@@ -1,0 +1,88 @@
+// The plane of the surface on which a point without a normal lies, from the surfaces that the map sees around it.
+// Otherwise a floor that rises towards the light would count as an occluder of itself.
+
+import package::records::view::GpuView;
+import package::shade::bare::solid_depths;
+
+// Distance from the point of the texels that are read first [texels]; where they see something in front of the
+// surface, farther ones are read.
+const FIRST_RING: f32 = 2.0;
+const LAST_RING: f32 = 54.0;
+const NEXT_RING: f32 = 3.0; // times the one before
+const AROUND_COUNT: u32 = 8u;
+// Texels of a ring that must lie on the plane: half of them, as at the edge of a shadow.
+const LEAST_ON_PLANE: u32 = 4u;
+// Texels over which the plane may change by as much as a surface on it is off.
+const ROUGH: f32 = 0.0625;
+const NO_SURFACE: f32 = 1e30;
+
+// Texels around a point: four along the axes, then four diagonal ones.
+fn around_offset(i: u32) -> vec2<f32> {
+    let low = select(1.0, -1.0, (i & 1u) != 0u);
+    let high = select(1.0, -1.0, (i & 2u) != 0u);
+    let along = select(vec2(low, 0.0), vec2(0.0, low), (i & 2u) != 0u);
+    return select(along, vec2(low, high), i >= 4u);
+}
+
+// A texel's place from the point [texels]; and its surface's distance, or the inverse of it in a perspective view,
+// from the point's.
+fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32>) -> vec3<f32> {
+    let texel = clamp(floor(center + off), vec2(0.0), view.size - 1.0);
+    let depths = solid_depths(view, view.origin + vec2<u32>(texel));
+    let depth = max(depths.x, max(depths.y, depths.z));
+    let distance = view.near + depth * (view.far - view.near);
+    let linear = select(distance, 1.0 / max(distance, 1e-6), view.perspective > 0.0);
+    return vec3(texel + 0.5 - center, select(linear - at_point, NO_SURFACE, depth >= 1.0));
+}
+
+// Change of the plane by texel; zero where the map sees none. `center`: of the point [texels]; `at_point`: its distance,
+// or the inverse of it in a perspective view; `slack`: how much a surface on the plane may be off.
+fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_asked: bool) -> vec2<f32> {
+    var found = vec2(0.0);
+    var ring = select(NO_SURFACE, FIRST_RING, is_asked);
+    // Loop counts are not constant, so that compilers do not unroll.
+    let around = select(0u, AROUND_COUNT, is_asked);
+    if is_asked {
+        loop {
+            // The two texels in different directions whose surfaces are off least: what hides the surface is far off.
+            var first = vec3(1.0, 0.0, NO_SURFACE);
+            var second = vec3(0.0, 1.0, NO_SURFACE);
+            var i = 0u;
+            loop {
+                let seen = surface_around(view, center, at_point, around_offset(i & (AROUND_COUNT - 1u)) * ring);
+                let across = abs(first.x * seen.y - first.y * seen.x);
+                // Of opposite texels it is at most `ring`.
+                let is_aside = i >= around && across > ring;
+                first = select(first, seen, i < around && abs(seen.z) < abs(first.z));
+                second = select(second, seen, is_aside && abs(seen.z) < abs(second.z));
+                i += 1u;
+                if i >= 2u * around {
+                    break;
+                }
+            }
+            let across = first.x * second.y - first.y * second.x;
+            let is_whole = abs(across) > 1.0 && max(abs(first.z), abs(second.z)) < NO_SURFACE;
+            let turned = vec2(first.z * second.y - second.z * first.y, second.z * first.x - first.z * second.x);
+            let by_texel = select(vec2(0.0), turned / select(1.0, across, is_whole), is_whole);
+            let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
+            var count = 0u;
+            i = 0u;
+            loop {
+                let seen = surface_around(view, center, at_point, around_offset(i) * ring);
+                let off = abs(seen.z - dot(by_texel, seen.xy));
+                count += select(0u, 1u, off <= most_off);
+                i += 1u;
+                if i >= around {
+                    break;
+                }
+            }
+            let is_plane = is_whole && count >= LEAST_ON_PLANE;
+            found = select(found, by_texel, is_plane);
+            ring = select(ring * NEXT_RING, NO_SURFACE, is_plane);
+            if ring > LAST_RING {
+                break;
+            }
+        }
+    }
+    return found;
+}
