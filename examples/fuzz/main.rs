@@ -8,6 +8,9 @@ mod models;
 mod mutate;
 mod program;
 mod seeds;
+#[path = "../../tests/common/splats.rs"]
+#[allow(dead_code, reason = "tests change parts of the files")]
+mod splats;
 #[path = "../../tests/common/vdb.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod vdb;
@@ -142,7 +145,7 @@ fn load(path: &Path) -> Outcome {
 fn rendered(mut scene: Scene) -> Result<(), &'static str> {
     const MOST_CASTERS: usize = 300;
     const MOST_LIGHTS: usize = 4;
-    if scene.particles.len() + scene.triangles.len() > MOST_CASTERS
+    if scene.particles.len() + scene.triangles.len() + scene.gaussians.len() > MOST_CASTERS
         || scene.lights.len() > MOST_LIGHTS
         || !scene.grids.is_empty()
     {
