@@ -6,22 +6,28 @@
 //! - [`Recipe::TwoPass`] (`StarCraft II`): the nearest depth by a pass that writes a depth buffer, then
 //!   the colour.
 //!
-//! The casters are plain soft discs with the `filter` transfer, in directional views. Values that depend on
-//! the caster alone (the enlargement of particles smaller than a texel, `a(1 - c)`) are computed once, at
-//! the upload: the raster path gets for free what `project` computes in every frame.
+//! The casters are soft discs, or splats, whose quads are the rectangles along an ellipse's axes, with the `filter`
+//! transfer, in directional views. Values that depend on the caster and the view alone (the enlargement of what is
+//! smaller than a texel, `a(1 - c)`, a splat's axes) are computed once, at the upload: the raster path gets for free
+//! what `project` computes in every frame.
 pub(crate) mod agree;
 pub(crate) mod depth;
+pub(crate) mod ellipse;
+mod quads;
+
+pub(crate) use quads::Inputs;
 
 use agree::Map;
 use bytemuck::{Pod, Zeroable};
 use gobo::{
     Error,
-    glam::{Mat4, Vec2, Vec3},
-    internals::{gpu::Gpu, records::MIN_RADIUS},
-    model::{Particle, View},
+    glam::{Mat4, Vec2},
+    internals::gpu::Gpu,
+    model::View,
     wgpu,
 };
 use half::f16;
+use quads::Draws;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Recipe {
@@ -36,15 +42,6 @@ pub(crate) enum Geometry {
     Instances,
     /// Four vertices and six indices per quad.
     Indexed,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct CasterVertex {
-    center: Vec3,
-    radius: f32,
-    /// `a(1 - c)` and `a`.
-    shade: [f16; 4],
 }
 
 #[repr(C)]
@@ -73,14 +70,7 @@ impl Precision {
     }
 }
 
-/// Quads per draw: bounds the size of a vertex buffer.
-const DRAW_QUADS: usize = 1 << 20;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-const VERTICES: wgpu::VertexBufferLayout<'_> = wgpu::VertexBufferLayout {
-    array_stride: size_of::<CasterVertex>() as u64,
-    step_mode: wgpu::VertexStepMode::Vertex,
-    attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float16x4],
-};
 
 /// Pipelines, casters and targets of one case.
 #[derive(Debug)]
@@ -90,7 +80,6 @@ pub(crate) struct Raster {
     one_pass: wgpu::RenderPipeline,
     filter_only: wgpu::RenderPipeline,
     depth_only: wgpu::RenderPipeline,
-    draws: Vec<(wgpu::Buffer, u32)>,
     indices: Option<wgpu::Buffer>,
     targets: Vec<Target>,
 }
@@ -98,6 +87,7 @@ pub(crate) struct Raster {
 /// A view's maps.
 #[derive(Debug)]
 struct Target {
+    draws: Draws,
     bindings: wgpu::BindGroup,
     size: [u32; 2],
     filter: wgpu::Texture,
@@ -111,7 +101,7 @@ impl Raster {
         gpu: &Gpu,
         geometry: Geometry,
         precision: Precision,
-        particles: &[Particle],
+        inputs: &Inputs,
         views: &[View],
     ) -> Self {
         let device = &gpu.device;
@@ -129,36 +119,25 @@ impl Raster {
                 count: None,
             }],
         });
-        let pipeline = |entry, target| pipeline(device, &module, &layout, geometry, entry, target);
+        let pipeline =
+            |entry, target| pipeline(device, &module, &layout, inputs, geometry, entry, target);
         let target = wgpu::ColorTargetState { blend: Some(BLEND), ..precision.format().into() };
         let one_pass = pipeline("filter_and_depth", Some(target.clone()));
         let filter_only = pipeline("filter_only", Some(target));
         let depth_only = pipeline("depth_only", None);
-        let vertices = wgpu::BufferUsages::VERTEX;
-        let scale = views.first().map_or(1.0, |view| view.scale);
-        let draws = particles.chunks(DRAW_QUADS).map(|particles| {
-            let copies = if geometry == Geometry::Indexed { 4 } else { 1 };
-            let records: Vec<_> = particles
-                .iter()
-                .flat_map(|particle| std::iter::repeat_n(vertex(particle, scale), copies))
-                .collect();
-            (gpu.upload("raster_casters", &records, vertices), particles.len() as u32)
-        });
-        let indices = (geometry == Geometry::Indexed).then(|| {
-            let quads = particles.len().min(DRAW_QUADS) as u32;
-            let indices: Vec<_> =
-                (0..quads).flat_map(|q| [0, 1, 2, 2, 1, 3].map(|corner| q * 4 + corner)).collect();
-            gpu.upload("raster_indices", &indices, wgpu::BufferUsages::INDEX)
-        });
+        let draws = inputs.draws(gpu, geometry, views).into_iter();
+        let targets = views
+            .iter()
+            .zip(draws)
+            .map(|(view, draws)| Target::new(gpu, &layout, precision, view, draws));
         Self {
             geometry,
             precision,
             one_pass,
             filter_only,
             depth_only,
-            draws: draws.collect(),
-            indices,
-            targets: views.iter().map(|view| Target::new(gpu, &layout, precision, view)).collect(),
+            indices: (geometry == Geometry::Indexed).then(|| inputs.indices(gpu)),
+            targets: targets.collect(),
         }
     }
 
@@ -192,7 +171,7 @@ impl Raster {
     ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &target.bindings, &[]);
-        for (vertices, quads) in &self.draws {
+        for (vertices, quads) in &target.draws {
             pass.set_vertex_buffer(0, vertices.slice(..));
             match &self.indices {
                 Some(indices) => {
@@ -227,7 +206,13 @@ impl Raster {
 }
 
 impl Target {
-    fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout, precision: Precision, view: &View) -> Self {
+    fn new(
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        precision: Precision,
+        view: &View,
+        draws: Draws,
+    ) -> Self {
         use wgpu::TextureUsages as Use;
         let texture = |label, format, usage| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -263,23 +248,13 @@ impl Target {
         drop(begin(&mut encoder, None, &opaque, true));
         gpu.queue.submit([encoder.finish()]);
         Self {
+            draws,
             bindings,
             size: view.size.to_array(),
             filter: texture("raster_filter", precision.format(), Use::COPY_SRC),
             opaque,
             nearest: texture("raster_nearest", DEPTH, Use::COPY_SRC),
         }
-    }
-}
-
-fn vertex(particle: &Particle, scale: f32) -> CasterVertex {
-    let grow = (MIN_RADIUS / (particle.radius * scale)).max(1.0);
-    let a = particle.color.w / (grow * grow);
-    let shade = (a * (Vec3::ONE - particle.color.truncate())).extend(a);
-    CasterVertex {
-        center: particle.center,
-        radius: particle.radius * grow,
-        shade: shade.to_array().map(f16::from_f32),
     }
 }
 
@@ -301,6 +276,7 @@ fn pipeline(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
     layout: &wgpu::BindGroupLayout,
+    inputs: &Inputs,
     geometry: Geometry,
     entry: &str,
     color: Option<wgpu::ColorTargetState>,
@@ -312,6 +288,8 @@ fn pipeline(
         Geometry::Instances => (Topology::TriangleStrip, Step::Instance),
         Geometry::Indexed => (Topology::TriangleList, Step::Vertex),
     };
+    let (corner, vertices) = inputs.vertices();
+    let is_splat = f64::from(u8::from(matches!(inputs, Inputs::Splats(_))));
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(entry),
         layout: Some(&device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -321,9 +299,9 @@ fn pipeline(
         })),
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some("quad"),
+            entry_point: Some(corner),
             compilation_options: Default::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout { step_mode, ..VERTICES })],
+            buffers: &[Some(wgpu::VertexBufferLayout { step_mode, ..vertices })],
         },
         primitive: wgpu::PrimitiveState { topology, ..Default::default() },
         depth_stencil: Some(wgpu::DepthStencilState {
@@ -337,7 +315,10 @@ fn pipeline(
         fragment: Some(wgpu::FragmentState {
             module,
             entry_point: Some(entry),
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &[("IS_SPLAT", is_splat)],
+                ..Default::default()
+            },
             targets: colors.as_ref().map_or(&[], |colors| &colors[..]),
         }),
         multiview_mask: None,

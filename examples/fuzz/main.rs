@@ -8,6 +8,9 @@ mod models;
 mod mutate;
 mod program;
 mod seeds;
+#[path = "../../tests/common/splats.rs"]
+#[allow(dead_code, reason = "tests change parts of the files")]
+mod splats;
 #[path = "../../tests/common/vdb.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod vdb;

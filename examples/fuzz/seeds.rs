@@ -1,6 +1,7 @@
 //! Seed files: scenes of the project, and small files of each other kind.
 use super::{
     Reader, models,
+    splats::{self, SPLATS},
     vdb::{Format, Packing, VdbGrid, file},
 };
 use gobo::glam::IVec3;
@@ -54,7 +55,37 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
         surroundings,
     ];
     readers.extend(models);
+    readers.extend(splat_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     Ok(readers)
+}
+
+/// Splats in each format.
+fn splat_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
+    let encodings = ["ascii", "binary_little_endian", "binary_big_endian"];
+    let of_gltf = |logarithms| splats::gltf(&SPLATS, logarithms).into_bytes();
+    [
+        ("splats_ply", "ply", encodings.map(|name| splats::ply(name, &SPLATS, 9)).into()),
+        ("compressed_ply", "ply", vec![splats::packed_ply(&SPLATS)]),
+        ("splat", "splat", vec![splats::bare(&SPLATS)]),
+        ("spz", "spz", [1, 2, 3, 4].map(|version| splats::spz(version, &SPLATS)).into()),
+        ("sog", "sog", vec![splats::sog(&SPLATS)]),
+        ("khr_splats", "gltf", [false, true].map(of_gltf).into()),
+        ("medium_ply", "ply", vec![medium()]),
+    ]
+}
+
+/// Volumetric primitives: a medium of two.
+fn medium() -> Vec<u8> {
+    let mut text = "ply\nformat ascii 1.0\nelement vertex 2\n".to_owned();
+    for column in
+        "x y z albedo_0 albedo_1 albedo_2 sigma_t_0 scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3"
+            .split(' ')
+    {
+        let _ = writeln!(text, "property float {column}");
+    }
+    text += "end_header\n1 2 3 0.9 0.8 0.7 0.002 -2.3 -2.5 -1 1 0 0 0\n";
+    text += "0 0 0 0.9 0.8 0.7 0.001 -2 -2.3 -2 0.5 0.5 0.5 0.5\n";
+    text.into_bytes()
 }
 
 /// A few voxels and a tile, written in each way.

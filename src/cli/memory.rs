@@ -8,7 +8,7 @@ use gobo::{
         reference::mask::SeenSurface,
         view::{atlas::AtlasLimits, fitted_views},
     },
-    model::View,
+    model::{Strand, View},
     scene::Scene,
 };
 
@@ -54,13 +54,21 @@ impl Needs {
         // Records of casters as they are uploaded, or, of the CPU reference, with copies, footprints, keys,
         // rectangles and setups of the picture as well.
         let [particle, triangle] = if self.backend_is_cpu { [256, 640] } else { [32, 128] };
+        // Beside a particle's: axes and a setup, and the capsule's own record and particle.
+        let [gaussian, capsule] = if self.backend_is_cpu { [80, 144] } else { [32, 128] };
         let emitted: u64 = scene.motions.iter().map(|motion| motion.most_particles()).sum();
         // Voxels of a brick on the device, or as the scene has them, and its own record.
         let brick = if self.backend_is_cpu { 1536 } else { 4672 };
         let bricks: u64 = scene.grids.iter().map(|grid| grid.bricks.len() as u64).sum();
-        let casters = particle * (scene.particles.len() as u64 + emitted + bricks)
+        let gaussians = scene.gaussians.len() as u64;
+        let segments = |strand: &Strand| strand.vertices.len().saturating_sub(1) as u64;
+        let capsules: u64 = scene.strands.iter().map(segments).sum();
+        let particles = scene.particles.len() as u64 + emitted + bricks + gaussians + capsules;
+        let casters = particle * particles
             + triangle * scene.triangles.len() as u64
-            + brick * bricks;
+            + brick * bricks
+            + gaussian * gaussians
+            + capsule * capsules;
         bytes = bytes.saturating_add(casters);
         if self.picture {
             bytes = bytes.saturating_add(self.of_picture(scene));
@@ -116,5 +124,28 @@ impl Needs {
             bytes = bytes.saturating_add(16 * slices);
         }
         bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gobo::{
+        glam::Vec3,
+        model::{Gaussian, StrandVertex},
+    };
+
+    #[test]
+    fn every_kind_of_caster_counts() {
+        for needs in [Needs::of(Backend::Auto), Needs::of(Backend::Cpu)] {
+            let empty = needs.bytes(&Scene::empty());
+            let mut splats = Scene::empty();
+            splats.gaussians = vec![Gaussian::default(); 1000];
+            assert!(needs.bytes(&splats) >= empty + 64 * 1000);
+            let mut fur = Scene::empty();
+            let vertices = vec![StrandVertex::new(Vec3::ZERO, 0.1); 5];
+            fur.strands = vec![Strand { vertices, ..Strand::default() }; 250];
+            assert!(needs.bytes(&fur) >= empty + 160 * 1000);
+        }
     }
 }

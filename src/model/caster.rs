@@ -196,6 +196,11 @@ impl Material {
             && self.texture.is_none()
     }
 
+    /// Whether its casters are splats of the `filter` transfer.
+    pub fn is_plain_splat(&self) -> bool {
+        self.shape == Shape::Gaussian && self.transfer == Transfer::Filter && !self.is_medium()
+    }
+
     /// Whether its Gaussians absorb along the ray.
     pub fn is_medium(&self) -> bool {
         self.shape == Shape::Gaussian && matches!(self.gaussian, GaussianOpacity::Medium { .. })

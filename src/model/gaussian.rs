@@ -29,9 +29,10 @@ impl GaussianOpacity {
     }
 }
 
-/// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow. Fainter ones end at a 256th of
-/// their own opacity, so that many of them lose less than 0.4 % of their shadow.
-const FAINTEST: f32 = 1.0 / 2048.0;
+/// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow: what hundreds in each other lose is less
+/// than a step of a map in 16 bits. Fainter ones end at a 256th of their own opacity, so that many of them lose less
+/// than 0.4 % of their shadow.
+const FAINTEST: f32 = 1.0 / 8192.0;
 const LEAST_SHARE: f32 = 1.0 / 256.0;
 /// Where the densest medium ends, squared [standard deviations].
 const MAX_REACH: f32 = 64.0;

@@ -9,15 +9,19 @@ use super::{
     rig::{Moving, Placement, Rig},
     splat_file::load_splats,
     splats::{Cloud, Kind, placed},
+    volumes::USUAL_THICKNESS,
 };
 use crate::model::{Gaussian, GaussianOpacity, Material, Shape};
-use glam::{Quat, Vec3};
-use std::{f32::consts::TAU, ops::Range, path::Path, sync::Arc};
+use glam::{DVec3, Quat, Vec3};
+use std::{f32::consts::TAU, f64::consts::TAU as DTAU, ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
 /// Longest deviation of a generated splat, in radii of the particle that it stands for: the soft disc of a radius
 /// is about as wide as a Gaussian of half of it.
 const DEVIATION: f32 = 0.5;
+
+/// Most extinction of a medium that is rendered on its own [1/m].
+const MOST_ALONE: f32 = 1e4;
 
 impl Loader<'_> {
     pub(super) fn splats(
@@ -70,7 +74,7 @@ impl Loader<'_> {
         path: &Path,
         kind: Option<Kind>,
     ) -> Result<(), SceneError> {
-        let cloud = load_splats(path)?;
+        let mut cloud = load_splats(path)?;
         let is_turned = kind.is_some_and(Kind::points_down) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
@@ -78,6 +82,17 @@ impl Loader<'_> {
             let note = "turned by 180 degrees about x, as y points down in most such files; a \
                         [[splats]] table reads it as it is";
             self.scene.notes.push(format!("{name}: {note}"));
+        }
+        let thickness = thickness(&cloud);
+        if let Some(density) = cloud.extinction.filter(|_| thickness > 0.0) {
+            let factor = ((USUAL_THICKNESS / thickness) as f32).min(MOST_ALONE / density);
+            if factor > 1.0 {
+                cloud.extinction = Some(density * factor);
+                let name = path.display();
+                self.scene.notes.push(format!(
+                    "{name}: taken {factor:.3} times as dense as it is: a [[splats]] table reads it as it is"
+                ));
+            }
         }
         self.add_neutral(path, cloud, rotation)
     }
@@ -213,6 +228,22 @@ impl Loader<'_> {
         }
         Ok(cloud.finish())
     }
+}
+
+/// Optical depth of a medium along y, on the mean over what it absorbs, as if it were one Gaussian; 0 for splats.
+fn thickness(cloud: &Cloud) -> f64 {
+    let (mut all, mut first, mut second) = (0.0, DVec3::ZERO, DVec3::ZERO);
+    for splat in &cloud.splats {
+        let (center, sigma) = (splat.center.as_dvec3(), splat.sigma.as_dvec3());
+        let own = f64::from(splat.opacity) * sigma.element_product() * DTAU.powf(1.5);
+        all += own;
+        first += own * center;
+        second += own * (center * center + sigma.length_squared() / 3.0);
+    }
+    let spread = second / all - (first / all) * (first / all);
+    let thickness = f64::from(cloud.extinction.unwrap_or(0.0)) * all
+        / (2.0 * DTAU * (spread.x * spread.z).sqrt());
+    if thickness.is_finite() { thickness } else { 0.0 }
 }
 
 /// What the opacity of a cloud means, by a table's keys and the file.

@@ -104,8 +104,8 @@ fn thickness(grid: &Grid) -> f64 {
 /// Temperature in the middle of an explosion [K].
 const HOTTEST: f32 = 2200.0;
 
-/// Optical depth along y at which a volume that is rendered on its own is neither thin nor black.
-const USUAL_THICKNESS: f64 = 4.0;
+/// Optical depth along y at which a volume or a medium that is rendered on its own is neither thin nor black.
+pub(super) const USUAL_THICKNESS: f64 = 4.0;
 
 impl Loader<'_> {
     pub(super) fn volume(&mut self, table: &Spanned<VolumeTable>) -> Result<(), SceneError> {

@@ -5,7 +5,7 @@
 use super::{
     bin::SEGMENT_LENGTH,
     curve,
-    features::{Features, Flags},
+    features::{Features, Flags, Simple},
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
@@ -31,9 +31,12 @@ pub fn composed_texels(pair_capacity: u32) -> u64 {
 
 /// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter.wgsl");
-/// State of eight texels per lane, for soft discs of the `filter` transfer only.
-pub(super) const DISCS: Choice = Choice::new("accumulator", "accumulator/discs.wgsl");
-const DISC_CANDIDATE: Choice = Choice::new("candidate", "accumulator/discs.wgsl");
+/// State of eight texels per lane, for casters of one simple kind: soft discs or splats, of the `filter` transfer.
+pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
+const PLAIN_CANDIDATE: Choice = Choice::new("candidate", "accumulator/plain.wgsl");
+/// That kind.
+pub(super) const DISCS: Choice = Choice::new("plain", "hit/plain_disc.wgsl");
+pub(super) const SPLATS: Choice = Choice::new("plain", "hit/plain_splat.wgsl");
 pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");
 /// Replaces [`MAPS`] where segments are composed one by one.
 pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/ordered.wgsl");
@@ -89,7 +92,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_disc_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, DISCS, MAPS, STORED, WALK, DISC_CANDIDATE],
+    with: &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_CANDIDATE],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -98,32 +101,40 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_disc_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[DISCS, MAPS, WALK, DISC_CANDIDATE, SUMS],
+    with: &[PLAIN, DISCS, MAPS, WALK, PLAIN_CANDIDATE, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
 
+pub const SPLAT_TILES: KernelDesc = KernelDesc {
+    name: "accumulate_splat_tiles",
+    with: &[IN_ORDER, PLAIN, SPLATS, MAPS, STORED, WALK, PLAIN_CANDIDATE],
+    ..DISC_TILES
+};
+
+pub const SPLAT_SEGMENTS: KernelDesc = KernelDesc {
+    name: "accumulate_splat_segments",
+    with: &[PLAIN, SPLATS, MAPS, WALK, PLAIN_CANDIDATE, SUMS],
+    ..DISC_SEGMENTS
+};
+
 /// Kernels for casters that filter light.
 pub fn kernels(features: Features) -> WalkKernels {
-    let (plain, queued) = (features.is_plain(), features.has(Flags::QUEUED));
     let curves = features.nodes > 0;
     let composed = features.is_composed();
+    let queued = features.has(Flags::QUEUED);
+    let [tiles, segments] = match (curves, features.simple()) {
+        (true, Some(Simple::Discs)) => [&curve::DISC_TILES, &curve::DISC_SEGMENTS],
+        (true, _) => [&curve::TILES, &curve::SEGMENTS],
+        (false, Some(kind)) if queued => llvmpipe::queue_kernels(kind),
+        (false, Some(Simple::Discs)) => [&DISC_TILES, &DISC_SEGMENTS],
+        (false, Some(Simple::Splats)) => [&SPLAT_TILES, &SPLAT_SEGMENTS],
+        (false, None) if composed => [&TILES, &ORDERED],
+        (false, None) => [&TILES, &SEGMENTS],
+    };
     WalkKernels {
-        tiles: match (curves, plain) {
-            (true, true) => &curve::DISC_TILES,
-            (true, false) => &curve::TILES,
-            (false, true) if queued => &llvmpipe::DISC_QUEUE_TILES,
-            (false, true) => &DISC_TILES,
-            (false, false) => &TILES,
-        },
-        segments: match (curves, plain) {
-            (true, true) => &curve::DISC_SEGMENTS,
-            (true, false) => &curve::SEGMENTS,
-            (false, true) if queued => &llvmpipe::DISC_QUEUE_SEGMENTS,
-            (false, true) => &DISC_SEGMENTS,
-            (false, false) if composed => &ORDERED,
-            (false, false) => &SEGMENTS,
-        },
+        tiles,
+        segments,
         overflow: &OVERFLOW,
         resolve: match (curves, composed) {
             (true, _) => &curve::RESOLVE,

@@ -22,17 +22,19 @@ bitflags::bitflags! {
         const HAS_DITHER = 1 << 10;
         /// Some casters are no soft discs of the `filter` transfer.
         const NOT_PLAIN = 1 << 11;
+        /// Some casters are no splats of the `filter` transfer.
+        const NOT_SPLATS = 1 << 33;
         /// Some casters are no opaque triangles without texture or pattern.
         const NOT_SOLID = 1 << 12;
         /// Opaque triangles of a few texels have a kernel of their own.
         const HAS_SMALL = 1 << 13;
-        /// The views are perspective ones; for plain casters only.
+        /// The views are perspective ones; for casters of one simple kind only.
         const PERSPECTIVE = 1 << 14;
-        /// There are opaque casters as well; for plain casters only.
+        /// There are opaque casters as well; for casters of one simple kind only.
         const HAS_OPAQUE = 1 << 15;
-        /// Tiles have many casters; for plain casters only.
+        /// Tiles have many casters; for casters of one simple kind only.
         const DENSE = 1 << 16;
-        /// Discs are collected in a queue; for plain casters only.
+        /// Casters are collected in a queue; for those of one simple kind only.
         const QUEUED = 1 << 17;
         /// Curves are softened.
         const HAS_SOFTENING = 1 << 18;
@@ -75,6 +77,13 @@ pub struct Features {
     pub masks_at_once: u32,
 }
 
+/// Casters that have kernels of their own, where there are no others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Simple {
+    Discs,
+    Splats,
+}
+
 impl Features {
     /// Features of an empty set of casters.
     pub const NONE: Self = Self { flags: Flags::HAS_SHADOWS, nodes: 0, masks_at_once: 1 };
@@ -100,6 +109,15 @@ impl Features {
         !self.has(Flags::NOT_PLAIN)
     }
 
+    /// The only kind of the casters, all of the `filter` transfer.
+    pub fn simple(self) -> Option<Simple> {
+        if self.is_plain() {
+            Some(Simple::Discs)
+        } else {
+            (!self.has(Flags::NOT_SPLATS)).then_some(Simple::Splats)
+        }
+    }
+
     /// Whether segments are composed one by one, and tiny particles are not scattered.
     pub fn is_composed(self) -> bool {
         const COMPOSED: Flags = Flags::HAS_OVER.union(Flags::HAS_VOLUMES).union(Flags::HAS_OWNERS);
@@ -115,15 +133,16 @@ impl Features {
     /// Features for a batch of views: all perspective or none, with opaque casters or without.
     #[must_use]
     pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
-        self.with(Flags::PERSPECTIVE, self.is_plain() && perspective)
-            .with(Flags::HAS_OPAQUE, self.is_plain() && opaque)
+        let is_simple = self.simple().is_some();
+        self.with(Flags::PERSPECTIVE, is_simple && perspective)
+            .with(Flags::HAS_OPAQUE, is_simple && opaque)
     }
 
     /// Features for a way to walk tiles.
     #[must_use]
     pub fn of_walk(self, dense: bool, queued: bool) -> Self {
-        self.with(Flags::DENSE, self.is_plain() && dense)
-            .with(Flags::QUEUED, self.is_plain() && queued)
+        let is_simple = self.simple().is_some();
+        self.with(Flags::DENSE, is_simple && dense).with(Flags::QUEUED, is_simple && queued)
     }
 
     /// Values of the overrides of `wgsl/features.wgsl`, and of flags that no kernel reads.

@@ -1,7 +1,8 @@
 //! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). To do
 //! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
 use super::{
-    accumulate::{DISCS, MAPS},
+    accumulate::{DISCS, MAPS, PLAIN, SPLATS},
+    features::Simple,
     levels::IN_REGISTERS,
     walk::SUMS,
 };
@@ -22,8 +23,8 @@ pub const COLUMNS: [Choice; 4] = [
 ];
 /// Loops over what lies in registers are written out.
 pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
-/// Collects discs until there is one for each lane.
-const QUEUE: Choice = Choice::new("traversal", "llvmpipe/disc_queue.wgsl");
+/// Collects casters until there is one for each lane.
+const QUEUE: Choice = Choice::new("traversal", "llvmpipe/queue.wgsl");
 /// Prefetches maps before they are written.
 const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
@@ -32,7 +33,7 @@ pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_disc_queue_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[INTERLEAVED, DISCS, MAPS, FETCHED, QUEUE],
+    with: &[INTERLEAVED, PLAIN, DISCS, MAPS, FETCHED, QUEUE],
     constants: &[],
     tiers: &[Tier::Native],
 };
@@ -42,7 +43,29 @@ pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_disc_queue_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[DISCS, MAPS, QUEUE, SUMS],
+    with: &[PLAIN, DISCS, MAPS, QUEUE, SUMS],
     constants: &[],
     tiers: &[Tier::Native],
 };
+
+/// Replaces [`SPLAT_TILES`](super::accumulate::SPLAT_TILES) where splats are collected in a queue.
+pub const SPLAT_QUEUE_TILES: KernelDesc = KernelDesc {
+    name: "accumulate_splat_queue_tiles",
+    with: &[INTERLEAVED, PLAIN, SPLATS, MAPS, FETCHED, QUEUE],
+    ..DISC_QUEUE_TILES
+};
+
+/// Replaces [`SPLAT_SEGMENTS`](super::accumulate::SPLAT_SEGMENTS) where splats are collected in a queue.
+pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
+    name: "accumulate_splat_queue_segments",
+    with: &[PLAIN, SPLATS, MAPS, QUEUE, SUMS],
+    ..DISC_QUEUE_SEGMENTS
+};
+
+/// Kernels of tiles and segments that collect casters of a kind.
+pub(super) fn queue_kernels(kind: Simple) -> [&'static KernelDesc; 2] {
+    match kind {
+        Simple::Discs => [&DISC_QUEUE_TILES, &DISC_QUEUE_SEGMENTS],
+        Simple::Splats => [&SPLAT_QUEUE_TILES, &SPLAT_QUEUE_SEGMENTS],
+    }
+}

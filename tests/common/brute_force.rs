@@ -2,7 +2,7 @@
 //! with the crate's, and uses no tricks.
 use super::{compare::ExpectedTexel, gaussian_truth, grid_truth, strand_truth};
 use gobo::{
-    glam::{DVec2, DVec3, DVec4, Vec2, Vec3},
+    glam::{DMat3, DVec2, DVec3, DVec4, Vec2, Vec3},
     model::{
         Brick, Gaussian, Grid, LightKind, Material, Particle, Profile, Shape, Strand, Texture,
         Transfer, Triangle, View,
@@ -38,6 +38,8 @@ struct Eye {
     size: DVec2,
     near: f64,
     far: f64,
+    /// The scene's, as it sees them.
+    gaussians: Vec<gaussian_truth::Seen>,
 }
 
 /// Ray from the eye's plane (parallel: from the near plane); `way` advances 1 m along the axis.
@@ -88,6 +90,7 @@ impl Eye {
             size,
             near: f64::from(view.near),
             far: f64::from(view.far),
+            gaussians: Vec::new(),
         }
     }
 
@@ -128,9 +131,34 @@ impl Eye {
     }
 }
 
+/// Cosine to a perspective view's axis up to which a Gaussian is beside it and stays as it is.
+const BESIDE: f64 = 0.05;
+
+/// A Gaussian as the view's rays meet it: no smaller than a texel.
+fn seen_by(eye: &Eye, gaussian: &Gaussian) -> gaussian_truth::Seen {
+    let to_eye = DMat3::from_cols(eye.right, -eye.up, eye.forward).transpose();
+    let center = to_eye * (f64s(gaussian.center) - eye.position);
+    if !eye.parallel && center.z <= BESIDE * center.length() {
+        return gaussian_truth::Seen::whole(gaussian);
+    }
+    // About the centre: x and y over the distance along the axis.
+    let (per_metre, slope) = if eye.parallel {
+        (eye.scale, DVec2::ZERO)
+    } else {
+        (eye.scale / center.z, center.truncate() / center.z)
+    };
+    let project = DMat3::from_cols(
+        DVec3::X * per_metre,
+        DVec3::Y * per_metre,
+        (-slope * per_metre).extend(1.0),
+    );
+    gaussian_truth::Seen::widened(gaussian, project * to_eye, std::f64::consts::FRAC_1_SQRT_2)
+}
+
 /// Expected maps of `view`.
 pub(crate) fn render(scene: &Scene, view: &View) -> Vec<ExpectedTexel> {
-    let eye = Eye::new(scene, view);
+    let mut eye = Eye::new(scene, view);
+    eye.gaussians = scene.gaussians.iter().map(|gaussian| seen_by(&eye, gaussian)).collect();
     let count = view.size.x * view.size.y;
     let texel = |i: u32| {
         let at = DVec2::new(f64::from(i % view.size.x), f64::from(i / view.size.x));
@@ -150,10 +178,10 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
                 visit(meet_particle(scene, eye, ray, particle, material, end));
             }
         }
-        for gaussian in &scene.gaussians {
+        for (gaussian, seen) in scene.gaussians.iter().zip(&eye.gaussians) {
             let material = material_of(gaussian.material);
             if material.transfer.is_opaque() == opaque {
-                visit(meet_gaussian(eye, ray, gaussian, material, end));
+                visit(meet_gaussian(eye, ray, gaussian, seen, material, end));
             }
         }
         for triangle in &scene.triangles {
@@ -289,11 +317,12 @@ fn meet_gaussian(
     eye: &Eye,
     ray: &Ray,
     gaussian: &Gaussian,
+    seen: &gaussian_truth::Seen,
     material: &Material,
     opaque_depth: f64,
 ) -> Met {
     let ends = [eye.ways(0.0), eye.ways(opaque_depth.min(1.0))];
-    let met = gaussian_truth::meet(gaussian, material, ray.start, ray.way, ends);
+    let met = gaussian_truth::meet(seen, gaussian, material, ray.start, ray.way, ends);
     let color = gaussian.color.as_dvec3() * material.tint.truncate().as_dvec3();
     let color = if material.neutral { DVec3::ZERO } else { color };
     let mut hit = optics(material, met.alpha, color, eye.depth(met.t));

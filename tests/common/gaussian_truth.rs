@@ -18,17 +18,53 @@ pub(crate) struct Meeting {
     pub(crate) deviation: f64,
 }
 
+/// A Gaussian as a view sees it.
+pub(crate) struct Seen {
+    center: DVec3,
+    /// From the world to its own space.
+    own: DMat3,
+    /// Its alpha is multiplied by it.
+    thin: f64,
+}
+
+impl Seen {
+    /// As it is.
+    pub(crate) fn whole(gaussian: &Gaussian) -> Self {
+        let rotation = DMat3::from_quat(gaussian.rotation.as_dquat().normalize());
+        let own = DMat3::from_diagonal(gaussian.sigma.as_dvec3().recip()) * rotation.transpose();
+        Self { center: gaussian.center.as_dvec3(), own, thin: 1.0 }
+    }
+
+    /// Widened across the ray to its centre until no principal deviation of its projection is below `least`, and
+    /// thinned by the ratio of the areas. `to_map`: from the world to a place in texels and a distance along the axis;
+    /// linear about the centre, where the projection is taken.
+    pub(crate) fn widened(gaussian: &Gaussian, to_map: DMat3, least: f64) -> Self {
+        let Self { center, own, .. } = Self::whole(gaussian);
+        let axes = to_map * own.inverse();
+        let [x, y] = [0, 1].map(|i| axes.row(i));
+        // Principal directions in the map, by the angle of its covariance.
+        let angle = 0.5 * (2.0 * x.dot(y)).atan2(x.dot(x) - y.dot(y));
+        let (sin, cos) = angle.sin_cos();
+        let turned = [x * cos + y * sin, y * cos - x * sin];
+        let grown = turned.map(|axis| axis * (least / axis.length()).max(1.0));
+        let [a, b] = grown;
+        let rows = [a * cos - b * sin, a * sin + b * cos, axes.row(2)];
+        let thin = turned[0].length() * turned[1].length() / (a.length() * b.length());
+        let own = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose().inverse() * to_map;
+        Self { center, own, thin }
+    }
+}
+
 /// `ends`: where the ray begins and ends.
 pub(crate) fn meet(
+    seen: &Seen,
     gaussian: &Gaussian,
     material: &Material,
     start: DVec3,
     way: DVec3,
     ends: [f64; 2],
 ) -> Meeting {
-    let rotation = DMat3::from_quat(gaussian.rotation.as_dquat().normalize());
-    let own = |v: DVec3| rotation.transpose() * v / gaussian.sigma.as_dvec3();
-    let (from, along) = (own(start - gaussian.center.as_dvec3()), own(way));
+    let (from, along) = (seen.own * (start - seen.center), seen.own * way);
     let share = |t: f64| (-0.5 * (from + along * t).length_squared()).exp();
     let t = -from.dot(along) / along.length_squared();
     let opacity = f64::from(gaussian.opacity * material.tint.w);
@@ -41,9 +77,9 @@ pub(crate) fn meet(
             }
             let (low, high) = (low.max(ends[0]), high.min(ends[1]));
             let tau = f64::from(density) * opacity * way.length() * simpson(low, high, share);
-            Meeting { alpha: 1.0 - (-tau).exp(), t, deviation }
+            Meeting { alpha: seen.thin * (1.0 - (-tau).exp()), t, deviation }
         }
-        _ => Meeting { alpha: opacity * share(t), t, deviation: 0.0 },
+        _ => Meeting { alpha: seen.thin * opacity * share(t), t, deviation: 0.0 },
     }
 }
 

@@ -1,6 +1,6 @@
 //! Gaussians in depth: curves against the transmittance in front of each receiver, in 64 bits.
 use super::gaussians::{all_maps, kinds, lit_by, medium, splats};
-use crate::common::gaussian_truth::meet;
+use crate::common::gaussian_truth::{Seen, meet};
 use gobo::{
     glam::{DVec3, Vec3},
     internals::{records::ViewMaps, reference::curve::light_at, view::shadow_views},
@@ -32,7 +32,7 @@ fn passed(scene: &Scene, view: &View, texel: [u32; 2], depth: f64) -> DVec3 {
     let end = near + depth * (far - near);
     scene.gaussians.iter().fold(DVec3::ONE, |light, gaussian| {
         let material = &scene.materials[gaussian.material as usize];
-        let met = meet(gaussian, material, start, way, [near, end]);
+        let met = meet(&Seen::whole(gaussian), gaussian, material, start, way, [near, end]);
         let is_passed = met.deviation > 0.0 || (met.t >= near && met.t < end);
         let alpha = if is_passed { met.alpha } else { 0.0 };
         light * (DVec3::ONE - alpha * (DVec3::ONE - gaussian.color.as_dvec3()))

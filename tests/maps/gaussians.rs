@@ -13,7 +13,7 @@ use gobo::{
     scene::Scene,
 };
 
-/// What ends beyond the last 2048th of each, and 16-bit colours; depths in 32 bits.
+/// What ends beyond the last 8192th of each, and 16-bit colours; depths in 32 bits.
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.02 };
 /// A medium's thickness is stored in 16 bits.
 const OF_MEDIA: Tolerance = Tolerance { undecided: 0.1, ..TOLERANCE };

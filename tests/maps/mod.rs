@@ -14,6 +14,7 @@ mod dither_maps;
 mod extremes;
 mod faint;
 mod forms;
+mod gaussian_crowds;
 mod gaussian_curves;
 mod gaussian_modes;
 mod gaussians;

@@ -193,3 +193,40 @@ fn the_other_tables_name_the_right_one() {
         2
     );
 }
+
+/// Alone, a medium that hardly shows is made denser, to an optical depth of 4 from top to bottom, which is said; in a
+/// table it is as dense as it is.
+#[test]
+fn a_thin_medium_alone_is_made_to_show() {
+    let columns = "x y z albedo_0 albedo_1 albedo_2 sigma_t_0 scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3";
+    let properties: String =
+        columns.split(' ').map(|name| format!("property float {name}\n")).collect();
+    let log = 0.1f64.ln();
+    let file = |integral: f64| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 1\n{properties}end_header\n\
+             0 0 0 0.9 0.9 0.9 {integral} {log} {log} {log} 1 0 0 0\n"
+        )
+    };
+    let density = |scene: &Scene| match scene.materials[0].gaussian {
+        GaussianOpacity::Medium { density } => f64::from(density),
+        other => panic!("{other:?}"),
+    };
+    let volume = std::f64::consts::TAU.powf(1.5) * 1e-3;
+    let folder = Folder::new();
+    for (integral, is_denser) in [(0.002, true), (20.0, false)] {
+        let own = integral / volume;
+        let alone = scene::load(&folder.write("a.ply", file(integral))).unwrap();
+        let table = scene::load(&folder.write("t.toml", "[[splats]]\nfile = 'a.ply'\n")).unwrap();
+        assert!((density(&table) / own - 1.0).abs() < 1e-5);
+        // A Gaussian's shadow along y: its integral over 4 pi times the product of its deviations, on its mean.
+        let thickness = density(&alone) * volume / (2.0 * std::f64::consts::TAU * 0.01);
+        let wanted = if is_denser {
+            4.0
+        } else {
+            density(&table) * volume / (2.0 * std::f64::consts::TAU * 0.01)
+        };
+        assert!((thickness / wanted - 1.0).abs() < 1e-3, "{thickness} instead of {wanted}");
+        assert_eq!(alone.notes.iter().any(|note| note.contains("times as dense")), is_denser);
+    }
+}

@@ -1,5 +1,8 @@
 //! Tiles of Gaussians: none that a texel of theirs is in is missed, and few others are listed.
-use crate::common::{gaussian_truth::meet, scenes::Chance};
+use crate::common::{
+    gaussian_truth::{Seen, meet},
+    scenes::Chance,
+};
 use gobo::{
     glam::{DMat3, DVec2, DVec3, Mat4, Quat, UVec2, Vec2, Vec3},
     internals::{
@@ -228,7 +231,8 @@ fn shadows_in_64_bits_are_those_of_the_definition() {
                 } else {
                     (DVec3::new(right, up, 0.0), DVec3::NEG_Z)
                 };
-                let meeting = meet(&gaussian, &material, start, way, [0.0, 1e9]);
+                let meeting =
+                    meet(&Seen::whole(&gaussian), &gaussian, &material, start, way, [0.0, 1e9]);
                 let share = -2.0 * (meeting.alpha / f64::from(gaussian.opacity)).ln() / squared;
                 if meeting.t > 0.0 && (share - 1.0).abs() > 1e-6 {
                     assert_eq!(shadow.is_met(x, y), share < 1.0, "{gaussian:?} at {x}, {y}");

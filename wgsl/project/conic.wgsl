@@ -25,7 +25,7 @@ struct Placed {
 // Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends.
 // Rust: src/model/gaussian.rs.
 fn reach_squared(opacity: f32) -> f32 {
-    return min(2.0 * log(max(opacity * 2048.0, 256.0)), 64.0);
+    return min(2.0 * log(max(opacity * 8192.0, 256.0)), 64.0);
 }
 
 // A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis

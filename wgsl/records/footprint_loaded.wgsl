@@ -11,8 +11,3 @@ fn load_footprint(id: u32) -> Footprint {
         textureLoad(footprints, record_texel(at + 1u), 0),
     );
 }
-
-// Its first texel: centre, radius and depth.
-fn load_place(id: u32) -> vec4<f32> {
-    return bitcast<vec4<f32>>(textureLoad(footprints, record_texel(id * FOOTPRINT_TEXELS), 0));
-}

@@ -14,6 +14,12 @@ pub(crate) struct BenchArguments {
     /// Opacity of the casters
     #[arg(long, value_delimiter = ',', value_parser = opacity, default_value = "0.02")]
     pub(super) opacity: Vec<f32>,
+    /// Kind of the casters; the diameter of a splat is that of its longest axis, to where it ends
+    #[arg(long, default_value = "disc", conflicts_with = "occlude")]
+    pub(super) shape: ShapeName,
+    /// The splats of a file instead, scaled to fill the map
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "occlude", "casters", "footprint", "opacity", "cases", "layout"])]
+    pub(super) splats: Option<PathBuf>,
     /// Single cases instead of every combination of the three above; opacity 0.02 where not given
     #[arg(
         long = "case",
@@ -41,7 +47,7 @@ pub(crate) struct BenchArguments {
     pub(super) occlude: bool,
     /// Shadow masks of pictures at 1280 x 720 and 1920 x 1080 instead, beside PCF of 5 x 5 in shading; of 1, 4,
     /// 16 and 64 lights where --lights is not given
-    #[arg(long, conflicts_with_all = ["vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size", "receiver", "pair_budget", "html"])]
+    #[arg(long, conflicts_with_all = ["vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size", "receiver", "pair_budget", "html", "shape", "splats"])]
     pub(super) stage: Option<StageName>,
     /// What the maps hold: nearest depth and filter, or curves as well
     #[arg(long, default_value = "nearest", conflicts_with_all = ["vs", "occlude"])]
@@ -91,6 +97,18 @@ pub(super) enum Layout {
     Corner,
     /// All centred in one tile
     Tile,
+    /// As in a file
+    #[value(skip)]
+    File,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ShapeName {
+    /// Soft discs
+    Disc,
+    /// Splats, up to four times as long as thick
+    Gaussian,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -110,6 +128,17 @@ impl Layout {
             Self::Spread => "spread",
             Self::Corner => "corner",
             Self::Tile => "tile",
+            Self::File => "file",
+        }
+    }
+}
+
+impl ShapeName {
+    /// What its casters are called.
+    pub(super) fn plural(self) -> &'static str {
+        match self {
+            Self::Disc => "discs",
+            Self::Gaussian => "splats",
         }
     }
 }

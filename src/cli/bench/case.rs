@@ -1,8 +1,14 @@
-//! The scenes of the benchmark: soft discs in a cube, seen along its axes.
-use super::arguments::{BenchArguments, Layout, OneCase};
+//! The scenes of the benchmark: soft discs or splats in a cube, seen along its axes.
+use super::{
+    arguments::{BenchArguments, Layout, OneCase, ShapeName},
+    raster::Inputs,
+};
 use gobo::{
-    glam::{Mat3, Mat4, UVec2, Vec2, Vec3, Vec4},
-    model::{Material, Part, Particle, Projection, TILE_SIZE, Triangle, View},
+    glam::{Mat3, Mat4, Quat, UVec2, Vec2, Vec3, Vec4},
+    model::{
+        Gaussian, Material, Part, Particle, Projection, Shape, TILE_SIZE, Triangle, View,
+        reach_squared,
+    },
     scene::generate::Chance,
 };
 use std::ops::Range;
@@ -10,6 +16,7 @@ use std::ops::Range;
 /// A case: one row of the results.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Case {
+    pub(super) shape: ShapeName,
     pub(super) casters: u32,
     /// Mean diameter [texels].
     pub(super) footprint: f32,
@@ -36,12 +43,13 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     } else {
         arguments.cases.clone()
     };
+    let shape = arguments.shape;
     let mut cases = Vec::new();
     for &size in &arguments.size {
         for &lights in &arguments.lights {
             for &layout in &arguments.layout {
                 for &OneCase { casters, footprint, opacity } in &each {
-                    cases.push(Case { casters, footprint, opacity, layout, lights, size });
+                    cases.push(Case { shape, casters, footprint, opacity, layout, lights, size });
                 }
             }
         }
@@ -49,7 +57,79 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     cases
 }
 
+/// Share of a file's splats whose centres are within the map, along each axis.
+const WITHIN: f64 = 0.98;
+
+/// Cases of a file's splats, which are moved and scaled until most of them are in the cube.
+pub(super) fn cases_of_file(arguments: &BenchArguments, splats: &mut [Gaussian]) -> Vec<Case> {
+    let middle_and_size = |axis: usize, splats: &[Gaussian]| {
+        let mut places: Vec<f32> = splats.iter().map(|splat| splat.center[axis]).collect();
+        places.sort_by(f32::total_cmp);
+        let cut = (places.len() as f64 * 0.5 * (1.0 - WITHIN)) as usize;
+        let [low, high] = [places[cut], places[places.len() - 1 - cut]];
+        (0.5 * (low + high), high - low)
+    };
+    let [x, y, z] = [0, 1, 2].map(|axis| middle_and_size(axis, splats));
+    let middle = Vec3::new(x.0, y.0, z.0);
+    let scale = 2.0 / x.1.max(y.1).max(z.1).max(f32::MIN_POSITIVE);
+    let (mut diameters, mut opacities) = (0.0, 0.0);
+    for splat in splats.iter_mut() {
+        splat.center = (splat.center - middle) * scale;
+        splat.sigma *= scale;
+        splat.material = 0;
+        // The map is 2 m wide.
+        diameters += f64::from(splat.sigma.max_element() * reach_squared(splat.opacity).sqrt());
+        opacities += f64::from(splat.opacity);
+    }
+    let mean = |sum: f64| (sum / splats.len() as f64 * 1e2).round() as f32 / 1e2;
+    let mut cases = Vec::new();
+    for &size in &arguments.size {
+        for &lights in &arguments.lights {
+            cases.push(Case {
+                shape: ShapeName::Gaussian,
+                casters: splats.len() as u32,
+                footprint: mean(diameters * f64::from(size)),
+                opacity: mean(opacities),
+                layout: Layout::File,
+                lights,
+                size,
+            });
+        }
+    }
+    cases
+}
+
 impl Case {
+    /// Casters of the case's own making.
+    pub(super) fn inputs(&self) -> Inputs {
+        match self.shape {
+            ShapeName::Disc => Inputs::Discs(self.particles(0..self.casters)),
+            ShapeName::Gaussian => Inputs::Splats(self.splats()),
+        }
+    }
+
+    /// Splats in the places of the discs.
+    fn splats(&self) -> Vec<Gaussian> {
+        let mut chance = Chance::new(9);
+        let one = |disc: Particle| {
+            let long = disc.radius / reach_squared(self.opacity).sqrt();
+            let axis = Vec3::from_array(std::array::from_fn(|_| chance.within(-1.0, 1.0)));
+            Gaussian {
+                center: disc.center,
+                rotation: Quat::from_axis_angle(
+                    axis.normalize_or(Vec3::X),
+                    chance.within(0.0, std::f32::consts::PI),
+                ),
+                sigma: long * Vec3::new(1.0, chance.within(0.25, 1.0), chance.within(0.25, 1.0)),
+                color: disc.color.truncate(),
+                opacity: self.opacity,
+                material: 0,
+                id: disc.id,
+            }
+        };
+        self.particles(0..self.casters).into_iter().map(one).collect()
+    }
+
     /// Particles of these numbers, of the default material: soft discs with the `filter` transfer.
     pub(super) fn particles(&self, numbers: Range<u32>) -> Vec<Particle> {
         /// Random numbers of a particle.
@@ -59,7 +139,7 @@ impl Case {
         let texel = 2.0 / self.size as f32; // [m]
         let tile = TILE_SIZE as f32 * texel;
         let (low, high) = match self.layout {
-            Layout::Spread => (Vec3::NEG_ONE, Vec3::ONE),
+            Layout::Spread | Layout::File => (Vec3::NEG_ONE, Vec3::ONE),
             Layout::Corner => (Vec3::NEG_ONE, Vec3::splat(-0.5)),
             Layout::Tile => {
                 let first = (self.size / TILE_SIZE / 2) as f32 * tile - 1.0;
@@ -95,8 +175,13 @@ impl Case {
         (0..self.casters).map(one).collect()
     }
 
-    pub(super) fn material() -> Material {
-        Material::default()
+    /// The default one of the shape, with the `filter` transfer.
+    pub(super) fn material(&self) -> Material {
+        let shape = match self.shape {
+            ShapeName::Disc => Shape::Disc,
+            ShapeName::Gaussian => Shape::Gaussian,
+        };
+        Material { shape, ..Material::default() }
     }
 
     /// Views along the axes of the cube in turn; along the first one only if the casters are in one tile,

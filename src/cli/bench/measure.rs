@@ -4,8 +4,8 @@ use super::{
     check::check,
     clock::Clock,
     raster::{
-        Geometry, Precision, Raster, Recipe,
-        agree::{Difference, Map, Rounding, agree, layers},
+        Geometry, Inputs, Precision, Raster, Recipe,
+        agree::{Difference, Map, Rounding, agree},
     },
 };
 use crate::cli::{failure::Failure, render::as_map};
@@ -15,7 +15,7 @@ use gobo::{
         gpu::{Gpu, Timeline},
         shadows::Config,
     },
-    model::{Casters, Particle, View},
+    model::{Casters, View},
     wgpu,
 };
 use half::f16;
@@ -95,10 +95,10 @@ pub(super) struct Held {
     pub(super) difference_float: Option<Difference>,
 }
 
-/// Inputs of both paths.
+/// What both paths render.
 struct Scene<'a> {
     case: Case,
-    particles: &'a [Particle],
+    inputs: &'a Inputs,
     views: &'a [View],
 }
 
@@ -127,22 +127,29 @@ impl Bench {
         self.settings = ShadowSettings { receiver: Receiver::Curve, nodes, ..self.settings };
     }
 
-    pub(super) fn run(&mut self, case: Case, with_raster: bool) -> Result<Row, Failure> {
-        let (particles, views) = (case.particles(0..case.casters), case.views());
-        let materials = [Case::material()];
-        let casters =
-            Casters { particles: &particles, materials: &materials, ..Casters::default() };
+    pub(super) fn run(
+        &mut self,
+        case: Case,
+        inputs: &Inputs,
+        with_raster: bool,
+    ) -> Result<Row, Failure> {
+        let (views, materials) = (case.views(), [case.material()]);
+        let mut casters = Casters { materials: &materials, ..Casters::default() };
+        match inputs {
+            Inputs::Discs(discs) => casters.particles = discs,
+            Inputs::Splats(splats) => casters.gaussians = splats,
+        }
         let prepared = self.prepare(&casters, &views)?;
         let maps = self.read(&prepared, &case)?;
         for (light, (map, view)) in maps.iter().zip(&views).enumerate() {
-            check(map, &particles, view).map_err(|wrong| {
+            check(map, inputs, view).map_err(|wrong| {
                 Failure::Wrong(format!(
                     "{case}: the compute map of light {light} is wrong: {wrong}"
                 ))
             })?;
         }
-        let scene = Scene { case, particles: &particles, views: &views };
-        let raster = with_raster.then(|| self.raster(&particles, &views)).transpose()?;
+        let scene = Scene { case, inputs, views: &views };
+        let raster = with_raster.then(|| self.raster(inputs, &views)).transpose()?;
         let held = raster.as_ref().map(|raster| self.hold(&scene, raster, &maps)).transpose()?;
         drop(maps);
 
@@ -272,10 +279,10 @@ impl Bench {
     }
 
     /// Baseline with the faster geometry.
-    fn raster(&self, particles: &[Particle], views: &[View]) -> Result<Raster, Failure> {
+    fn raster(&self, inputs: &Inputs, views: &[View]) -> Result<Raster, Failure> {
         let mut best: Option<(f64, Raster)> = None;
         for geometry in [Geometry::Instances, Geometry::Indexed] {
-            let raster = Raster::new(&self.gpu, geometry, Precision::Half, particles, views);
+            let raster = Raster::new(&self.gpu, geometry, Precision::Half, inputs, views);
             let mut ms = f64::INFINITY;
             for _ in 0..GEOMETRY_TRIES {
                 let record = |encoder: &mut _| raster.record(encoder, Recipe::OnePass);
@@ -299,9 +306,9 @@ impl Bench {
         };
         let mut held = Held { difference: Difference::default(), difference_float: None };
         if self.gpu.has(wgpu::Features::FLOAT32_BLENDABLE) {
-            let Scene { particles, views, .. } = scene;
+            let Scene { inputs, views, .. } = scene;
             let geometry = raster.geometry();
-            let exact = Raster::new(&self.gpu, geometry, Precision::Float, particles, views);
+            let exact = Raster::new(&self.gpu, geometry, Precision::Float, inputs, views);
             self.clock.time(&self.gpu, |encoder| exact.record(encoder, Recipe::OnePass))?;
             let mut largest = Difference::default();
             let theirs = exact.read(&self.gpu, Recipe::OnePass)?;
@@ -312,7 +319,7 @@ impl Bench {
             }
             held.difference_float = Some(largest);
         }
-        let layers: Vec<_> = scene.views.iter().map(|view| layers(scene.particles, view)).collect();
+        let layers: Vec<_> = scene.views.iter().map(|view| scene.inputs.layers(view)).collect();
         for recipe in [Recipe::OnePass, Recipe::TwoPass] {
             self.clock.time(&self.gpu, |encoder| raster.record(encoder, recipe))?;
             let theirs = raster.read(&self.gpu, recipe)?;

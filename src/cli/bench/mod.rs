@@ -16,9 +16,10 @@ mod raster;
 pub(crate) use arguments::BenchArguments;
 
 use super::{failure::Failure, files};
-use arguments::{MAX_LIST, ReceiverName};
+use arguments::{MAX_LIST, ReceiverName, ShapeName};
 use gobo::internals::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
+use raster::Inputs;
 use report::Report;
 
 /// Least opacity beside the raster pipeline.
@@ -41,9 +42,20 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     if arguments.receiver == ReceiverName::Curve {
         bench.set_nodes(arguments.nodes);
     }
-    let mut report = Report::new(&bench, arguments.occlude);
+    let mut report = Report::new(&bench, arguments);
     files::print(&report.heading())?;
-    for case in case::cases(arguments) {
+    let (cases, of_file) = match &arguments.splats {
+        Some(path) => {
+            let mut splats = gobo::scene::load(path)?.gaussians;
+            if splats.is_empty() {
+                let help = "name a file of splats, such as a .ply, .spz or .sog";
+                return Err(Failure::refused(path, "holds no splats", help));
+            }
+            (case::cases_of_file(arguments, &mut splats), Some(Inputs::Splats(splats)))
+        }
+        None => (case::cases(arguments), None),
+    };
+    for case in cases {
         if arguments.vs.is_some() && case.opacity < MIN_RASTER_OPACITY {
             let message = format!(
                 "{case}: fp16 products of the raster pipeline do not change at all below an opacity of {MIN_RASTER_OPACITY}: leave --vs out"
@@ -53,10 +65,11 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
         let row = if case.casters > MAX_LIST {
             if arguments.vs.is_some()
                 || arguments.occlude
+                || case.shape != ShapeName::Disc
                 || arguments.receiver != ReceiverName::Nearest
             {
                 let message = format!(
-                    "{case}: more than {MAX_LIST} casters are measured without --vs, --occlude and curves"
+                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, --occlude and curves"
                 );
                 return Err(Failure::Usage(message));
             }
@@ -64,7 +77,8 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
         } else if arguments.occlude {
             bench.run_occlude(case)?
         } else {
-            bench.run(case, arguments.vs.is_some())?
+            let inputs = of_file.clone().unwrap_or_else(|| case.inputs());
+            bench.run(case, &inputs, arguments.vs.is_some())?
         };
         files::print(&report::line(&row))?;
         report.rows.push(row);

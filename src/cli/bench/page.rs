@@ -45,8 +45,9 @@ fn escape(text: &str) -> String {
 /// Name of a line of the first plot: the parameters that are constant along it.
 fn series(row: &Row) -> String {
     let case = &row.case;
-    let Case { footprint, opacity, layout, .. } = case;
-    let mut name = format!("{footprint} texels, opacity {opacity}, {}", layout.name());
+    let Case { shape, footprint, opacity, layout, .. } = case;
+    let (plural, layout) = (shape.plural(), layout.name());
+    let mut name = format!("{plural} of {footprint} texels, opacity {opacity}, {layout}");
     if case.lights > 1 {
         let _ = write!(name, ", {} lights", case.lights);
     }

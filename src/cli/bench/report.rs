@@ -1,5 +1,6 @@
 //! Results as a table for people and as JSON for scripts.
 use super::{
+    arguments::{BenchArguments, ShapeName},
     case::Case,
     measure::{Bench, Row},
 };
@@ -15,13 +16,13 @@ pub(super) struct Report {
     reason: String,
     /// `wall` [submit to done] or `timestamps`.
     pub(super) clock: &'static str,
-    /// Kind of the casters: `particles`, or opaque `triangles`.
+    /// Kind of the casters: `particles`, `splats`, or opaque `triangles`.
     casters: &'static str,
     pub(super) rows: Vec<Row>,
 }
 
 impl Report {
-    pub(super) fn new(bench: &Bench, occlude: bool) -> Self {
+    pub(super) fn new(bench: &Bench, arguments: &BenchArguments) -> Self {
         let gpu = &bench.gpu;
         Self {
             version: env!("CARGO_PKG_VERSION"),
@@ -30,7 +31,12 @@ impl Report {
             tier: gpu.tier.name(),
             reason: gpu.tier_reason.clone(),
             clock: bench.clock.name(),
-            casters: if occlude { "triangles" } else { "particles" },
+            casters: match arguments.shape {
+                _ if arguments.occlude => "triangles",
+                _ if arguments.splats.is_some() => "splats",
+                ShapeName::Gaussian => "splats",
+                ShapeName::Disc => "particles",
+            },
             rows: Vec::new(),
         }
     }
@@ -61,7 +67,7 @@ impl Report {
 
 /// A row of the table, and below it the stages.
 pub(super) fn line(row: &Row) -> String {
-    let Case { casters, footprint, opacity, layout, lights, size } = row.case;
+    let Case { casters, footprint, opacity, layout, lights, size, .. } = row.case;
     let times = |median: f64, min: f64, max: f64| format!("{median:.2} ({min:.2}..{max:.2})");
     let compute = times(row.compute_ms, row.compute_min, row.compute_max);
     let mut line = format!(
@@ -103,12 +109,13 @@ pub(super) fn short(count: u32) -> String {
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { casters, footprint, opacity, layout, lights, size } = self;
+        let Self { shape, casters, footprint, opacity, layout, lights, size } = self;
         let (casters, layout) = (short(*casters), layout.name());
         write!(
             f,
-            "{casters} casters of {footprint} texels, opacity {opacity}, {layout}, {lights} lights, \
-             size {size}"
+            "{casters} {} of {footprint} texels, opacity {opacity}, {layout}, {lights} lights, \
+             size {size}",
+            shape.plural()
         )
     }
 }

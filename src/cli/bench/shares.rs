@@ -23,7 +23,7 @@ pub(super) const SHARE: u32 = 1 << 22;
 /// Makes the map of each light of a case, and times all of it, with the making of the casters.
 pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     let gpu = &bench.gpu;
-    let (views, materials) = (case.views(), [Case::material()]);
+    let (views, materials) = (case.views(), [case.material()]);
     let mut config = Config::new(gpu.tier, &gpu.adapter);
     config.toggles.sums = true;
     let mut shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;

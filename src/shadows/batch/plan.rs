@@ -236,7 +236,7 @@ impl Plan {
         let features = if *list == Class::SOLID {
             features.of_views(false, false)
         } else {
-            features.with(Flags::NOT_PLAIN, true)
+            features.with(Flags::NOT_PLAIN | Flags::NOT_SPLATS, true)
         };
         let bound = bound(casters, &[&visible], &[view], |group, _| list.contains(&group.class));
         let camera = true;

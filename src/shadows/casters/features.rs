@@ -7,6 +7,9 @@ use crate::{
     stage::features::{Features, Flags},
 };
 
+/// Casters that may have no kernels of their own.
+const NOT_SIMPLE: Flags = Flags::NOT_PLAIN.union(Flags::NOT_SPLATS);
+
 pub(super) fn features_of(
     particles: &[Particle],
     gaussians: &[Gaussian],
@@ -31,7 +34,7 @@ pub(super) fn features_of(
     }
     let owners = asks_for_owners(materials);
     for features in features.iter_mut().filter(|_| owners) {
-        features.flags |= Flags::HAS_OWNERS | Flags::NOT_PLAIN;
+        features.flags |= Flags::HAS_OWNERS | NOT_SIMPLE;
     }
     features
 }
@@ -46,7 +49,7 @@ pub(super) fn add_host_features(
     for grid in inputs.grids {
         let material = &materials[grid.grid.material as usize];
         add_features(features, material, true);
-        add(&mut features[Class::of(material) as usize], [(Flags::NOT_PLAIN, owners)]);
+        add(&mut features[Class::of(material) as usize], [(NOT_SIMPLE, owners)]);
     }
     for set in inputs.casters.iter().filter(|set| set.count.capacity() > 0) {
         for material in set.materials.iter().map(|&index| &materials[index as usize]) {
@@ -54,7 +57,7 @@ pub(super) fn add_host_features(
             let faintest = material.opacity(set.least_alpha);
             let features = &mut features[Class::of(material) as usize];
             let is_faint = faintest < FAINTEST && !material.transfer.is_opaque();
-            add(features, [(Flags::FAINT, is_faint), (Flags::NOT_PLAIN, owners)]);
+            add(features, [(Flags::FAINT, is_faint), (NOT_SIMPLE, owners)]);
         }
     }
 }
@@ -70,7 +73,7 @@ pub(super) fn add_emitted_features(
     add_features(features, material, true);
     add_opacity(features, material, least_alpha);
     let owners = asks_for_owners(materials);
-    add(&mut features[Class::of(material) as usize], [(Flags::NOT_PLAIN, owners)]);
+    add(&mut features[Class::of(material) as usize], [(NOT_SIMPLE, owners)]);
 }
 
 /// Whether some receiver is tinted by all casters except its own object's.
@@ -106,6 +109,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
             (Flags::HAS_VOLUMES, !is_particle && material.is_volume()),
             (Flags::NOT_SOLID, !is_solid),
             (Flags::NOT_PLAIN, !(is_particle && material.is_plain_disc())),
+            (Flags::NOT_SPLATS, !(is_particle && material.is_plain_splat())),
         ],
     );
 }

@@ -47,7 +47,7 @@ fn splat_reach(ray: vec3<f32>, texel: f32, rotation: vec4<f32>, sigma: vec3<f32>
     let slope = vec2(dot(cross(along, y), normal), dot(cross(x, along), normal)) / area;
     let thickness = dot(along, normal);
     let tilt = sqrt(max(dot(along, along) - thickness * thickness / area, 0.0));
-    let reach = sqrt(min(2.0 * log(max(opacity * 2048.0, 256.0)), 64.0)); // [standard deviations]
+    let reach = sqrt(min(2.0 * log(max(opacity * 8192.0, 256.0)), 64.0)); // [standard deviations]
     // A needle along the ray has no area.
     return select(reach * length(along), min(reach * tilt, length(slope) * SPLAT_TAPS * texel), area > 0.0);
 }

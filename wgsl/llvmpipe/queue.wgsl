@@ -1,34 +1,33 @@
-// Walks a tile's soft discs like wgsl/traversal/subgroup.wgsl, for subgroups of eight lanes on a software
+// Walks a tile's soft discs, or splats, like wgsl/traversal/subgroup.wgsl, for subgroups of eight lanes on a software
 // adapter, where branches, reductions and writes within loops are expensive and lanes are neighbours in a
-// row. In crowded tiles the discs that touch the subgroup's block are collected in a queue; eight at a time
+// row. In crowded tiles the casters that touch the subgroup's block are collected in a queue; eight at a time
 // are multiplied in, with no branch in between. CPU reference: src/reference/accumulate.rs.
 
 import choice::accumulator::ROWS;
-import package::accumulator::discs::{corner, seeks, settled, visit_disc};
+import package::accumulator::plain::{corner, seeks, settled, visit_plain};
 import package::bind::loaded::pairs;
-import package::bind::sampled::footprints;
-import package::hit::disc::{Disc, broadcast_disc, disc_touches, prepare_disc};
 import package::records::footprint::{footprint_key, key_depth};
-import package::records::footprint_loaded::{load_footprint, load_place};
+import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::subgroup_block::Block;
+import choice::plain::{Plain, broadcast, plain_touches, prepare};
 
-// Tiles have many discs.
+// Tiles have many casters.
 override DENSE: bool = true;
 
 const QUEUE: u32 = 8u; // lanes of the subgroup
 
 struct Queue {
-    footprints: vec3<u32>, // per lane: of the next discs, of those behind them, and so on
-    count: u32,            // of all lanes' discs
+    footprints: vec3<u32>, // per lane: of the next casters, of those behind them, and so on
+    count: u32,            // of all lanes' casters
     base: u32,             // first pair that no lane has fetched
 }
 
-// Disc of a lane of the queue.
+// Caster of a lane of the queue.
 struct Prepared {
-    disc: Disc,
-    front: f32, // no later disc is nearer than that of the last lane
+    plain: Plain,
+    front: f32, // no later one is nearer than that of the last lane
 }
 
 // Bitwise or of all lanes.
@@ -50,11 +49,11 @@ fn nth_lane(ranks: u32, n: u32) -> u32 {
     return (((before >> 3u) * 0x01111111u) >> 24u) & 7u;
 }
 
-fn pair_disc(pair: u32, end: u32) -> u32 {
+fn pair_footprint(pair: u32, end: u32) -> u32 {
     return textureLoad(pairs, record_texel(min(pair, end - 1u))).g;
 }
 
-fn needs_discs(queue: Queue, end: u32) -> bool {
+fn needs_more(queue: Queue, end: u32) -> bool {
     return (queue.count < QUEUE) & (queue.base < end);
 }
 
@@ -62,18 +61,18 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
     var queue = old;
     let digit = 1u << (4u * block.lane);
     loop {
-        if needs_discs(queue, end) {
+        if needs_more(queue, end) {
             let pair = queue.base + block.lane;
-            let a = pair_disc(pair, end);
-            let b = pair_disc(pair + QUEUE, end);
-            let touches_a = pair < end && disc_touches(view, load_place(a), block.lo, block.hi);
-            let touches_b = pair + QUEUE < end && disc_touches(view, load_place(b), block.lo, block.hi);
+            let a = pair_footprint(pair, end);
+            let b = pair_footprint(pair + QUEUE, end);
+            let touches_a = pair < end && plain_touches(view, load_footprint(a), block.lo, block.hi);
+            let touches_b = pair + QUEUE < end && plain_touches(view, load_footprint(b), block.lo, block.hi);
             let marked =
                 join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
             let ranks_a = ranks(marked & 0x11111111u);
             let ranks_b = ranks((marked >> 1u) & 0x11111111u);
             let count_a = queue.count + (ranks_a >> 28u);
-            // Lanes before `count` have a disc; the others take the next ones, and the rest starts again at
+            // Lanes before `count` have one; the others take the next ones, and the rest starts again at
             // the first lane.
             let next_a = subgroupShuffle(a, nth_lane(ranks_a, (block.lane - queue.count) & 7u));
             let next_b = subgroupShuffle(b, nth_lane(ranks_b, (block.lane - count_a) & 7u));
@@ -86,19 +85,19 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
             queue.count = count_a + (ranks_b >> 28u);
             queue.base += 2u * QUEUE;
         }
-        if !needs_discs(queue, end) {
+        if !needs_more(queue, end) {
             break;
         }
     }
     return queue;
 }
 
-fn prepare(view: GpuView, id: u32, waits: bool) -> Prepared {
+fn prepare_lane(view: GpuView, id: u32, waits: bool) -> Prepared {
     let footprint = load_footprint(id);
-    var disc = prepare_disc(view, footprint);
-    disc.slope *= select(0.0, 1.0, waits);
-    disc.absorbed *= select(0.0, 1.0, waits);
-    return Prepared(disc, key_depth(subgroupShuffle(footprint_key(footprint), QUEUE - 1u)));
+    var plain = prepare(view, footprint);
+    plain.slope *= select(0.0, 1.0, waits);
+    plain.absorbed *= select(0.0, 1.0, waits);
+    return Prepared(plain, key_depth(subgroupShuffle(footprint_key(footprint), QUEUE - 1u)));
 }
 
 fn without_eight(old: Queue) -> Queue {
@@ -122,22 +121,22 @@ struct Crowd {
     wanted: u32, // by some texel: CHANGES, SEEKS
 }
 
-// Visits discs, eight at a time, while texels want all that is `needed`.
+// Visits casters, eight at a time, while texels want all that is `needed`.
 fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32) -> Crowd {
     let seeks = (needed & SEEKS) != 0u;
     var crowd = first;
     loop {
         if goes_on(crowd.queue, end, crowd.wanted, needed) {
             let queue = fill(view, crowd.queue, end, block);
-            let eight = prepare(view, queue.footprints.x, block.lane < queue.count);
-            visit_disc(view, broadcast_disc(eight.disc, 0u), seeks);
-            visit_disc(view, broadcast_disc(eight.disc, 1u), seeks);
-            visit_disc(view, broadcast_disc(eight.disc, 2u), seeks);
-            visit_disc(view, broadcast_disc(eight.disc, 3u), seeks);
-            visit_disc(view, broadcast_disc(eight.disc, 4u), seeks);
-            visit_disc(view, broadcast_disc(eight.disc, 5u), seeks);
-            visit_disc(view, broadcast_disc(eight.disc, 6u), seeks);
-            visit_disc(view, broadcast_disc(eight.disc, 7u), seeks);
+            let eight = prepare_lane(view, queue.footprints.x, block.lane < queue.count);
+            visit_plain(view, broadcast(eight.plain, 0u), seeks);
+            visit_plain(view, broadcast(eight.plain, 1u), seeks);
+            visit_plain(view, broadcast(eight.plain, 2u), seeks);
+            visit_plain(view, broadcast(eight.plain, 3u), seeks);
+            visit_plain(view, broadcast(eight.plain, 4u), seeks);
+            visit_plain(view, broadcast(eight.plain, 5u), seeks);
+            visit_plain(view, broadcast(eight.plain, 6u), seeks);
+            visit_plain(view, broadcast(eight.plain, 7u), seeks);
             crowd = Crowd(without_eight(queue), wants(eight.front, block.lane));
         }
         if !goes_on(crowd.queue, end, crowd.wanted, needed) {
@@ -158,13 +157,13 @@ fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
     var base = first;
     loop {
         let pair = base + block.lane;
-        let id = pair_disc(pair, max(end, 1u));
-        let stretch = prepare(view, id, true);
-        let touched = pair < end && disc_touches(view, load_place(id), block.lo, block.hi);
+        let id = pair_footprint(pair, max(end, 1u));
+        let stretch = prepare_lane(view, id, true);
+        let touched = pair < end && plain_touches(view, load_footprint(id), block.lo, block.hi);
         var mask = join_lanes(select(0u, 1u << block.lane, touched), block.lane);
         loop {
             if mask != 0u {
-                visit_disc(view, broadcast_disc(stretch.disc, firstTrailingBit(mask)), true);
+                visit_plain(view, broadcast(stretch.plain, firstTrailingBit(mask)), true);
                 mask &= mask - 1u;
             }
             if mask == 0u {

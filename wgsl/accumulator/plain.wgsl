@@ -1,38 +1,33 @@
-// Accumulator: transmittance and nearest depth of eight texels in a column, for soft discs of the `filter`
-// transfer. CPU reference: src/reference/accumulate.rs.
+// Accumulator: transmittance and nearest depth of eight texels in a column, for casters of one simple kind: soft
+// discs or splats, of the `filter` transfer. CPU reference: src/reference/accumulate.rs.
 
 import package::bind::sampled::opaques;
-import package::features::{FAINT, HAS_OPAQUE, PERSPECTIVE};
-import package::hit::disc::{
-    Disc, Profile4, broadcast_disc, column_rest, disc_profile, disc_touches, prepare_disc, rest_profile,
-};
+import package::features::{FAINT, HAS_OPAQUE};
+import package::hit::disc::Profile4;
 import package::records::footprint::Footprint;
 import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::faint::keep4;
 import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
+import choice::plain::{Plain, broadcast, column_profile, plain_touches, prepare};
 
 const ROWS: u32 = 8u; // texels that an invocation holds, in a column
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
-var<private> x: f32;            // texel centres
-var<private> ys: array<vec4<f32>, 2>;
 var<private> red: array<vec4<f32>, 2>; // transmittance so far
 var<private> green: array<vec4<f32>, 2>;
 var<private> blue: array<vec4<f32>, 2>;
-var<private> lost: array<array<vec4<f32>, 3>, 2>; // absorbed by faint discs, not yet multiplied into the above
+var<private> lost: array<array<vec4<f32>, 3>, 2>; // absorbed by faint casters, not yet multiplied into the above
 var<private> nearest: array<vec4<f32>, 2>;
 var<private> opaque_depth: array<vec4<f32>, 2>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
-    x = corner.x + 0.5;
     start_rows(view, texel, 0u);
     start_rows(view, texel, 1u);
 }
 
 fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
-    ys[i] = corner.y + f32(4u * i) + vec4(0.5, 1.5, 2.5, 3.5);
     red[i] = vec4(1.0);
     green[i] = vec4(1.0);
     blue[i] = vec4(1.0);
@@ -50,59 +45,44 @@ fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
     }
 }
 
-fn column_profile(view: GpuView, disc: Disc) -> array<Profile4, 2> {
-    if PERSPECTIVE {
-        return array(
-            disc_profile(view, disc, x - disc.center.x, ys[0] - disc.center.y, opaque_depth[0]),
-            disc_profile(view, disc, x - disc.center.x, ys[1] - disc.center.y, opaque_depth[1]),
-        );
-    }
-    let dx = x - disc.center.x;
-    let dy = corner.y + 0.5 - disc.center.y;
-    return array(
-        rest_profile(disc, column_rest(disc, dx, dy), opaque_depth[0]),
-        rest_profile(disc, column_rest(disc, dx, dy + 4.0), opaque_depth[1]),
-    );
-}
-
-fn multiply(disc: Disc, profile: vec4<f32>, i: u32) {
+fn multiply(plain: Plain, profile: vec4<f32>, i: u32) {
     if FAINT {
-        let r = keep4(red[i], lost[i][0], profile * disc.absorbed.r);
-        let g = keep4(green[i], lost[i][1], profile * disc.absorbed.g);
-        let b = keep4(blue[i], lost[i][2], profile * disc.absorbed.b);
+        let r = keep4(red[i], lost[i][0], profile * plain.absorbed.r);
+        let g = keep4(green[i], lost[i][1], profile * plain.absorbed.g);
+        let b = keep4(blue[i], lost[i][2], profile * plain.absorbed.b);
         red[i] = r.passed;
         green[i] = g.passed;
         blue[i] = b.passed;
         lost[i] = array(r.lost, g.lost, b.lost);
         return;
     }
-    red[i] *= 1.0 - profile * disc.absorbed.r;
-    green[i] *= 1.0 - profile * disc.absorbed.g;
-    blue[i] *= 1.0 - profile * disc.absorbed.b;
+    red[i] *= 1.0 - profile * plain.absorbed.r;
+    green[i] *= 1.0 - profile * plain.absorbed.g;
+    blue[i] *= 1.0 - profile * plain.absorbed.b;
 }
 
-fn seek_nearest(disc: Disc, met: Profile4, i: u32) {
-    let seen = met.profile * disc.slope >= vec4(VISIBLE_PRESENCE);
+fn seek_nearest(plain: Plain, met: Profile4, i: u32) {
+    let seen = met.profile * plain.slope >= vec4(VISIBLE_PRESENCE);
     let nearer = seen & (met.depth < nearest[i]);
     nearest[i] = select(nearest[i], met.depth, nearer);
 }
 
-// `seeks`: the disc may be nearer than the nearest depths.
-fn visit_disc(view: GpuView, disc: Disc, seeks: bool) {
-    let met = column_profile(view, disc);
-    multiply(disc, met[0].profile, 0u);
-    multiply(disc, met[1].profile, 1u);
+// `seeks`: it may be nearer than the nearest depths.
+fn visit_plain(view: GpuView, plain: Plain, seeks: bool) {
+    let met = column_profile(view, plain, corner + 0.5, opaque_depth);
+    multiply(plain, met[0].profile, 0u);
+    multiply(plain, met[1].profile, 1u);
     if seeks {
-        seek_nearest(disc, met[0], 0u);
-        seek_nearest(disc, met[1], 1u);
+        seek_nearest(plain, met[0], 0u);
+        seek_nearest(plain, met[1], 1u);
     }
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
-    visit_disc(view, prepare_disc(view, footprint), true);
+    visit_plain(view, prepare(view, footprint), true);
 }
 
-// A disc as a lane's candidate for a visit. A lane offers it prepared for texels.
+// A caster as a lane's candidate for a visit.
 alias Candidate = Footprint;
 
 fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
@@ -111,25 +91,26 @@ fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
 
 // Whether it may touch texel centres in the box lo..hi.
 fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    return disc_touches(view, candidate.place, lo, hi);
+    return plain_touches(view, candidate, lo, hi);
 }
 
+// What a lane offers of its candidate to the others, prepared for texels.
 struct Offer {
-    disc: Disc,
-    seeks: bool, // some lane's disc may be nearer than some lane's nearest depths
+    plain: Plain,
+    seeks: bool, // some lane's may be nearer than some lane's nearest depths
 }
 
-// What a lane offers of it to the others. `front`: depth in front of which it is not.
+// `front`: depth in front of which it is not.
 fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
-    return Offer(prepare_disc(view, candidate), subgroupAny(seeks(front)));
+    return Offer(prepare(view, candidate), subgroupAny(seeks(front)));
 }
 
 // Visits the candidate of lane `lane`.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
-    visit_disc(view, broadcast_disc(offer.disc, lane), offer.seeks);
+    visit_plain(view, broadcast(offer.plain, lane), offer.seeks);
 }
 
-// Whether a disc at or behind `front` may be the nearest.
+// Whether a caster at or behind `front` may be the nearest.
 fn seeks(front: f32) -> bool {
     return any(nearest[0] > vec4(front)) || any(nearest[1] > vec4(front));
 }
@@ -165,7 +146,7 @@ fn settled_rows(front: f32, i: u32) -> bool {
     return !any((lit | (nearest[i] > vec4(front))) & (opaque_depth[i] > vec4(front)));
 }
 
-// Batches of plain discs have no owner tags.
+// Batches of plain casters have no owner tags.
 fn owner_texel(i: u32) -> u32 {
     return NO_OWNER;
 }
