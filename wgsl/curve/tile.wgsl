@@ -11,7 +11,7 @@ import package::curve::gather::{
 import package::curve::lights::{light_row, scaled};
 import package::curve::list::{disordered, last_end};
 import package::curve::node::{DEPTHS, curve_layer};
-import package::curve::overflow::{is_light, nothing_overflowed, overflowed, rest_light};
+import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::stored::{stored_node, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
@@ -20,25 +20,25 @@ import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, Rows, row};
 
-var<private> own_tile: u32;
+var<private> is_scattered: bool; // some of the tile's casters have no pairs
 var<private> first_sum: u32;
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {
-    own_tile = tile_id;
+    is_scattered = scattered_tiles[tile_id] != 0u;
     first_sum = sum_index(tile_id, place);
 }
 
-// Adds what is behind all pairs: volumes that contain the light, then overflowing casters, of which few
-// tiles have any.
+// Steps behind all pairs: volumes that contain the light, and overflowing casters, of which few tiles have any.
+fn tile_steps() -> u32 {
+    return select(u32(is_scattered), rest_steps(), HAS_VOLUMES);
+}
+
 fn open_rest(view: GpuView, step: u32) {
     if HAS_VOLUMES && step + 1u < rest_steps() {
         let ramps = join_ramp(begin_inside());
         return;
     }
-    var rest = nothing_overflowed();
-    if scattered_tiles[own_tile] != 0u {
-        rest = overflowed(first_sum);
-    }
+    let rest = overflowed(first_sum, is_scattered);
     let light = rest_light(rest, total_light());
     let depth = select(nearest, rest.depth, rest.depth < Rows(1.0));
     let behind = max(depth, Rows(last_end()) * (1.0 / DEPTHS));
