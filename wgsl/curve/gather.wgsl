@@ -5,7 +5,8 @@ import package::curve::lights::{
     Lights, black, fixed, minus, plus, scaled, selected, white,
 };
 import package::curve::list::{
-    adding, clear_list, has_free_node, insert, is_saturated, last_end, overfull,
+    adding, clear_list, has_free_node, insert, is_saturated, last_end, merge_nodes,
+    overfull,
 };
 import package::curve::node::DEPTHS;
 import package::curve::taken::{clear_taken, fitted_span, take};
@@ -16,6 +17,7 @@ import package::hit::key_depths::{front_depths, start_keys};
 import package::records::view::GpuView;
 import package::sums::faint::FULL;
 import package::sums::sums::VISIBLE_PRESENCE;
+import choice::nodes::{laid_aside, lay_aside, lay_kept};
 import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, with_row};
 import choice::visit::{blocked, join_delayed, slabbed};
 
@@ -26,7 +28,7 @@ const TRACE: f32 = 0.0000152587890625; // presence below which hits set no start
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> opaque_depth: Rows;
 var<private> nearest: Rows;
-var<private> passed: Lights; // behind the curve; with `keeps`, behind open hits too
+var<private> passed: Lights; // with `keeps`: behind all hits; light behind the curve is laid aside otherwise
 var<private> lost: Lights;   // with `keeps`: absorbed, not yet multiplied into `passed`
 var<private> traces: Rows;   // presence of the hits since one set a start or an end, with `FAINT`
 var<private> hit_count: RowBits; // hits of the segment, as far as they were counted
@@ -83,6 +85,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
     few = RowIs(true);
     single = RowIs(true);
     clear_list(texel);
+    lay_aside(white(), RowIs(false));
     clear_volumes();
     if HAS_OVER || HAS_VOLUMES {
         clear_order();
@@ -158,18 +161,23 @@ fn must_flush(placed: RowIs) -> bool {
     return any_row(placed & (single | RowIs(!slabbed())));
 }
 
+// Merges what the last insertion left too many of.
+fn merge() {
+    merge_nodes();
+    lay_kept();
+}
+
 // Inserts open hits into the curves; before the end of a slab only where the next hit must not join them.
 fn flush(whole: bool) {
     let goes = (open_start <= Rows(1.0)) & (RowIs(whole) | single | RowIs(!slabbed()));
+    let behind = laid_aside();
     let all = total_light();
     if HAS_OVER {
         adding = open_added;
     }
     let span = fitted_span(open_start, open_end);
     insert(fixed(span.start), fixed(span.end), open_light, all, goes);
-    if !keeps() {
-        passed = selected(passed, all, goes);
-    }
+    lay_aside(selected(behind, all, goes), overfull);
     open_light = selected(open_light, white(), goes);
     if HAS_OVER {
         open_added = selected(open_added, black(), goes);
@@ -185,7 +193,7 @@ fn total_light() -> Lights {
     if keeps() {
         return scaled(passed, minus(white(), lost));
     }
-    let filtered = scaled(passed, open_light);
+    let filtered = scaled(laid_aside(), open_light);
     if HAS_OVER {
         return plus(filtered, open_added);
     }

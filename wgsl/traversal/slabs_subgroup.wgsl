@@ -7,8 +7,8 @@
 // test at their end whether to go on.
 
 import package::curve::behind::{open_behind, steps_behind};
-import package::curve::gather::{end_count, flush, is_counting, settled};
-import package::curve::list::{merge_nodes, must_merge};
+import package::curve::gather::{end_count, flush, is_counting, merge, settled};
+import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, key_depth};
@@ -166,7 +166,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
             }
         }
         if merges {
-            merge_nodes();
+            merge();
         }
         if is_end {
             break;

@@ -2,8 +2,8 @@
 // core tier, without subgroups. CPU reference: src/reference/curve/tile.rs, `walk`.
 
 import package::curve::behind::{open_behind, steps_behind};
-import package::curve::gather::{end_count, flush, is_counting, settled};
-import package::curve::list::{merge_nodes, must_merge};
+import package::curve::gather::{end_count, flush, is_counting, merge, settled};
+import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, front_depth, key_depth};
@@ -78,7 +78,7 @@ fn visit_slabs(view: GpuView, first: u32, end: u32) {
             }
         }
         if must_merge() {
-            merge_nodes();
+            merge();
         }
         if is_end {
             break;
