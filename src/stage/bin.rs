@@ -147,7 +147,6 @@ pub struct BinParams {
     pub pair_capacity: u32,
     pub tile_count: u32,
     pub view_count: u32,
-    pub segment_capacity: u32,
     pub segment_length: u32,
 }
 crate::gpu_layout!(BinParams {
@@ -157,7 +156,6 @@ crate::gpu_layout!(BinParams {
     pair_capacity,
     tile_count,
     view_count,
-    segment_capacity,
     segment_length
 });
 
@@ -179,7 +177,6 @@ impl BinParams {
             pair_capacity,
             tile_count,
             view_count,
-            segment_capacity: segment_capacity(pair_capacity, tile_count),
             segment_length,
         }
     }
@@ -193,11 +190,6 @@ impl BinParams {
     pub fn tile_groups(&self) -> [u32; 3] {
         [self.tile_count.div_ceil(TILE_LANES), 1, 1]
     }
-}
-
-/// Segments that a batch has at most.
-pub fn segment_capacity(pair_capacity: u32, tile_count: u32) -> u32 {
-    (pair_capacity / SEGMENT_LENGTH).saturating_add(tile_count)
 }
 
 /// Bits of the keys by which pairs are sorted.

@@ -107,7 +107,6 @@ fn emitted(
         pair_capacity,
         tile_count: 32,
         view_count: 2,
-        segment_capacity: 1,
         segment_length: 1,
     };
     let mut all_views = views.to_vec();

@@ -1,13 +1,12 @@
 // What follows a tile's pairs, one insertion after another: hits that still wait in order, volumes that
 // contain the light, casters whose pairs did not fit.
 
-import package::curve::volumes::rest_steps;
 import package::records::view::GpuView;
-import choice::output::open_rest;
+import choice::output::{open_rest, tile_steps};
 import choice::visit::{join_waiting, waiting_steps};
 
 fn steps_behind() -> u32 {
-    return waiting_steps() + rest_steps();
+    return waiting_steps() + tile_steps();
 }
 
 // Opens the hits of one step, for the next insertion.

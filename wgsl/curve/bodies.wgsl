@@ -43,19 +43,27 @@ fn has_bit(bits: RowBits, i: RowBits) -> RowIs {
     return ((bits >> i) & RowBits(1u)) == RowBits(1u);
 }
 
-// Follows an insertion at `new_place`, and the merge of `best`.
-fn follow_merge(best: Merge, counts: RowIs) {
+// Follows an insertion at `new_place`. Where it fits, the first node was free.
+fn follow_insertion(counts: RowIs, fits: RowIs) {
     if !has_bodies() {
         return;
     }
     let front = below(new_place);
     let open = (alone & front) | ((alone & ~front) << RowBits(1u)) | (RowBits(1u) << new_place);
+    alone = select(select(alone, open, counts), open >> RowBits(1u), fits);
+}
+
+// Follows the merge of `best`.
+fn follow_merge(best: Merge, counts: RowIs) {
+    if !has_bodies() {
+        return;
+    }
     // One that absorbs nothing leaves the other as it is.
-    let second = (best.between == best.behind) & has_bit(open, best.place);
-    let kept = select(second, has_bit(open, best.place + 1u), best.before == best.between);
+    let second = (best.between == best.behind) & has_bit(alone, best.place);
+    let kept = select(second, has_bit(alone, best.place + 1u), best.before == best.between);
     let merged = select(RowBits(0u), RowBits(1u) << best.place, kept);
-    let behind = (open >> RowBits(1u)) & ~below(best.place + 1u);
-    alone = select(alone, (open & below(best.place)) | merged | behind, counts);
+    let behind = (alone >> RowBits(1u)) & ~below(best.place + 1u);
+    alone = select(alone, (alone & below(best.place)) | merged | behind, counts);
 }
 
 // Splits bodies while nodes are free; one is left for a ramp of the softening.

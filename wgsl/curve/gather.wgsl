@@ -5,7 +5,8 @@ import package::curve::lights::{
     Lights, black, fixed, minus, plus, scaled, selected, white,
 };
 import package::curve::list::{
-    adding, append, clear_list, has_free_node, insert, is_saturated, last_end,
+    adding, clear_list, has_free_node, insert, is_saturated, last_end, merge_nodes,
+    overfull,
 };
 import package::curve::node::DEPTHS;
 import package::curve::taken::{clear_taken, fitted_span, take};
@@ -16,6 +17,7 @@ import package::hit::key_depths::{front_depths, start_keys};
 import package::records::view::GpuView;
 import package::sums::faint::FULL;
 import package::sums::sums::VISIBLE_PRESENCE;
+import choice::nodes::{laid_aside, lay_aside, lay_kept};
 import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, with_row};
 import choice::visit::{blocked, join_delayed, slabbed};
 
@@ -26,11 +28,12 @@ const TRACE: f32 = 0.0000152587890625; // presence below which hits set no start
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> opaque_depth: Rows;
 var<private> nearest: Rows;
-var<private> passed: Lights; // behind the curve; with `keeps`, behind open hits too
+var<private> passed: Lights; // with `keeps`: behind all hits; light behind the curve is laid aside otherwise
 var<private> lost: Lights;   // with `keeps`: absorbed, not yet multiplied into `passed`
 var<private> traces: Rows;   // presence of the hits since one set a start or an end, with `FAINT`
 var<private> hit_count: RowBits; // hits of the segment, as far as they were counted
 var<private> few: RowIs;         // few hits, inserted one by one until the curve is full
+var<private> single: RowIs;      // the next hit is inserted alone, without a merge
 // Hits that have not been inserted into the curve; start 2 if there are none.
 var<private> open_start: Rows;
 var<private> open_end: Rows;
@@ -51,11 +54,7 @@ fn is_counting(front: f32) -> bool {
 
 fn end_count() {
     few = hit_count <= max_exact_hits();
-}
-
-// Whether the next hit is inserted alone, without a merge.
-fn is_single() -> RowIs {
-    return few & has_free_node();
+    single = few & has_free_node();
 }
 
 // Whether faint absorption is kept apart: where light only passes hits.
@@ -84,7 +83,9 @@ fn start(view: GpuView, texel: vec2<u32>) {
     }
     hit_count = RowBits(0u);
     few = RowIs(true);
+    single = RowIs(true);
     clear_list(texel);
+    lay_aside(white(), RowIs(false));
     clear_volumes();
     if HAS_OVER || HAS_VOLUMES {
         clear_order();
@@ -157,41 +158,26 @@ fn see(depth: Rows, presence: Rows) {
 
 // Whether open hits must be inserted before the next caster.
 fn must_flush(placed: RowIs) -> bool {
-    return any_row(placed & (is_single() | RowIs(!slabbed())));
+    return any_row(placed & (single | RowIs(!slabbed())));
+}
+
+// Merges what the last insertion left too many of.
+fn merge() {
+    merge_nodes();
+    lay_kept();
 }
 
 // Inserts open hits into the curves; before the end of a slab only where the next hit must not join them.
 fn flush(whole: bool) {
-    // A volume's ramp ends where the next hit is.
-    for (var i = 0u; i < select(1u, 2u, HAS_VOLUMES); i += 1u) {
-        insert_open(whole);
-        join_delayed();
-    }
-}
-
-fn insert_open(whole: bool) {
-    let goes = (open_start <= Rows(1.0)) & (RowIs(whole) | is_single() | RowIs(!slabbed()));
+    let goes = (open_start <= Rows(1.0)) & (RowIs(whole) | single | RowIs(!slabbed()));
+    let behind = laid_aside();
     let all = total_light();
     if HAS_OVER {
         adding = open_added;
     }
     let span = fitted_span(open_start, open_end);
     insert(fixed(span.start), fixed(span.end), open_light, all, goes);
-    close_open(all, goes);
-}
-
-// Inserts a single hit that fits without a merge: the same result, with far less work.
-fn append_single() {
-    let goes = (open_start <= Rows(1.0)) & is_single();
-    let all = total_light();
-    append(fixed(open_start), fixed(open_end), open_light, all, goes);
-    close_open(all, goes);
-}
-
-fn close_open(all: Lights, goes: RowIs) {
-    if !keeps() {
-        passed = selected(passed, all, goes);
-    }
+    lay_aside(selected(behind, all, goes), overfull);
     open_light = selected(open_light, white(), goes);
     if HAS_OVER {
         open_added = selected(open_added, black(), goes);
@@ -199,13 +185,15 @@ fn close_open(all: Lights, goes: RowIs) {
     open_start = select(open_start, Rows(2.0), goes);
     open_end = select(open_end, Rows(0.0), goes);
     clear_taken(goes);
+    single = few & has_free_node();
+    join_delayed();
 }
 
 fn total_light() -> Lights {
     if keeps() {
         return scaled(passed, minus(white(), lost));
     }
-    let filtered = scaled(passed, open_light);
+    let filtered = scaled(laid_aside(), open_light);
     if HAS_OVER {
         return plus(filtered, open_added);
     }
@@ -229,6 +217,6 @@ fn settled(front: f32) -> bool {
     if HAS_OVER {
         return !any_row(opaque_depth > depth);
     }
-    let closed = is_saturated() & (last_end() <= RowBits(depth * DEPTHS)) & (nearest <= depth);
+    let closed = is_saturated() & !overfull & (last_end() <= RowBits(depth * DEPTHS)) & (nearest <= depth);
     return !any_row(!closed & (opaque_depth > depth));
 }

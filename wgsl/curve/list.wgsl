@@ -1,7 +1,7 @@
 // Curves of an invocation's texels during insertion: one node more than a curve has. CPU reference, with the
 // merge rule and its reasons: src/reference/curve/mod.rs, `Streaming`.
 
-import package::curve::bodies::{clear_bodies, follow_merge, new_place};
+import package::curve::bodies::{clear_bodies, follow_insertion, follow_merge, new_place};
 import package::curve::lights::{
     Lights, black, decode, encode, plus, quotient, scaled, selected, white,
 };
@@ -9,7 +9,7 @@ import package::curve::merge::{cheapest_merge, merged_span};
 import package::features::{HAS_GAIN, HAS_OVER, NODES, unrolled};
 import package::sums::sums::BLACK;
 import choice::nodes::{node_at, node_count, open_nodes, set_node};
-import choice::rows::{RowBits, RowIs, Rows, count_rows};
+import choice::rows::{RowBits, RowIs, Rows, any_row, count_rows};
 import choice::visit::ordered;
 
 const DARK: u32 = 64u; // 1/1024 of 65535
@@ -23,6 +23,7 @@ struct Node {
 var<private> disordered: u32; // hits out of order, inside a merged ramp
 var<private> latest: RowBits; // largest start of a hit so far
 var<private> adding: Lights;  // light that the inserted hit adds, by `over`
+var<private> overfull: RowIs; // curves with one node more than fits
 
 fn coded(span: RowBits, light: Lights) -> Node {
     let mean = (light.red + light.green + light.blue) * (1.0 / 3.0);
@@ -54,6 +55,7 @@ fn clear_list(place: vec2<u32>) {
     disordered = 0u;
     latest = RowBits(0u);
     adding = black();
+    overfull = RowIs(false);
     clear_bodies();
     open_nodes(place);
     let unused = coded(RowBits(0u), white());
@@ -80,18 +82,28 @@ fn is_saturated() -> RowIs {
 }
 
 // Inserts one hit, or several from `start` to `end`, in each texel where `is` holds. `light`: their
-// transmittance; `passed`: that of all hits so far.
+// transmittance; `passed`: that of all hits so far. A full curve then has a node more than fits, until `merge_nodes`.
 fn insert(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: RowIs) {
     let counts = add_node(start, end, light, passed, is);
-    let best = cheapest_merge();
-    follow_merge(best, counts);
-    close_up(select(RowBits(NODES), best.place, counts), merged_span(best));
+    let fits = counts & has_free_node();
+    overfull = counts & !has_free_node();
+    follow_insertion(counts, fits);
+    for (var i = 0u; i < unrolled(node_count); i += 1u) {
+        set_node(i, selected_node(node_at(i), node_at(i + 1u), fits));
+    }
 }
 
-// Like `insert`, for texels whose first node is unused.
-fn append(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: RowIs) {
-    let counts = add_node(start, end, light, passed, is);
-    close_up(select(RowBits(NODES), RowBits(0u), counts), node_at(1u).span);
+// Whether some curve has a node more than fits.
+fn must_merge() -> bool {
+    return any_row(overfull);
+}
+
+// Merges the two neighbours that cost least, in curves with a node more than fits.
+fn merge_nodes() {
+    let best = cheapest_merge();
+    follow_merge(best, overfull);
+    close_up(select(RowBits(NODES), best.place, overfull), merged_span(best));
+    overfull = RowIs(false);
 }
 
 // Adds one node, behind or between the others; returns where one was added.

@@ -1,6 +1,7 @@
 // Nodes of curves during insertion, in workgroup memory: a texel has its own, so that none waits for another.
 
 import package::bind::uniform::views;
+import package::curve::lights::Lights;
 import package::curve::list::Node;
 import package::features::NODES;
 
@@ -9,6 +10,7 @@ const NODE_LANES: u32 = 64u; // of a workgroup
 var<workgroup> nodes: array<array<Node, NODE_LANES>, NODES + 1u>;
 var<private> own_lane: u32;
 var<private> node_count: u32;
+var<private> kept_light: Lights;
 
 // `place`: of the invocation; those of a workgroup are 8 x 8 neighbours.
 fn open_nodes(place: vec2<u32>) {
@@ -23,4 +25,23 @@ fn node_at(i: u32) -> Node {
 
 fn set_node(i: u32, node: Node) {
     nodes[i][own_lane] = node;
+}
+
+// Lays light aside between insertions, in the node that is free then: after the merge where one is due.
+fn lay_aside(light: Lights, overfull: bool) {
+    kept_light = light;
+    if !overfull {
+        lay_kept();
+    }
+}
+
+fn lay_kept() {
+    set_node(NODES, Node(
+        bitcast<u32>(kept_light.red), bitcast<u32>(kept_light.green), bitcast<u32>(kept_light.blue),
+    ));
+}
+
+fn laid_aside() -> Lights {
+    let node = node_at(NODES);
+    return Lights(bitcast<f32>(node.span), bitcast<f32>(node.colors), bitcast<f32>(node.means));
 }

@@ -4,7 +4,7 @@
 
 import package::curve::lights::{Lights, white, with_light};
 import package::curve::volumes::rest_of_volumes;
-import package::features::{HAS_VOLUMES, unrolled};
+import package::features::HAS_VOLUMES;
 import package::records::view::TILE_SIZE;
 import package::sums::sums::{light, nearness_to_depth};
 import choice::rows::{ROW_COUNT, RowIs, Rows, with_row};
@@ -20,9 +20,10 @@ fn nothing_overflowed() -> Overflowed {
     return Overflowed(array<vec3<i32>, ROW_COUNT>(), white(), Rows(1.0));
 }
 
-fn overflowed(first_sum: u32) -> Overflowed {
+// `is_any`: the tile has some. A loop, because software adapters take both sides of a branch.
+fn overflowed(first_sum: u32, is_any: bool) -> Overflowed {
     var rest = nothing_overflowed();
-    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+    for (var i = 0u; i < select(0u, ROW_COUNT, is_any); i += 1u) {
         let sum = first_sum + i * TILE_SIZE;
         let sums = load_sums(sum);
         rest.sums[i] = bitcast<vec3<i32>>(sums);

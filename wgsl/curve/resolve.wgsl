@@ -6,7 +6,7 @@ import package::bind::stored::{filters, nearests};
 import package::curve::lights::{
     Lights, black, fixed, light_row, minus, plus, quotient, scaled, selected, white, with_light,
 };
-import package::curve::list::{adding, clear_list, insert, last_end};
+import package::curve::list::{adding, clear_list, insert, last_end, merge_nodes, must_merge};
 import package::curve::loaded::loaded_node;
 import package::curve::node::curve_segment;
 import package::curve::overflow::{is_light, overflowed, rest_light};
@@ -171,7 +171,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
         }
         // Once, behind all segments.
         if i + 1u == count * steps + rest_steps() {
-            let rest = overflowed(sum_index(tile_id, place));
+            let rest = overflowed(sum_index(tile_id, place), true);
             own = rest_light(rest, whole);
             is = is_light(own);
             start = max(fixed(select(nearest, rest.depth, rest.depth < Rows(1.0))), last_end());
@@ -181,6 +181,9 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
         }
         passed = selected(passed, plus(scaled(passed, own), adding), is);
         insert(start, end, own, passed, is);
+        if must_merge() {
+            merge_nodes();
+        }
     }
     if HAS_VOLUMES {
         nearest = nearest_inside(nearest);

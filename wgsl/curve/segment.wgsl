@@ -2,7 +2,7 @@
 // src/reference/curve/tile.rs.
 
 import package::bind::changed::{counters, partials};
-import package::curve::gather::{nearest, scale, total_light};
+import package::curve::gather::{corner, nearest, scale, total_light};
 import package::curve::lights::light_row;
 import package::curve::list::disordered;
 import package::curve::partial::{first_node, partial_size};
@@ -14,10 +14,15 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, row};
 
+// Steps behind all pairs: `resolve` has those of the tile.
+fn tile_steps() -> u32 {
+    return 0u;
+}
+
 fn open_rest(view: GpuView, step: u32) {}
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
-    let first = sum_index(index, place) * partial_size();
+    let first = sum_index(index, vec2<u32>(corner) % TILE_SIZE) * partial_size();
     let all = total_light();
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let at = first + i * TILE_SIZE * partial_size();

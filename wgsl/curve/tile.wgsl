@@ -6,39 +6,46 @@ import package::bind::read::scattered_tiles;
 import package::bind::stored::{curves, filters, nearests};
 import package::curve::bodies::split_bodies;
 import package::curve::gather::{
-    join_ramp, join_rest, nearest, nearest_seen, open_added, open_end, open_start, total_light,
+    corner, join_ramp, join_rest, nearest, nearest_seen, open_added, open_end, open_start, total_light,
 };
 import package::curve::lights::{light_row, scaled};
 import package::curve::list::{disordered, last_end};
 import package::curve::node::{DEPTHS, curve_layer};
-import package::curve::overflow::{is_light, nothing_overflowed, overflowed, rest_light};
+import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::stored::{stored_node, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
-import package::records::view::GpuView;
+import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, Rows, row};
 
 var<private> own_tile: u32;
-var<private> first_sum: u32;
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {
     own_tile = tile_id;
-    first_sum = sum_index(tile_id, place);
 }
 
-// Adds what is behind all pairs: volumes that contain the light, then overflowing casters, of which few
-// tiles have any.
+// Whether some of the tile's casters have no pairs.
+fn is_scattered() -> bool {
+    return scattered_tiles[own_tile] != 0u;
+}
+
+// Steps behind all pairs: volumes that contain the light, and overflowing casters, of which few tiles have any.
+fn tile_steps() -> u32 {
+    if HAS_VOLUMES {
+        return rest_steps();
+    }
+    return u32(is_scattered());
+}
+
 fn open_rest(view: GpuView, step: u32) {
     if HAS_VOLUMES && step + 1u < rest_steps() {
         let ramps = join_ramp(begin_inside());
         return;
     }
-    var rest = nothing_overflowed();
-    if scattered_tiles[own_tile] != 0u {
-        rest = overflowed(first_sum);
-    }
+    let place = vec2<u32>(corner) % TILE_SIZE;
+    let rest = overflowed(sum_index(own_tile, place), is_scattered());
     let light = rest_light(rest, total_light());
     let depth = select(nearest, rest.depth, rest.depth < Rows(1.0));
     let behind = max(depth, Rows(last_end()) * (1.0 / DEPTHS));
@@ -55,7 +62,7 @@ fn open_rest(view: GpuView, step: u32) {
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     let depth = nearest_seen();
     let all = total_light();
-    let at = view.origin + texel;
+    let at = view.origin + vec2<u32>(corner);
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let own = at + vec2(0u, i);
         textureStore(filters, own, view.layer, vec4(blackened(light_row(all, i)), 1.0));

@@ -86,9 +86,7 @@ fn count_lane(view: GpuView, offer: Offer, lane: u32) {
     count_disc(view, broadcast_disc(offer, lane));
 }
 
-// Visits the candidate of lane `lane`. Single hits are appended at once, all others wait for the end of
-// their slab, so none must be inserted.
+// Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool {
-    let placed = visit_disc(view, broadcast_disc(offer, lane));
-    return false;
+    return subgroupAny(must_flush(visit_disc(view, broadcast_disc(offer, lane))));
 }

@@ -11,7 +11,6 @@ struct BinParams {
     pair_capacity: u32,
     tile_count: u32,
     view_count: u32,
-    segment_capacity: u32,
     segment_length: u32, // pairs that one workgroup of `accumulate` walks
 }
 

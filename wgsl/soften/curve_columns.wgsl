@@ -6,7 +6,7 @@ import package::bind::sampled::raw_curves;
 import package::bind::stored::curves;
 import package::bind::uniform::views;
 import package::curve::lights::{fixed, scaled, selected, white, with_light};
-import package::curve::list::{Node, clear_list, coded, insert, light_behind};
+import package::curve::list::{Node, clear_list, coded, insert, light_behind, merge_nodes, must_merge};
 import package::curve::loaded::loaded_node;
 import package::curve::node::curve_layer;
 import package::curve::stored::{stored_node, stored_pair};
@@ -103,6 +103,9 @@ fn soften_texels(view: GpuView, id: vec2<u32>, first: vec2<i32>) {
     load_curves(view);
     let behind = scaled(light_behind(node_at(NODES - 1u)), passing);
     insert(fixed(start), fixed(end), passing, behind, blocked > Rows(0.0));
+    if must_merge() {
+        merge_nodes();
+    }
     store_curves(view, view.origin + vec2<u32>(first), blocked);
 }
 

@@ -7,9 +7,10 @@
 // test at their end whether to go on.
 
 import package::curve::behind::{open_behind, steps_behind};
-import package::curve::gather::{append_single, end_count, flush, is_counting, is_single, settled};
+import package::curve::gather::{end_count, flush, is_counting, merge, settled};
+import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
-import package::features::HAS_PARTICLES;
+import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::tile_rect::INVISIBLE;
@@ -20,7 +21,6 @@ import package::traversal::subgroup_block::{
 };
 import choice::candidate::{Offer, candidate_of, offer_of, touches};
 import choice::pairs::pair_footprint;
-import choice::rows::any_row;
 import choice::visit::{count_lane, is_whole, slabbed, visit_lane};
 
 var<private> base: u32; // next pair
@@ -109,68 +109,70 @@ fn count_pairs(view: GpuView, first: u32, end: u32, block: Block) {
     end_count();
 }
 
-// Visits slabs while hits are inserted one by one.
-fn visit_singles(view: GpuView, end: u32, block: Block) {
-    while base < end && subgroupAny(any_row(is_single())) {
-        for (var whole = false; !whole;) {
-            let stretch = fetch(view, end, block);
-            for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {
-                let forced = visit_lane(view, stretch.offer, first_lane(lanes), false);
-                append_single();
+// Visits pairs up to the end of the slab, or up to a hit that must be inserted. Returns true at the end of the slab.
+fn visit_stretches(view: GpuView, end: u32, block: Block) -> bool {
+    var whole = false;
+    var run = Run(ALL_LANES, 0u, false);
+    loop {
+        var stretch: Stretch;
+        var meets_triangle = false;
+        // Where kinds are apart, up to the next triangle.
+        loop {
+            stretch = fetch(view, end, block);
+            run.lanes &= stretch.ballot;
+            run = visit_run(view, stretch, run, !HAS_PARTICLES);
+            meets_triangle = has_lanes(run.lanes);
+            if !meets_triangle && !run.forced {
+                whole = move_on(stretch, stretch.count, block);
+                run.lanes = select(ALL_LANES, vec2(0u), whole);
             }
-            whole = move_on(stretch, stretch.count, block);
+            if whole | run.forced | meets_triangle {
+                break;
+            }
         }
-        flush(true);
-        slab = next_slab(slab, base, end);
+        if kinds_apart() {
+            run = visit_run(view, stretch, run, true);
+        }
+        if run.forced {
+            whole = move_on(stretch, run.last + u32(is_whole()), block);
+        }
+        if whole | run.forced {
+            break;
+        }
     }
+    return whole;
 }
 
-// Visits slabs, and then what is behind all pairs.
+// Visits all slabs. Merges are outside of the loop that inserts, as most insertions need none.
 fn visit_slabs(view: GpuView, end: u32, block: Block) {
-    var step = 0u; // behind all pairs
+    var whole = false;
+    var again = false;  // a volume's ramp ends where the next hit is
+    var is_end = false; // of all slabs
     loop {
-        var whole = false;
-        var run = Run(ALL_LANES, 0u, false);
+        var merges = false;
         loop {
-            var stretch: Stretch;
-            var meets_triangle = false;
-            // Where kinds are apart, up to the next triangle.
-            loop {
-                stretch = fetch(view, end, block);
-                run.lanes &= stretch.ballot;
-                run = visit_run(view, stretch, run, !HAS_PARTICLES);
-                meets_triangle = has_lanes(run.lanes);
-                if !meets_triangle && !run.forced {
-                    whole = move_on(stretch, stretch.count, block);
-                    run.lanes = select(ALL_LANES, vec2(0u), whole);
-                }
-                if whole | run.forced | meets_triangle {
-                    break;
-                }
+            if !again {
+                whole = visit_stretches(view, end, block);
             }
-            if kinds_apart() {
-                run = visit_run(view, stretch, run, true);
+            flush(whole);
+            merges = subgroupAny(must_merge());
+            again = HAS_VOLUMES && !again;
+            if whole && !again {
+                slab = next_slab(slab, base, max(end, 1u));
+                is_end = base >= end || subgroupAll(settled(key_depth(slab.key)));
             }
-            if run.forced {
-                whole = move_on(stretch, run.last + u32(is_whole()), block);
-            }
-            if whole | run.forced {
+            if is_end | merges {
                 break;
             }
         }
-        flush(whole);
-        if whole {
-            slab = next_slab(slab, base, max(end, 1u));
-            if step == steps_behind() {
-                break;
-            }
-            if base >= end || subgroupAll(settled(key_depth(slab.key))) {
-                base = end;
-                open_behind(view, step);
-                step += 1u;
-            }
+        if merges {
+            merge();
+        }
+        if is_end {
+            break;
         }
     }
+    base = end;
 }
 
 fn walk(view: GpuView, first: u32, end: u32) {
@@ -180,8 +182,13 @@ fn walk(view: GpuView, first: u32, end: u32) {
     }
     base = first;
     slab = first_slab(first, end);
-    if slabbed() {
-        visit_singles(view, end, block);
+    var step = 0u; // behind all pairs
+    loop {
+        visit_slabs(view, end, block);
+        if step == steps_behind() {
+            break;
+        }
+        open_behind(view, step);
+        step += 1u;
     }
-    visit_slabs(view, end, block);
 }

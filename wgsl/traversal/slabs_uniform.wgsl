@@ -2,9 +2,10 @@
 // core tier, without subgroups. CPU reference: src/reference/curve/tile.rs, `walk`.
 
 import package::curve::behind::{open_behind, steps_behind};
-import package::curve::gather::{end_count, flush, is_counting, settled};
+import package::curve::gather::{end_count, flush, is_counting, merge, settled};
+import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
-import package::features::HAS_PARTICLES;
+import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, front_depth, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
@@ -42,6 +43,49 @@ fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool)
     return run;
 }
 
+// Visits all slabs. Merges are outside of the loop that inserts, as most insertions need none.
+fn visit_slabs(view: GpuView, first: u32, end: u32) {
+    // An empty tile has no pair, but the load needs a valid index.
+    let some = max(end, 1u);
+    var slab = first_slab(first, end);
+    var base = first;
+    var run = Run(base, 0u, base < end, false);
+    var again = false;  // a volume's ramp ends where the next hit is
+    var is_end = false; // of all slabs
+    loop {
+        loop {
+            if !again {
+                run = Run(base, 0u, base < end, false);
+                loop {
+                    run = visit_run(view, slab, run, some, !HAS_PARTICLES);
+                    if kinds_apart() {
+                        run = visit_run(view, slab, run, some, true);
+                    }
+                    if !run.open {
+                        break;
+                    }
+                }
+                base = run.pair;
+            }
+            flush(!run.forced);
+            again = HAS_VOLUMES && !again;
+            if !run.forced && !again {
+                slab = next_slab(slab, base, some);
+                is_end = base >= end || settled(key_depth(slab.key));
+            }
+            if is_end | must_merge() {
+                break;
+            }
+        }
+        if must_merge() {
+            merge();
+        }
+        if is_end {
+            break;
+        }
+    }
+}
+
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first; // next pair
     var front = 0.0;
@@ -53,33 +97,14 @@ fn walk(view: GpuView, first: u32, end: u32) {
     }
     end_count();
     base = first;
-    // An empty tile has no pair, but the load needs a valid index.
-    let some = max(end, 1u);
-    var slab = first_slab(first, end);
     var step = 0u; // behind all pairs
     loop {
-        var run = Run(base, 0u, base < end, false);
-        loop {
-            run = visit_run(view, slab, run, some, !HAS_PARTICLES);
-            if kinds_apart() {
-                run = visit_run(view, slab, run, some, true);
-            }
-            if !run.open {
-                break;
-            }
+        visit_slabs(view, base, end);
+        if step == steps_behind() {
+            break;
         }
-        base = run.pair;
-        flush(!run.forced);
-        if !run.forced {
-            slab = next_slab(slab, base, some);
-            if step == steps_behind() {
-                break;
-            }
-            if base >= end || settled(key_depth(slab.key)) {
-                base = end;
-                open_behind(view, step);
-                step += 1u;
-            }
-        }
+        base = end;
+        open_behind(view, step);
+        step += 1u;
     }
 }
