@@ -18,9 +18,9 @@ use std::{
 };
 use toml::Spanned;
 
-/// A shape, a mesh or splats of the scene file that keys may name.
+/// A shape, a mesh, splats or strands of the scene file that keys may name.
 pub(super) struct Placed {
-    /// `"shape"`, `"mesh"` or `"splats"`.
+    /// `"shape"`, `"mesh"`, `"splats"` or `"strands"`.
     pub kind: &'static str,
     pub name: Option<String>,
     /// Its triangles in the scene.
@@ -187,10 +187,11 @@ pub(super) fn animate(
         }
         let parts: Vec<&str> = target.split('.').collect();
         match parts[..] {
-            [kind @ ("shape" | "mesh" | "splats"), name, field] => {
+            [kind @ ("shape" | "mesh" | "splats" | "strands"), name, field] => {
                 let kind = match kind {
                     "shape" => "shape",
                     "splats" => "splats",
+                    "strands" => "strands",
                     _ => "mesh",
                 };
                 place(&check, kind, name, field, &places, &mut placed)?;
@@ -338,7 +339,8 @@ fn find(check: &Check<'_>, parts: &[&str], scene: &Scene) -> Result<Target, Scen
         _ => {
             let message = format!("{} is nothing that keys can move", quoted(&parts.join(".")));
             let help = "write camera.eye, light.NAME.direction, shape.NAME.translation, \
-                        mesh.NAME.rotation, splats.NAME.rotation, material.NAME.tint or air.scattering";
+                        mesh.NAME.rotation, splats.NAME.rotation, strands.NAME.scale, material.NAME.tint \
+                        or air.scattering";
             Err(check.fault("target", message, help))
         }
     }
