@@ -2,9 +2,9 @@
 //!
 //! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the length in
 //! local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight through the axis
-//! meets the opacity `a`. Where the cone is thinner than a texel at its place closest to the ray, it becomes a texel wide, and the ray's way through the whole
-//! cone, of `S` diameters, covers the texel by the ratio of the radii: `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`.
-//! Both are products over the pieces of a strand that is cut.
+//! meets the opacity `a`. Where the cone is thinner than a texel at its place closest to the ray, it becomes a texel
+//! wide, and the ray's way through the whole cone, of `S` diameters, covers the texel by the ratio of the radii:
+//! `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both are products over the pieces of a strand that is cut.
 use super::{
     caster_hit::Hit,
     gaussian::ENDLESS,

@@ -16,7 +16,6 @@ use super::{
     source::SceneText,
 };
 use crate::model::{Material, Motion, Texture, volume};
-use glam::Vec3;
 use std::{
     collections::{HashMap, HashSet},
     ops::Range,

@@ -12,7 +12,6 @@ use super::{
     share::Share,
 };
 use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture};
-use glam::Vec3;
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
