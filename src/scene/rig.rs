@@ -1,6 +1,6 @@
 //! Moving shapes and meshes: as a whole by keys of the scene file, their nodes by the model's own
 //! animation.
-use super::{Scene, deform::Deform, splats, strands, track::Channel, track::Track};
+use super::{Scene, deform::Deform, splats, track::Channel, track::Track};
 use crate::model::{
     FARTHEST, Gaussian, GaussianOpacity, LightKind, MAX_GAIN, Motion, Strand, Triangle, moved,
     volume,
@@ -243,7 +243,7 @@ impl Moving {
         let own = &mut scene.strands[self.first_strand..][..self.strands.len()];
         let mut left_out = 0;
         for (own, local) in own.iter_mut().zip(self.strands.iter()) {
-            let placed = strands::placed(local, whole);
+            let placed = local.placed(whole);
             if placed.problem(MAX_GAIN).is_none() {
                 *own = placed;
             } else {

@@ -11,8 +11,7 @@ use super::{
     plain::nearest,
     rig::Moving,
 };
-use crate::model::{Material, Shape, Strand, StrandVertex};
-use glam::{Mat3, Mat4};
+use crate::model::{Material, Shape, Strand};
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
@@ -67,7 +66,7 @@ impl Loader<'_> {
         self.scene.materials.push(material);
         let (first_strand, mut local) = (self.scene.strands.len(), Vec::new());
         for strand in strands {
-            let placed = placed(&strand, &world);
+            let placed = strand.placed(&world);
             match placed.problem(most) {
                 None => {
                     self.scene.strands.push(placed);
@@ -128,16 +127,4 @@ impl Loader<'_> {
         self.next_id = self.next_id.wrapping_add(fur.count);
         Ok(strands)
     }
-}
-
-/// The strand under `world`; radii by the mean of its scales.
-pub(super) fn placed(strand: &Strand, world: &Mat4) -> Strand {
-    let scale = Mat3::from_mat4(*world).determinant().abs().cbrt();
-    let vertex = |vertex: &StrandVertex| StrandVertex {
-        position: world.transform_point3(vertex.position),
-        radius: vertex.radius * scale,
-        ..*vertex
-    };
-    let &Strand { material, id, .. } = strand;
-    Strand { vertices: strand.vertices.iter().map(vertex).collect(), material, id }
 }
