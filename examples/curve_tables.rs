@@ -1,9 +1,11 @@
-//! Writes the tables of `docs/curves.md`, `docs/gaussians.md` and `docs/grids.md`: `make quality`. With names of tables,
+//! Writes the tables of `docs/curves.md`, `docs/gaussians.md`, `docs/grids.md` and `docs/strands.md`: `make quality`. With names of tables,
 //! only those.
 #[path = "measure/avsm.rs"]
 mod avsm;
 #[path = "measure/curves.rs"]
 mod curves;
+#[path = "measure/deep.rs"]
+mod deep;
 #[allow(dead_code, reason = "tests compare maps with it")]
 #[path = "../tests/common/grid_truth.rs"]
 mod grid_truth;
@@ -17,6 +19,11 @@ mod rays;
 mod rivals;
 #[path = "measure/splats.rs"]
 mod splats;
+#[allow(dead_code, reason = "tests compare maps with it")]
+#[path = "../tests/common/strand_truth.rs"]
+mod strand_truth;
+#[path = "measure/strands.rs"]
+mod strands;
 
 use curves::{Method, Rays, Sample};
 use gobo::{
@@ -34,12 +41,13 @@ use std::{cell::RefCell, error::Error, fmt::Write as _, path::Path, time::Instan
 type Table = fn() -> Result<Option<String>, Box<dyn Error>>;
 
 /// Tables: their page, their name there, and what makes them; `None` where their files are absent.
-const TABLES: [(&str, &str, Table); 5] = [
+const TABLES: [(&str, &str, Table); 6] = [
     ("docs/curves.md", "quality", || Ok(Some(quality()?))),
     ("docs/gaussians.md", "generated", generated_splats),
     ("docs/gaussians.md", "captured", captured_splats),
     ("docs/grids.md", "generated", generated_grids),
     ("docs/grids.md", "smoke", smoke),
+    ("docs/strands.md", "fur", fur),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -161,22 +169,35 @@ fn generated_grids() -> Result<Option<String>, Box<dyn Error>> {
         ("cloud", grids::Volume::new(grid("cloud")?, 256, RAYS)),
         ("plume", grids::Volume::new(grid("plume")?, 256, RAYS)),
     ];
-    grid_table(&volumes).map(Some)
+    volume_table(&volumes, &grids::Method::ALL).map(Some)
+}
+
+fn fur() -> Result<Option<String>, Box<dyn Error>> {
+    let of = |count: u32, length: f32| scene_of(&strands::fur(count, length));
+    let volumes = [
+        ("2,000 hairs", grids::Volume::of_hair(of(2000, 0.3)?, 128, RAYS)),
+        ("20,000 hairs", grids::Volume::of_hair(of(20_000, 0.3)?, 128, RAYS)),
+    ];
+    volume_table(&volumes, &grids::Method::OF_HAIR).map(Some)
 }
 
 fn smoke() -> Result<Option<String>, Box<dyn Error>> {
     let Some(file) = asset("smoke.vdb") else { return Ok(None) };
-    grid_table(&[("smoke.vdb", grids::Volume::new(scene::load(&file)?, 512, RAYS))]).map(Some)
+    let volume = grids::Volume::new(scene::load(&file)?, 512, RAYS);
+    volume_table(&[("smoke.vdb", volume)], &grids::Method::ALL).map(Some)
 }
 
-fn grid_table(volumes: &[(&str, grids::Volume)]) -> Result<String, Box<dyn Error>> {
+fn volume_table(
+    volumes: &[(&str, grids::Volume)],
+    methods: &[grids::Method],
+) -> Result<String, Box<dyn Error>> {
     let mut table = "| method | bytes |".to_owned();
     for (name, _) in volumes {
         write!(table, " {name}, mean | 99 % |")?;
     }
     write!(table, "\n|---|---|{}\n", "---|---|".repeat(volumes.len()))?;
     let render = renderer()?;
-    for method in grids::Method::ALL {
+    for &method in methods {
         write!(table, "| {} | {} |", method.name(), method.bytes())?;
         for (_, volume) in volumes {
             let errors = volume.errors(method, &render);

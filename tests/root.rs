@@ -7,6 +7,8 @@ mod contract;
 #[allow(dead_code, reason = "the example times it too")]
 #[path = "../examples/measure/curves.rs"]
 mod curves;
+#[path = "../examples/measure/deep.rs"]
+mod deep;
 #[allow(dead_code, reason = "the example times it too")]
 #[path = "../examples/measure/dither.rs"]
 mod dither_study;
@@ -15,7 +17,7 @@ mod docs;
 #[path = "../examples/measure/grids.rs"]
 mod grids;
 mod guest;
-use common::grid_truth;
+use common::{grid_truth, strand_truth};
 mod maps;
 #[path = "../examples/measure/moments.rs"]
 mod moments;
@@ -30,3 +32,5 @@ mod scene;
 #[path = "../examples/measure/splats.rs"]
 mod splats;
 mod stages;
+#[path = "../examples/measure/strands.rs"]
+mod strands;

@@ -1,14 +1,16 @@
-//! Grids of voxels, as curves and as other projects store their shadows, against an exact march in 64 bits.
+//! Grids of voxels and strands, as curves and as other projects store their shadows, against 64 bits.
 use crate::{
     avsm::Adaptive,
+    deep::Layers,
     grid_truth::Line,
     moments::Moments,
     rays::{DEPTHS, Errors, Ray, depths, rays, under_a_sun},
     rivals::{Fourier, Hit},
+    strands,
 };
 use gobo::{
     glam::{DVec3, Vec3},
-    internals::records::ViewMaps,
+    internals::{records::ViewMaps, view::shadow_views},
     scene::Scene,
 };
 
@@ -17,17 +19,17 @@ const PARTS: u32 = 4;
 /// Rays that lose less light are left out.
 const LEAST_LOSS: f64 = 0.05;
 
-/// What a ray meets of a grid.
+/// What a ray meets.
 #[derive(Clone, Debug)]
 pub(crate) struct Met {
-    /// Stretches in cells [light depth], front to back, and their optical depths.
+    /// Disjoint stretches [light depth], front to back, and their optical depths: of cells and strands.
     cells: Vec<([f64; 2], DVec3)>,
     /// Light at every depth.
     light: Vec<DVec3>,
 }
 
-/// All grids of the scene on a ray.
-fn met(scene: &Scene, ray: &Ray) -> Met {
+/// All grids and strands of the scene on a ray.
+fn met(scene: &Scene, ray: &Ray, texel: f64) -> Met {
     let line = Line { start: ray.start, way: ray.way };
     let mut cells = Vec::new();
     let mut taus = vec![DVec3::ZERO; DEPTHS];
@@ -40,17 +42,34 @@ fn met(scene: &Scene, ray: &Ray) -> Met {
             *tau += integral * extinction;
         }
     }
+    let capsules = strands::met(scene, ray, texel);
+    for (tau, depth) in taus.iter_mut().zip(depths()) {
+        *tau += capsules.iter().map(|capsule| capsule.tau(depth)).sum::<DVec3>();
+    }
+    cells.extend(strands::stretches(&capsules));
     cells.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
     Met { cells, light: taus.into_iter().map(|tau| (-tau).map(f64::exp)).collect() }
 }
 
-/// How the shadow of a grid is stored.
+impl Met {
+    /// Where its first stretch starts and its last ends.
+    fn ends(&self) -> [f64; 2] {
+        match (self.cells.first(), self.cells.last()) {
+            (Some(([start, _], _)), Some(([_, end], _))) => [*start, *end],
+            _ => [0.0; 2],
+        }
+    }
+}
+
+/// How the shadow is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
     /// Adaptive volumetric shadow maps, with their number of points.
     Adaptive(usize),
     Moments(usize),
     Fourier,
+    /// A deep opacity map, with its number of layers.
+    Layers(usize),
     /// The maps' curves, with their number of nodes.
     Curve(u32),
 }
@@ -68,11 +87,18 @@ impl Method {
         Self::Curve(16),
     ];
 
+    /// Those for hair too.
+    pub(crate) const OF_HAIR: [Self; 10] = {
+        let [a, b, c, d, e, f, g, h, i] = Self::ALL;
+        [Self::Layers(8), a, b, c, d, e, f, g, h, i]
+    };
+
     pub(crate) fn name(self) -> String {
         match self {
             Self::Adaptive(count) => format!("AVSM, {count} points"),
             Self::Moments(count) => format!("{count} moments"),
             Self::Fourier => "Fourier, 15 coefficients".to_owned(),
+            Self::Layers(count) => format!("deep opacity map, {count} layers"),
             Self::Curve(nodes) => format!("gobo, K = {nodes}"),
         }
     }
@@ -83,28 +109,41 @@ impl Method {
             Self::Adaptive(count) => 8 * count as u32,
             Self::Moments(count) => 4 * (count as u32 + 1),
             Self::Fourier => 2 * 15,
+            Self::Layers(count) => 4 + 2 * count as u32,
             Self::Curve(nodes) => 12 + 8 * nodes,
         }
     }
 }
 
-/// A grid, and rays through it.
+/// Grids and strands, and rays through them.
 #[derive(Debug)]
 pub(crate) struct Volume {
     scene: Scene,
     size: u32,
     rays: Vec<(Ray, Met)>,
+    /// From the first stretch of a ray to its last, at most [light depth].
+    span: f64,
+    /// Whether receivers are only between a ray's first stretch and its last.
+    is_inside: bool,
 }
 
 impl Volume {
     /// Rays of a map of `size` texels that lose light.
     pub(crate) fn new(scene: Scene, size: u32, count: usize) -> Self {
         let scene = under_a_sun(scene, size, 8);
+        let texel = 1.0 / f64::from(shadow_views(&scene)[0].scale);
         let rays = rays(&scene, count, |ray| {
-            let met = met(&scene, ray);
+            let met = met(&scene, ray, texel);
             (met.light[DEPTHS - 1].min_element() < 1.0 - LEAST_LOSS).then_some(met)
         });
-        Self { scene, size, rays }
+        let span = |(_, met): &(Ray, Met)| met.ends()[1] - met.ends()[0];
+        let span = rays.iter().map(span).fold(0.0, f64::max);
+        Self { scene, size, rays, span, is_inside: false }
+    }
+
+    /// Like [`Self::new`], with receivers among the hairs.
+    pub(crate) fn of_hair(scene: Scene, size: u32, count: usize) -> Self {
+        Self { is_inside: true, ..Self::new(scene, size, count) }
     }
 
     /// `render`: the maps of a scene's only view.
@@ -117,46 +156,53 @@ impl Volume {
         };
         let mut errors = Errors::default();
         for (ray, met) in &self.rays {
-            let light = light_of(method, ray, met, maps.as_ref());
-            for (z, expected) in depths().zip(&met.light) {
+            let light = self.light_of(method, ray, met, maps.as_ref());
+            let [start, end] = if self.is_inside { met.ends() } else { [0.0, 1.0] };
+            for (z, expected) in depths().zip(&met.light).filter(|(z, _)| (start..=end).contains(z))
+            {
                 errors.add(light(z), *expected);
             }
         }
         errors
     }
-}
 
-fn light_of<'a>(
-    method: Method,
-    ray: &Ray,
-    met: &Met,
-    maps: Option<&'a ViewMaps>,
-) -> Box<dyn Fn(f64) -> DVec3 + 'a> {
-    let passed = |tau: DVec3| (-tau).map(f64::exp);
-    let mut hits: Vec<Hit> = Vec::new();
-    for &([start, end], tau) in &met.cells {
-        let light = passed(tau / f64::from(PARTS)).as_vec3();
-        let middle = |i| start + (end - start) * (f64::from(i) + 0.5) / f64::from(PARTS);
-        hits.extend((0..PARTS).map(|i| (middle(i) as f32, light)));
-    }
-    match method {
-        Method::Adaptive(count) => {
-            let mut map = Adaptive::new(count);
-            met.cells.iter().for_each(|&(stretch, tau)| map.append(stretch, passed(tau)));
-            Box::new(move |z| map.light_at(z))
+    fn light_of<'a>(
+        &self,
+        method: Method,
+        ray: &Ray,
+        met: &Met,
+        maps: Option<&'a ViewMaps>,
+    ) -> Box<dyn Fn(f64) -> DVec3 + 'a> {
+        let passed = |tau: DVec3| (-tau).map(f64::exp);
+        let mut hits: Vec<Hit> = Vec::new();
+        for &([start, end], tau) in &met.cells {
+            let light = passed(tau / f64::from(PARTS)).as_vec3();
+            let middle = |i| start + (end - start) * (f64::from(i) + 0.5) / f64::from(PARTS);
+            hits.extend((0..PARTS).map(|i| (middle(i) as f32, light)));
         }
-        Method::Moments(count) => {
-            let map = Moments::new(&hits, count);
-            Box::new(move |z| map.light_at(z as f32).as_dvec3())
-        }
-        Method::Fourier => {
-            let map = Fourier::new(&hits);
-            Box::new(move |z| map.light_at(z as f32).as_dvec3())
-        }
-        Method::Curve(_) => {
-            let (curve, texel) = (maps.and_then(|maps| maps.curve.as_ref()), ray.texel);
-            let light = move |z: f64| curve.map(|curve| curve.light_at(texel, z as f32));
-            Box::new(move |z| light(z).map_or(DVec3::NAN, Vec3::as_dvec3))
+        match method {
+            Method::Adaptive(count) => {
+                let mut map = Adaptive::new(count);
+                met.cells.iter().for_each(|&(stretch, tau)| map.append(stretch, passed(tau)));
+                Box::new(move |z| map.light_at(z))
+            }
+            Method::Moments(count) => {
+                let map = Moments::new(&hits, count);
+                Box::new(move |z| map.light_at(z as f32).as_dvec3())
+            }
+            Method::Fourier => {
+                let map = Fourier::new(&hits);
+                Box::new(move |z| map.light_at(z as f32).as_dvec3())
+            }
+            Method::Layers(count) => {
+                let map = Layers::new(&met.cells, self.span, count);
+                Box::new(move |z| map.light_at(z))
+            }
+            Method::Curve(_) => {
+                let (curve, texel) = (maps.and_then(|maps| maps.curve.as_ref()), ray.texel);
+                let light = move |z: f64| curve.map(|curve| curve.light_at(texel, z as f32));
+                Box::new(move |z| light(z).map_or(DVec3::NAN, Vec3::as_dvec3))
+            }
         }
     }
 }

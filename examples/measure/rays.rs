@@ -34,7 +34,7 @@ pub(crate) fn asset(name: &str) -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-/// Only the Gaussians and grids of a scene, under a sun with curves of `nodes` nodes.
+/// Only the Gaussians, grids and strands of a scene, under a sun with curves of `nodes` nodes.
 pub(crate) fn under_a_sun(mut scene: Scene, size: u32, nodes: u32) -> Scene {
     let direction = Vec3::new(-0.4, -1.0, -0.3).normalize();
     let kind = LightKind::Directional { direction };

@@ -108,13 +108,14 @@ pub(crate) mod moved {
     pub(crate) const PARTICLE: &str = "particle moved too far";
     pub(crate) const TRIANGLE: &str = "triangle moved too far";
     pub(crate) const GAUSSIAN: &str = "gaussian moved too far";
+    pub(crate) const STRAND: &str = "strand moved too far";
     /// Of a light or the camera.
     pub(crate) const NODE: &str = "light or camera moved too far";
     /// Of a volume whose file cannot be read at that time.
     pub(crate) const FRAME: &str = "file of a volume's frame not read";
     /// Of a volume at that time.
     pub(crate) const VOXEL: &str = "voxel of a volume's frame below 0 or not finite";
-    pub(super) const ALL: [&str; 6] = [PARTICLE, TRIANGLE, GAUSSIAN, NODE, FRAME, VOXEL];
+    pub(super) const ALL: [&str; 7] = [PARTICLE, TRIANGLE, GAUSSIAN, STRAND, NODE, FRAME, VOXEL];
 }
 
 impl Scene {

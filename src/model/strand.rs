@@ -1,6 +1,6 @@
 //! Strands: hair, fur, ribbons and trails, as polylines of capsules.
 use super::bounds::{Bounds, FARTHEST};
-use glam::{Vec3, Vec4};
+use glam::{Mat3, Mat4, Vec3, Vec4};
 
 /// A vertex of a [`Strand`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,18 @@ const SHARP: f32 = 1e-3;
 const STEEP: f32 = 0.25;
 
 impl Strand {
+    /// The strand under `world`; radii by the mean of its scales.
+    #[must_use]
+    pub fn placed(&self, world: &Mat4) -> Self {
+        let scale = Mat3::from_mat4(*world).determinant().abs().cbrt();
+        let vertex = |vertex: &StrandVertex| StrandVertex {
+            position: world.transform_point3(vertex.position),
+            radius: vertex.radius * scale,
+            ..*vertex
+        };
+        Self { vertices: self.vertices.iter().map(vertex).collect(), ..*self }
+    }
+
     /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`] of its
     /// material.
     pub fn problem(&self, max_color: f32) -> Option<&'static str> {

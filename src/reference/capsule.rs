@@ -2,9 +2,9 @@
 //!
 //! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the length in
 //! local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight through the axis
-//! meets the opacity `a`. Where the cone is thinner than a texel it is widened, and the ray's way through the whole
-//! cone, of `S` diameters, covers the texel by the ratio of the radii: `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`.
-//! Both are products over the pieces of a strand that is cut.
+//! meets the opacity `a`. Where the cone is thinner than a texel at its place closest to the ray, it becomes a texel
+//! wide, and the ray's way through the whole cone, of `S` diameters, covers the texel by the ratio of the radii:
+//! `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both are products over the pieces of a strand that is cut.
 use super::{
     caster_hit::Hit,
     gaussian::ENDLESS,
@@ -61,29 +61,32 @@ pub struct CapsuleSetup {
     axis: Vec3,
     length: f32,
     planes: [Vec3; 2],
-    /// Radius at the first end, widened to a texel, and its change along the axis.
-    radius: f32,
+    /// Its radius, and the least one that shows.
+    own: Line,
+    least: Line,
+}
+
+/// A radius that is linear along the axis.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    /// At the first end [m].
+    start: f32,
     slope: f32,
-    /// The same of the true radius.
-    own_radius: f32,
-    own_slope: f32,
 }
 
-/// Least radius at a place in view space [m].
-fn least_radius(view: &GpuView, along: f32) -> f32 {
-    let distance = if view.perspective > 0.0 { along.max(view.near) } else { 1.0 };
-    MIN_RADIUS * distance / view.scale
-}
-
-/// The part of a segment, as shares of its length, that is not behind the near plane of a perspective view. `first`,
-/// `last`: of its ends along the view's axis [m].
-fn seen_part(view: &GpuView, first: f32, last: f32) -> [f32; 2] {
-    let crossing = (view.near - first) / (last - first);
-    match (view.perspective > 0.0, first < view.near, last < view.near) {
-        (true, true, false) if crossing < 1.0 => [crossing, 1.0],
-        (true, false, true) if crossing > 0.0 => [0.0, crossing],
-        _ => [0.0, 1.0],
+impl Line {
+    fn new([first, last]: [f32; 2], length: f32) -> Self {
+        Self { start: first, slope: (last - first) / length }
     }
+
+    fn at(self, place: f32) -> f32 {
+        self.start + self.slope * place
+    }
+}
+
+/// Least radius at a place in view space [m]; behind the eye negative, where no ray is.
+fn least_radius(view: &GpuView, along: f32) -> f32 {
+    MIN_RADIUS * if view.perspective > 0.0 { along } else { 1.0 } / view.scale
 }
 
 impl CapsuleSetup {
@@ -94,24 +97,9 @@ impl CapsuleSetup {
             record.normals().map(|normal| to_map(view.view_from_world.transform_vector3(normal)));
         let [first, last] = ends;
         let length = first.distance(last).max(f32::MIN_POSITIVE);
-        let own = [record.first_radius, record.last_radius];
-        // Widened where the light sees it, and continued to the ends.
-        let seen = seen_part(view, first.z, last.z);
-        let [a, b] = seen.map(|share| {
-            let own = own[0] + (own[1] - own[0]) * share;
-            own.max(least_radius(view, first.z + (last.z - first.z) * share))
-        });
-        let change = (b - a) / (seen[1] - seen[0]);
-        Self {
-            first,
-            axis: (last - first) / length,
-            length,
-            planes,
-            radius: a - change * seen[0],
-            slope: change / length,
-            own_radius: own[0],
-            own_slope: (own[1] - own[0]) / length,
-        }
+        let own = Line::new([record.first_radius, record.last_radius], length);
+        let least = Line::new(ends.map(|end| least_radius(view, end.z)), length);
+        Self { first, axis: (last - first) / length, length, planes, own, least }
     }
 
     /// Where the ray through `texel` is inside, up to light depth `opaque_depth`.
@@ -133,8 +121,13 @@ impl CapsuleSetup {
         let miss = off.dot(across);
         // Where the ray is closest to the axis.
         let middle = begin * step / sine;
-        let radius = self.radius + self.slope * (begin + middle * step);
-        let grows = self.slope * step;
+        let closest_place = begin + middle * step;
+        // One cone for the whole ray, the same for the pieces of a strand.
+        let nearest = closest_place.clamp(0.0, self.length);
+        let is_thin = self.own.at(nearest) < self.least.at(nearest);
+        let line = if is_thin { self.least } else { self.own };
+        let radius = line.at(closest_place);
+        let grows = line.slope * step;
         let open = sine - grows * grows;
         let miss2 = miss * miss / sine;
         let square_root = sine * radius * radius - open * miss2;
@@ -176,8 +169,8 @@ impl CapsuleSetup {
         let metres = square.sqrt();
         let diameters = |from: f32, to: f32| {
             let place = along(0.5 * (from + to));
-            let mean = self.radius + self.slope * place;
-            let rise = (0.5 * self.slope * step * (to - from) / mean).clamp(-TIP, TIP);
+            let mean = line.at(place);
+            let rise = (0.5 * line.slope * step * (to - from) / mean).clamp(-TIP, TIP);
             let square = rise * rise;
             // The integral of 1 / r over a linear r.
             let stretch = if rise.abs() < 0.1 {
@@ -189,13 +182,11 @@ impl CapsuleSetup {
         };
         let inside = diameters(first, last);
         let place = along(0.5 * (first + last));
-        let widened = self.radius + self.slope * place;
-        let own = self.own_radius + self.own_slope * place;
         let depth = |at: f32| (closest + at - view.near) / range;
         (inside > 0.0).then(|| Way {
             inside,
             whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
-            thin: (own / widened).clamp(0.0, 1.0),
+            thin: (self.own.at(place) / line.at(place)).clamp(0.0, 1.0),
             depth: depth(first),
             end: depth(last),
         })
@@ -258,10 +249,11 @@ pub fn project_capsule(
     params: ProjectParams,
 ) -> Projected {
     let setup = CapsuleSetup::new(view, record);
-    let CapsuleSetup { first, axis, length, planes, radius, slope, .. } = setup;
+    let CapsuleSetup { first, axis, length, planes, own, least } = setup;
     let last = first + axis * length;
-    let reach = [radius, radius + slope * length];
-    let reach = [0, 1].map(|i| reach[i] * mitre(planes[i].dot(axis), slope.abs()));
+    let slope = own.slope.abs().max(least.slope.abs());
+    let radii = [0.0, length].map(|place| own.at(place).max(least.at(place)));
+    let reach = [0, 1].map(|i| radii[i] * mitre(planes[i].dot(axis), slope));
     let reach = reach[0].max(reach[1]);
     let range = view.far - view.near;
     let nearest = (first.z.min(last.z) - reach - view.near) / range;

@@ -18,9 +18,9 @@ use std::{
 };
 use toml::Spanned;
 
-/// A shape, a mesh or splats of the scene file that keys may name.
+/// A shape, a mesh, splats or strands of the scene file that keys may name.
 pub(super) struct Placed {
-    /// `"shape"`, `"mesh"` or `"splats"`.
+    /// One of [`PLACED`].
     pub kind: &'static str,
     pub name: Option<String>,
     /// Its triangles in the scene.
@@ -53,6 +53,8 @@ enum Target {
     Extinction,
 }
 
+/// Kinds of what has a place.
+const PLACED: [&str; 4] = ["shape", "mesh", "splats", "strands"];
 const CAMERA: &[&str] = &["eye", "target", "up", "fov_y", "exposure"];
 const LIGHT: &[&str] = &["position", "direction", "color", "intensity", "angle"];
 const MATERIAL: &[&str] =
@@ -186,13 +188,9 @@ pub(super) fn animate(
             return Err(check.fault("target", message, "put all keys into one table"));
         }
         let parts: Vec<&str> = target.split('.').collect();
-        match parts[..] {
-            [kind @ ("shape" | "mesh" | "splats"), name, field] => {
-                let kind = match kind {
-                    "shape" => "shape",
-                    "splats" => "splats",
-                    _ => "mesh",
-                };
+        let kind = PLACED.into_iter().find(|kind| parts.first() == Some(kind));
+        match (kind, &parts[..]) {
+            (Some(kind), [_, name, field]) => {
                 place(&check, kind, name, field, &places, &mut placed)?;
             }
             _ => {
@@ -338,7 +336,8 @@ fn find(check: &Check<'_>, parts: &[&str], scene: &Scene) -> Result<Target, Scen
         _ => {
             let message = format!("{} is nothing that keys can move", quoted(&parts.join(".")));
             let help = "write camera.eye, light.NAME.direction, shape.NAME.translation, \
-                        mesh.NAME.rotation, splats.NAME.rotation, material.NAME.tint or air.scattering";
+                        mesh.NAME.rotation, splats.NAME.rotation, strands.NAME.scale, material.NAME.tint \
+                        or air.scattering";
             Err(check.fault("target", message, help))
         }
     }

@@ -301,6 +301,8 @@ impl VolumeTable {
 /// Hair, fur, ribbons and trails.
 #[derive(Clone, Debug)]
 pub(super) struct StrandsTable {
+    /// Name for keys.
+    pub name: Option<String>,
     pub file: Option<PathBuf>,
     pub generate: Option<Fur>,
     pub material: String,
@@ -312,6 +314,7 @@ pub(super) struct StrandsTable {
 impl StrandsTable {
     pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
         Ok(Self {
+            name: keys.given("name")?,
             file: keys.given("file")?,
             generate: keys.one("generate", Fur::read)?.map(Spanned::into_inner),
             material: keys.required("material")?,

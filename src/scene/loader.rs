@@ -16,7 +16,6 @@ use super::{
     source::SceneText,
 };
 use crate::model::{Material, Motion, Texture, volume};
-use glam::Vec3;
 use std::{
     collections::{HashMap, HashSet},
     ops::Range,
@@ -161,8 +160,9 @@ impl<'a> Loader<'a> {
         for table in &document.volume {
             self.volume(table)?;
         }
+        let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("strands."));
         for table in &document.strands {
-            self.strands(table)?;
+            self.strands(table, is_keyed)?;
         }
         Ok(())
     }
@@ -282,15 +282,9 @@ impl<'a> Loader<'a> {
         }
         let moving = displace.is_none().then(|| Moving {
             rig: Arc::new(Rig::whole(local.len())),
-            placement: placement.clone(),
             local: Arc::new(local),
             first_triangle: self.scene.triangles.len(),
-            gaussians: Arc::default(),
-            first_gaussian: 0,
-            lights: Vec::new(),
-            camera: None,
-            origin: Vec3::ZERO,
-            far: 0,
+            ..Moving::none(placement.clone())
         });
         self.scene.triangles.extend(triangles);
         let own = have..self.scene.triangles.len();

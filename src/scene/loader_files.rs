@@ -12,7 +12,6 @@ use super::{
     share::Share,
 };
 use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture};
-use glam::Vec3;
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
@@ -186,13 +185,9 @@ impl Loader<'_> {
             lights: rig.lights.iter().map(|&(light, node)| (first_light + light, node)).collect(),
             camera: rig.camera.filter(|_| is_camera),
             rig: Arc::new(rig),
-            placement,
             local: Arc::new(self.scene.triangles[first_triangle..].to_vec()),
             first_triangle,
-            gaussians: Arc::default(),
-            first_gaussian: 0,
-            origin: Vec3::ZERO,
-            far: 0,
+            ..Moving::none(placement)
         });
         // The scene's triangles are in the spaces of their nodes until posed.
         if let Some(moving) = &mut moving {

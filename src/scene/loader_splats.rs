@@ -6,7 +6,7 @@ use super::{
     limits::{self, Limit},
     loader::Loader,
     loader_files::add_skipped,
-    rig::{Moving, Placement, Rig},
+    rig::{Moving, Placement},
     splat_file::load_splats,
     splats::{Cloud, Kind, placed},
     volumes::USUAL_THICKNESS,
@@ -189,16 +189,9 @@ impl Loader<'_> {
         self.next_id = self.next_id.wrapping_add(rows as u32);
         add_skipped(&mut self.scene.skipped, &cloud.skipped);
         Ok(is_keyed.then(|| Moving {
-            rig: Arc::new(Rig::whole(0)),
-            placement: placement.clone(),
-            local: Arc::default(),
-            first_triangle: 0,
             gaussians: Arc::new(local),
             first_gaussian,
-            lights: Vec::new(),
-            camera: None,
-            origin: Vec3::ZERO,
-            far: 0,
+            ..Moving::none(placement.clone())
         }))
     }
 

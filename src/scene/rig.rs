@@ -1,8 +1,9 @@
 //! Moving shapes and meshes: as a whole by keys of the scene file, their nodes by the model's own
 //! animation.
-use super::{Scene, deform::Deform, splats::placed, track::Channel, track::Track};
+use super::{Scene, deform::Deform, splats, track::Channel, track::Track};
 use crate::model::{
-    FARTHEST, Gaussian, GaussianOpacity, LightKind, MAX_GAIN, Motion, Triangle, moved, volume,
+    FARTHEST, Gaussian, GaussianOpacity, LightKind, MAX_GAIN, Motion, Strand, Triangle, moved,
+    volume,
 };
 use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
 use std::{ops::Range, sync::Arc};
@@ -154,6 +155,9 @@ pub(super) struct Moving {
     pub(super) gaussians: Arc<Vec<Gaussian>>,
     /// First of its splats in the scene.
     pub(super) first_gaussian: usize,
+    /// Strands, like the splats.
+    pub(super) strands: Arc<Vec<Strand>>,
+    pub(super) first_strand: usize,
     /// Lights on nodes: index in the scene, index of the node.
     pub(super) lights: Vec<(usize, usize)>,
     /// Node that the scene's camera follows, if it is the model's.
@@ -172,6 +176,7 @@ impl Motion for Moving {
         let is_volume = |material: u32| materials[material as usize].is_volume();
         let worlds = self.rig.pose(&self.local, own, whole, seconds, is_volume);
         self.place_gaussians(scene, &whole);
+        self.place_strands(scene, &whole);
         let lights = &mut scene.lights;
         let mut left_out = 0;
         let mut place = |node: usize| {
@@ -206,7 +211,7 @@ impl Motion for Moving {
     }
 
     fn moves_particles(&self) -> bool {
-        !self.gaussians.is_empty()
+        !(self.gaussians.is_empty() && self.strands.is_empty())
     }
 
     fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
@@ -215,12 +220,48 @@ impl Motion for Moving {
 }
 
 impl Moving {
+    /// Nothing that follows a placement.
+    pub(super) fn none(placement: Placement) -> Self {
+        Self {
+            rig: Arc::new(Rig::whole(0)),
+            placement,
+            local: Arc::default(),
+            first_triangle: 0,
+            gaussians: Arc::default(),
+            first_gaussian: 0,
+            strands: Arc::default(),
+            first_strand: 0,
+            lights: Vec::new(),
+            camera: None,
+            origin: Vec3::ZERO,
+            far: 0,
+        }
+    }
+
+    /// Places its strands. One that cannot be placed stays where it was, without opacity.
+    fn place_strands(&self, scene: &mut Scene, whole: &Mat4) {
+        let own = &mut scene.strands[self.first_strand..][..self.strands.len()];
+        let mut left_out = 0;
+        for (own, local) in own.iter_mut().zip(self.strands.iter()) {
+            let placed = local.placed(whole);
+            if placed.problem(MAX_GAIN).is_none() {
+                *own = placed;
+            } else {
+                own.vertices.iter_mut().for_each(|vertex| vertex.color.w = 0.0);
+                left_out += 1;
+            }
+        }
+        if left_out > 0 {
+            *scene.skipped.entry(moved::STRAND).or_default() += left_out;
+        }
+    }
+
     /// Places its splats. One that cannot be placed stays where it was, without opacity.
     fn place_gaussians(&self, scene: &mut Scene, whole: &Mat4) {
         let own = &mut scene.gaussians[self.first_gaussian..][..self.gaussians.len()];
         let mut left_out = 0;
         for (own, local) in own.iter_mut().zip(self.gaussians.iter()) {
-            let placed = placed(local, whole);
+            let placed = splats::placed(local, whole);
             if placed.problem(MAX_GAIN, GaussianOpacity::Splat).is_none() {
                 *own = placed;
             } else {

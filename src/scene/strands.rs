@@ -9,14 +9,18 @@ use super::{
     loader_files::add_skipped,
     particles::{self, StrandFile},
     plain::nearest,
+    rig::Moving,
 };
-use crate::model::{Material, Shape, Strand, StrandVertex};
-use glam::{Mat3, Mat4};
-use std::{ops::Range, path::Path};
+use crate::model::{Material, Shape, Strand};
+use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
 impl Loader<'_> {
-    pub(super) fn strands(&mut self, table: &Spanned<StrandsTable>) -> Result<(), SceneError> {
+    pub(super) fn strands(
+        &mut self,
+        table: &Spanned<StrandsTable>,
+        is_keyed: bool,
+    ) -> Result<(), SceneError> {
         let (span, given) = (&table.span(), table.get_ref());
         let index = self.material(span, &given.material)?;
         let named = &self.scene.materials[index as usize];
@@ -60,14 +64,23 @@ impl Loader<'_> {
         self.check_limit(Limit::Capsules, self.capsules(), more, (span, key))?;
         let (world, most) = (given.placement.at(0.0), material.transfer.max_color());
         self.scene.materials.push(material);
+        let (first_strand, mut local) = (self.scene.strands.len(), Vec::new());
         for strand in strands {
-            let strand = placed(&strand, &world);
-            match strand.problem(most) {
-                None => self.scene.strands.push(strand),
+            let placed = strand.placed(&world);
+            match placed.problem(most) {
+                None => {
+                    self.scene.strands.push(placed);
+                    local.extend(is_keyed.then_some(strand));
+                }
                 Some(reason) => *self.scene.skipped.entry(reason).or_default() += 1,
             }
         }
-        Ok(())
+        let moving = is_keyed.then(|| Moving {
+            strands: Arc::new(local),
+            first_strand,
+            ..Moving::none(given.placement.clone())
+        });
+        self.place("strands", span, given.name.as_ref(), 0..0, moving)
     }
 
     fn capsules(&self) -> usize {
@@ -95,7 +108,7 @@ impl Loader<'_> {
         material: u32,
     ) -> Result<Vec<Strand>, SceneError> {
         let known = || {
-            let solid = self.placed.iter().filter(|placed| placed.kind != "splats");
+            let solid = self.placed.iter().filter(|placed| matches!(placed.kind, "shape" | "mesh"));
             solid.filter_map(|placed| Some((placed.name.as_ref()?, placed.triangles.clone())))
         };
         let Some((_, triangles)) = known().find(|(name, _)| **name == fur.on) else {
@@ -114,16 +127,4 @@ impl Loader<'_> {
         self.next_id = self.next_id.wrapping_add(fur.count);
         Ok(strands)
     }
-}
-
-/// The strand under `world`; radii by the mean of its scales.
-fn placed(strand: &Strand, world: &Mat4) -> Strand {
-    let scale = Mat3::from_mat4(*world).determinant().abs().cbrt();
-    let vertex = |vertex: &StrandVertex| StrandVertex {
-        position: world.transform_point3(vertex.position),
-        radius: vertex.radius * scale,
-        ..*vertex
-    };
-    let &Strand { material, id, .. } = strand;
-    Strand { vertices: strand.vertices.iter().map(vertex).collect(), material, id }
 }

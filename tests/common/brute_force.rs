@@ -346,12 +346,11 @@ fn meet_strand(
 ) {
     let ends = [eye.ways(0.0), eye.ways(opaque_depth.min(1.0))];
     let least = |point: DVec3| {
-        let distance = if eye.parallel { 1.0 } else { eye.along_axis(point).max(eye.near) };
+        let distance = if eye.parallel { 1.0 } else { eye.along_axis(point) };
         std::f64::consts::FRAC_1_SQRT_2 * distance / eye.scale
     };
-    let beyond = |point: DVec3| if eye.parallel { 1.0 } else { eye.along_axis(point) - eye.near };
     let tint = material.tint.as_dvec4();
-    for met in strand_truth::meet(strand, ray.start, ray.way, ends, least, beyond) {
+    for met in strand_truth::meet(strand, ray.start, ray.way, ends, least) {
         let Some(way) = met.way else { continue };
         let color = met.color.as_dvec4() * tint;
         let of_diameter = optics(material, color.w, color.truncate(), 0.0);

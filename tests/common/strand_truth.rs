@@ -18,8 +18,11 @@ pub(crate) struct Met {
 /// A ray's way through a capsule.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
-    /// Where it enters, in the ray's parameter.
+    /// Where it enters and leaves, in the ray's parameter.
     pub(crate) enters: f64,
+    pub(crate) leaves: f64,
+    /// Widened radii there [m].
+    radii: [f64; 2],
     /// How far the ray is inside the cone at its deepest [m]; negative outside.
     pub(crate) miss: f64,
     /// Inside the capsule and in the whole cone [local diameters].
@@ -36,6 +39,18 @@ impl Way {
             return passed.powf(self.inside);
         }
         (1.0 - self.thin * (1.0 - passed.powf(self.whole))).powf(self.inside / self.whole)
+    }
+
+    /// Share of its diameters that is in front of `t`, in the ray's parameter.
+    pub(crate) fn share(&self, t: f64) -> f64 {
+        let part = ((t - self.enters) / (self.leaves - self.enters)).clamp(0.0, 1.0);
+        let growth = self.radii[1] / self.radii[0];
+        // The integral of 1 / r over a linear r.
+        if (growth - 1.0).abs() < 1e-6 {
+            part
+        } else {
+            (1.0 + (growth - 1.0) * part).ln() / growth.ln()
+        }
     }
 }
 
@@ -64,14 +79,13 @@ impl Cone {
 }
 
 /// Meetings of the ray `start + way t` with the capsules of a strand. `ends`: where it begins and ends; `least`: radius
-/// at a point that the strand is widened to; `beyond`: how far a point is behind the near plane, away from the light.
+/// at a point that the strand is widened to, linear along a capsule.
 pub(crate) fn meet(
     strand: &Strand,
     start: DVec3,
     way: DVec3,
     ends: [f64; 2],
     least: impl Fn(DVec3) -> f64,
-    beyond: impl Fn(DVec3) -> f64,
 ) -> Vec<Met> {
     let v = &strand.vertices;
     let at = |i: usize| v[i].position.as_dvec3();
@@ -87,21 +101,18 @@ pub(crate) fn meet(
         let shared = before.dot(after) > 1e-3 && !steep(i - 1) && !steep(i);
         if shared { (before + after).normalize() } else { own }
     };
-    // Of the part that the light sees, continued to the ends.
+    // Of the whole ray, as it is where the capsule's axis is closest to it.
     let widened = |i: usize| {
-        let (first, last) = (at(i), at(i + 1));
-        let own = |t: f64| f64::from(v[i].radius) + f64::from(v[i + 1].radius - v[i].radius) * t;
-        let [a, b] = [first, last].map(&beyond);
-        let t = if a < 0.0 && b > 0.0 {
-            [a / (a - b), 1.0]
-        } else if a > 0.0 && b < 0.0 {
-            [0.0, a / (a - b)]
-        } else {
-            [0.0, 1.0]
-        };
-        let radii = t.map(|t| own(t).max(least(first.lerp(last, t))));
-        let slope = (radii[1] - radii[0]) / (t[1] - t[0]);
-        [radii[0] - slope * t[0], radii[1] + slope * (1.0 - t[1])]
+        let (first, last, own) = (at(i), at(i + 1), axis(i));
+        let flat = |v: DVec3| v - way * (v.dot(way) / way.length_squared());
+        let (off, step) = (flat(first - start), flat(own));
+        let place =
+            (-off.dot(step) / step.length_squared().max(1e-300)).clamp(0.0, first.distance(last));
+        let share = place / first.distance(last);
+        let true_radii = [v[i].radius.into(), v[i + 1].radius.into()];
+        let least_radii = [least(first), least(last)];
+        let at = |[a, b]: [f64; 2]| a + (b - a) * share;
+        if at(true_radii) < at(least_radii) { least_radii } else { true_radii }
     };
     let capsule = |i: usize| {
         let (first, last, own) = (at(i), at(i + 1), axis(i));
@@ -181,5 +192,6 @@ fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) ->
     let grows = (cone.radii[1] - cone.radii[0]) / cone.length * cosine;
     let is_endless = 1.0 - cosine * cosine <= grows * grows;
     let whole = if is_endless { f64::INFINITY } else { diameters(whole[0], whole[1]) };
-    (enters < leaves).then_some(Way { enters, miss, inside, whole, thin })
+    let radii = [enters, leaves].map(|t| cone.radius(point(t)));
+    (enters < leaves).then_some(Way { enters, leaves, radii, miss, inside, whole, thin })
 }

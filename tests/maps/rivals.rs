@@ -3,11 +3,13 @@
 use crate::{
     avsm::Adaptive,
     common::{Tier, map_frame},
+    deep::Layers,
     grids,
     moments::Moments,
     rays::scene_of,
     rivals::{Hit, exact},
     splats::{self, Met, as_medium, nearest_hits},
+    strands,
 };
 use gobo::{
     glam::{DVec3, Vec3},
@@ -118,4 +120,27 @@ fn curves_of_grids_beat_what_others_store() {
         let (ours, avsm) = (mean(grids::Method::Curve(8)), mean(grids::Method::Adaptive(8)));
         assert!(ours <= 0.004 && ours <= 0.5 * avsm, "{kind}: {ours}, AVSM {avsm}");
     }
+}
+
+/// Between layers optical depth is linear, behind the last one nothing is lost, and the first begins with the hair.
+#[test]
+fn deep_opacity_maps_have_layers() {
+    let half = DVec3::splat(std::f64::consts::LN_2);
+    let stretches = [([0.2, 0.3], half), ([0.4, 0.5], half), ([0.9, 0.95], half)];
+    let map = Layers::new(&stretches, 0.4, 4);
+    for (z, halvings) in [(0.2, 0.0), (0.25, 0.5), (0.35, 1.0), (0.45, 1.5), (0.6, 3.0), (1.0, 3.0)]
+    {
+        let apart = map.light_at(z) - DVec3::splat(0.5_f64.powf(halvings));
+        assert!(apart.abs().max_element() < 1e-9, "{z}: {}", map.light_at(z));
+    }
+}
+
+/// Among the hairs of a dense coat, against the definition in 64 bits. `OloEngine` (its pull request 1322) has a mean error of
+/// 0.022 to 0.054 with a deep opacity map of 8 layers, and of 0.013 to 0.030 with a grid of 64 voxels.
+#[test]
+fn fur_is_resolved_in_depth() {
+    let volume = grids::Volume::of_hair(scene_of(&strands::fur(20_000, 0.3)).unwrap(), 128, 80);
+    let mean = |method| volume.errors(method, maps).mean();
+    let (ours, deep) = (mean(grids::Method::Curve(8)), mean(grids::Method::Layers(8)));
+    assert!(ours <= 0.013 && ours <= 0.5 * deep, "{ours}, deep opacity map {deep}");
 }

@@ -70,6 +70,31 @@ fn fur_grows_from_a_shape() {
 }
 
 #[test]
+fn strands_follow_keys() {
+    let csv = "x,y,z,radius,id\n0,0,0,0.1,7\n1,0,0,0.1,7\n0,0,0,0.1,8\n0,1e3,0,0.1,8\n";
+    let key = |target: &str, values: &str| {
+        format!("[[animate]]\ntarget = \"strands.{target}\"\ntimes = [0, 2]\nvalues = {values}\n")
+    };
+    let keys = "name = \"hair\"\n".to_owned()
+        + &key("hair.rotation", "[[0, 0, 0], [0, 0, 90]]")
+        + &key("0.scale", "[[1, 1, 1], [2e4, 2e4, 2e4]]");
+    let mut scene = of_file("hair.csv", csv, &keys);
+    let before = scene.strands.clone();
+    scene.set_time(2.0);
+    let apart = |found: Vec3, expected: Vec3| (found - (expected - scene.origin)).length();
+    assert!(apart(scene.strands[0].vertices[1].position, Vec3::new(0.0, 2e4, 0.0)) < 0.1);
+    assert!((scene.strands[0].vertices[1].radius - 2e3).abs() < 0.1);
+    // The other would reach too far.
+    assert_eq!(scene.strands[1].vertices[1].position, before[1].vertices[1].position);
+    assert_eq!(scene.strands[1].vertices[1].color.w, 0.0);
+    assert_eq!(scene.skipped.get("strand moved too far"), Some(&1));
+    scene.set_time(0.0);
+    assert_eq!(scene.strands, before);
+    let unknown = key("none.scale", "[[1, 1, 1], [1, 1, 1]]");
+    assert!(refused(&format!("{HAIR}{unknown}")).contains("there is no strands `none`"));
+}
+
+#[test]
 fn wrong_strands_are_refused_with_a_remedy() {
     let with = |keys: &str| refused(&format!("{HAIR}[[strands]]\nmaterial = \"hair\"\n{keys}"));
     for (keys, message) in [

@@ -22,8 +22,8 @@ struct CapsuleSetup {
     length: f32,
     first_plane: vec3<f32>, // normals
     last_plane: vec3<f32>,
-    radius: vec2<f32>, // at the first end, widened to a texel, and its change along the axis
-    own: vec2<f32>,    // the same of the true radius
+    own: vec2<f32>,   // radius at the first end, and its change along the axis
+    least: vec2<f32>, // the same of the least radius that shows
     look: vec2<u32>,   // colour, as in `casters`
 }
 
@@ -33,20 +33,15 @@ fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
     let first = to_view(view, capsule.first);
     let last = to_view(view, capsule.last);
     let length = max(distance(first, last), MIN_DISTANCE);
-    // Widened where the light sees it, and continued to the ends.
-    let seen = seen_part(view, first.z, last.z);
-    let along = first.z + (last.z - first.z) * seen;
-    let own = capsule.radii.x + (capsule.radii.y - capsule.radii.x) * seen;
-    let radii = max(own, vec2(least_radius(view, along.x), least_radius(view, along.y)));
-    let change = (radii.y - radii.x) / (seen.y - seen.x);
+    let least = vec2(least_radius(view, first.z), least_radius(view, last.z));
     return CapsuleSetup(
         first,
         (last - first) / length,
         length,
         to_map(view, from_octahedral(capsule.planes.x)),
         to_map(view, from_octahedral(capsule.planes.y)),
-        vec2(radii.x - change * seen.x, change / length),
         vec2(capsule.radii.x, (capsule.radii.y - capsule.radii.x) / length),
+        vec2(least.x, (least.y - least.x) / length),
         look.xy,
     );
 }
@@ -55,18 +50,14 @@ fn to_view(view: GpuView, point: vec3<f32>) -> vec3<f32> {
     return (view.view_from_world * vec4(point, 1.0)).xyz * vec3(1.0, -1.0, -1.0);
 }
 
+// Behind the eye negative, where no ray is.
 fn least_radius(view: GpuView, along: f32) -> f32 {
-    return MIN_RADIUS * select(1.0, max(along, view.near), view.perspective > 0.0) / view.scale;
+    return MIN_RADIUS * select(1.0, along, view.perspective > 0.0) / view.scale;
 }
 
-// The part of a segment, as shares of its length, that is not behind the near plane of a perspective view. `first`,
-// `last`: of its ends along the view's axis [m].
-fn seen_part(view: GpuView, first: f32, last: f32) -> vec2<f32> {
-    let crossing = (view.near - first) / (last - first);
-    let is_behind = vec2(first, last) < vec2(view.near);
-    let enters = view.perspective > 0.0 && is_behind.x && !is_behind.y && crossing < 1.0;
-    let leaves = view.perspective > 0.0 && !is_behind.x && is_behind.y && crossing > 0.0;
-    return vec2(select(0.0, crossing, enters), select(1.0, crossing, leaves));
+// `line`: radius at the first end, and its change along the axis.
+fn radius_at(line: vec2<f32>, place: f32) -> f32 {
+    return line.x + line.y * place;
 }
 
 // Length of a part of a ray in local diameters, the integral of 1 / (2 r): the radius changes linearly from the middle
@@ -108,8 +99,13 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let miss2 = miss * miss / sine;
     // Where the ray is closest to the axis.
     let middle = begin * step / sine;
-    let radius = capsule.radius.x + capsule.radius.y * (begin + middle * step);
-    let grows = capsule.radius.y * step;
+    let closest_place = begin + middle * step;
+    // One cone for the whole ray, the same for the pieces of a strand.
+    let nearest = clamp(closest_place, 0.0, capsule.length);
+    let is_thin = radius_at(capsule.own, nearest) < radius_at(capsule.least, nearest);
+    let line = select(capsule.own, capsule.least, is_thin);
+    let radius = radius_at(line, closest_place);
+    let grows = line.y * step;
     let open = sine - grows * grows;
     let discriminant = sine * radius * radius - open * miss2;
     // Written so that a NaN is a miss.
@@ -142,19 +138,18 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     first = max(first, max(select(first, at_first, ahead > 0.0), select(first, at_last, behind > 0.0)));
     last = min(last, min(select(at_first, last, ahead > 0.0), select(at_last, last, behind > 0.0)));
     let place = begin + 0.5 * (first + last) * step;
-    let mean = capsule.radius.x + capsule.radius.y * place;
+    let mean = radius_at(line, place);
     if !(first < last && mean > 0.0) {
         return NO_WAY;
     }
     let metres = sqrt(square);
     let inside = diameters(metres * (last - first), mean, 0.5 * grows * (last - first) / mean);
-    let mean_of_whole = capsule.radius.x + capsule.radius.y * (begin + 0.5 * (enters + leaves) * step);
+    let mean_of_whole = radius_at(line, begin + 0.5 * (enters + leaves) * step);
     let of_whole = diameters(metres * (leaves - enters), mean_of_whole, 0.5 * grows * (leaves - enters) / mean_of_whole);
-    let own = capsule.own.x + capsule.own.y * place;
     return Way(
         inside,
         select(LONGEST_WAY, max(of_whole, inside), open > 0.0),
-        clamp(own / mean, 0.0, 1.0),
+        clamp(radius_at(capsule.own, place) / mean, 0.0, 1.0),
         (closest + first - view.near) / range,
         (closest + last - view.near) / range,
     );

@@ -1,6 +1,6 @@
 // Extent of a capsule of a strand in a view. CPU reference: src/reference/capsule.rs.
 
-import package::hit::capsule::{CapsuleSetup, capsule_touches};
+import package::hit::capsule::{CapsuleSetup, capsule_touches, radius_at};
 import package::project::conic::ENDLESS;
 import package::project::tangents::tangents;
 import package::records::view::{GpuView, MIN_DISTANCE, TILE_SIZE};
@@ -44,10 +44,11 @@ fn clipped(view: GpuView, end: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
 fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
     let first = capsule.first;
     let last = first + capsule.axis * capsule.length;
-    let slope = abs(capsule.radius.y);
+    let slope = max(abs(capsule.own.y), abs(capsule.least.y));
+    let at_last = max(radius_at(capsule.own, capsule.length), radius_at(capsule.least, capsule.length));
     let reach = max(
-        capsule.radius.x * mitre(dot(capsule.first_plane, capsule.axis), slope),
-        (capsule.radius.x + capsule.radius.y * capsule.length) * mitre(dot(capsule.last_plane, capsule.axis), slope),
+        max(capsule.own.x, capsule.least.x) * mitre(dot(capsule.first_plane, capsule.axis), slope),
+        at_last * mitre(dot(capsule.last_plane, capsule.axis), slope),
     );
     let range = view.far - view.near;
     let center = view.size * 0.5;

@@ -334,7 +334,9 @@ fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     let spread = first * (length_a * length_a + 3.0 * off_a * off_a)
         + second * (length_b * length_b + 3.0 * off_b * off_b);
     let middle = 0.5 * middle;
-    let half = (0.5 * spread.sqrt()).min(middle - a.start()).min(b.end() - middle).max(0.0);
+    // Of overlapping ramps the first may end last.
+    let last = a.end().max(b.end());
+    let half = (0.5 * spread.sqrt()).min(middle - a.start()).min(last - middle).max(0.0);
     let start = (middle - half).round_ties_even() as u32;
     let end = (middle + half).round_ties_even() as u32;
     start << 16 | end
