@@ -267,6 +267,7 @@ impl<'a> SceneRecords<'a> {
             materials,
             absorptions,
             images,
+            detail: None,
         }
     }
 
