@@ -70,7 +70,7 @@ impl<'a> Image<'a> {
     }
 
     /// Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps along the
-    /// longer side, each from the level whose texels are as large as its share (McCormack et al. 1999, "Feline").
+    /// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
     pub fn sample_area(&self, uv: Vec2, right: Vec2, down: Vec2) -> Sampled {
         let size = self.size().as_vec2();
         let lengths = [(right * size).length(), (down * size).length()];

@@ -51,7 +51,7 @@ fn level_size(size: vec2<f32>, level: i32) -> vec2<f32> {
 }
 
 // Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps along the
-// longer side, each from the level whose texels are as large as its share (McCormack et al. 1999, "Feline").
+// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
 fn sample_area(
     images: texture_2d_array<f32>,
     layer: u32,
