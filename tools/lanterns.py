@@ -1,6 +1,7 @@
-"""Writes data/gallery/market_lanterns.glb: a paper lantern around each point light of the market.
+"""Writes data/gallery/market_lanterns.glb: a paper lantern around each point light of the market; and what they hang from,
+data/gallery/market_ropes.csv.
 
-python3 tools/lanterns.py data/gallery/market.toml data/gallery/market_lanterns.glb
+python3 tools/lanterns.py data/gallery/market.toml data/gallery/market_lanterns.glb data/gallery/market_ropes.csv
 
 A body of revolution between two dark caps; it shines brightest where the lamp is near, and its ribs are darker.
 Lanterns of one colour are instances of one mesh (EXT_mesh_gpu_instancing).
@@ -55,9 +56,34 @@ def png():
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b"")
 
 
-def main(scene, path):
+# Slope and height of the awnings at x = 0 [m], and where the houses begin.
+AWNING, HOUSES = (-0.445, 3.644), 3.7
+
+
+def ropes(lamps):
+    """Rows of x, y, z, radius and id: a rope for each eight lanterns across the street, a cord for each under an awning."""
+    rows = []
+
+    def strand(points, radius, number):
+        rows.extend(f"{x:.3f},{y:.3f},{z:.3f},{radius},{number}" for x, y, z in points)
+
+    across = [lamp["position"] for lamp in lamps if lamp["intensity"] > 2]
+    for i in range(0, len(across), 8):
+        row = sorted(across[i : i + 8])
+        ends = [(side * HOUSES, end[1] + 0.42, end[2]) for side, end in ((-1, row[0]), (1, row[-1]))]
+        tops = [(x, y + MIDDLE + 0.028, z) for x, y, z in row]
+        strand([ends[0], *tops, ends[1]], 0.008, i // 8)
+    under = [lamp["position"] for lamp in lamps if lamp["intensity"] <= 2]
+    for i, (x, y, z) in enumerate(under):
+        strand([(x, y + 0.6 * MIDDLE, z), (x, AWNING[0] * abs(x) + AWNING[1], z)], 0.004, 1000 + i)
+    return rows
+
+
+def main(scene, path, path_of_ropes):
     with open(scene, "rb") as file:
         lamps = [light for light in tomllib.load(file)["light"] if light["kind"] == "point"]
+    with open(path_of_ropes, "w") as file:
+        file.write("x,y,z,radius,id\n" + "\n".join(ropes(lamps)) + "\n")
     views, accessors, binary = [], [], b""
 
     def view(data, **more):

@@ -4,6 +4,8 @@
 override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
+// Some triangles have colours at their corners.
+override HAS_VERTEX_COLORS: bool = false;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
 // Some particles are discs or quads, which face the light.
@@ -55,6 +57,8 @@ override HAS_AIR: bool = false;
 override HAS_ENVIRONMENT: bool = false;
 override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
+// Some pane shows what is behind it aside, or blurred.
+override HAS_REFRACTION: bool = false;
 // Some map is read with another filter than the spline, or with a slope-scaled bias.
 override HAS_FILTERS: bool = false;
 // Some light of the picture reads maps, because it has no mask.

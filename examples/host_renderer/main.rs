@@ -269,11 +269,8 @@ impl Host {
             .vertices
             .chunks_exact(3)
             .map(|corners| Triangle {
-                positions: [0, 1, 2].map(|i| Vec3::from(corners[i].place)),
                 normals: [Vec3::Y; 3],
-                uvs: [Vec2::ZERO; 3],
-                material: 1,
-                id: 0,
+                ..Triangle::flat([0, 1, 2].map(|i| corners[i].place), 1)
             })
             .collect();
         let materials = materials();

@@ -69,6 +69,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         maps: arguments.maps,
         maps_of: None,
         sums: false,
+        sample: None,
         keep: true,
         light: arguments.exr,
         debug: &debug,
@@ -165,8 +166,9 @@ impl Job<'_> {
                 return Ok(true);
             }
         }
-        self.scene.set_time(f64::from(index) / self.arguments.fps);
-        let frame = self.renderer.render(&self.scene, &self.options)?;
+        let step = 1.0 / self.arguments.fps;
+        let seconds = f64::from(index) / self.arguments.fps;
+        let frame = self.renderer.render_at(&mut self.scene, seconds, step, &self.options)?;
         self.counts.shrunk = self.counts.shrunk.max(frame.counters.shrunk);
         self.counts.unmasked = self.counts.unmasked.max(frame.counters.unmasked_lights);
         for (reason, &count) in &frame.counters.skipped {

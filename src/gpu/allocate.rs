@@ -160,7 +160,7 @@ impl<'a> Allocator<'a> {
         check("max_texture_dimension_2d", edge, width.max(height))?;
         check("max_texture_array_layers", u64::from(limits.max_texture_array_layers), layers)?;
         let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
-        let texels = (0..levels).map(|level| (width >> level) * (height >> level));
+        let texels = (0..levels).map(|level| (width >> level).max(1) * (height >> level).max(1));
         self.memory.add(name, texels.sum::<u64>() * layers * texel);
         let desc = wgpu::TextureDescriptor {
             label: Some(name),

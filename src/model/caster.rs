@@ -140,6 +140,11 @@ pub struct Material {
     pub roughness: f32,
     /// Metalness of an opaque surface, 0..=1: 1 mirrors in its own colour and scatters nothing. Default 0.
     pub metallic: f32,
+    /// Index of refraction of its bodies, by which the picture shows what is behind them aside, 1..=3. 1, the default: what
+    /// is behind is seen straight through. Shadows are cast straight in any case.
+    pub ior: f32,
+    /// Radius by which what is behind a pane is blurred in the picture, per distance behind it, 0..=1: frosted glass. Default 0.
+    pub frost: f32,
     /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
     pub attenuation_color: Vec3,
     /// Distance of [`Self::attenuation_color`], above 0 [m]. Default infinite: the material is no volume. Triangles of a
@@ -173,6 +178,8 @@ impl Default for Material {
             transmission: 0.0,
             roughness: 0.6,
             metallic: 0.0,
+            ior: 1.0,
+            frost: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
             receives: Receives::default(),
@@ -199,6 +206,11 @@ impl Material {
     /// Whether its casters are splats of the `filter` transfer.
     pub fn is_plain_splat(&self) -> bool {
         self.shape == Shape::Gaussian && self.transfer == Transfer::Filter && !self.is_medium()
+    }
+
+    /// Whether the picture shows what is behind it aside, or blurred.
+    pub fn refracts(&self) -> bool {
+        !self.transfer.is_opaque() && self.visible && (self.ior > 1.0 || self.frost > 0.0)
     }
 
     /// Whether its Gaussians absorb along the ray.
@@ -278,6 +290,32 @@ impl Particle {
     }
 }
 
+/// Linear rgba of a vertex in four bytes: the square roots of red, green and blue, and alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VertexColor(pub [u8; 4]);
+
+impl VertexColor {
+    /// Multiplies nothing.
+    pub const WHITE: Self = Self([255; 4]);
+
+    /// The nearest colour; `rgba`: linear, 0..=1.
+    pub fn new(rgba: Vec4) -> Self {
+        let [r, g, b] = rgba.truncate().clamp(Vec3::ZERO, Vec3::ONE).map(f32::sqrt).to_array();
+        Self([r, g, b, rgba.w.clamp(0.0, 1.0)].map(|value| (value * 255.0).round() as u8))
+    }
+
+    /// As kernels read it.
+    pub(crate) fn bits(self) -> u32 {
+        u32::from_le_bytes(self.0)
+    }
+}
+
+impl Default for VertexColor {
+    fn default() -> Self {
+        Self::WHITE
+    }
+}
+
 /// A triangle of a mesh, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
@@ -287,6 +325,8 @@ pub struct Triangle {
     pub normals: [Vec3; 3],
     /// Texture coordinates of the corners; row 0 of the texture is at v = 0.
     pub uvs: [Vec2; 3],
+    /// Colours of the corners, which multiply the material's tint.
+    pub colors: [VertexColor; 3],
     /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
     /// Seed of dither patterns, one per object.
@@ -299,7 +339,13 @@ impl Triangle {
         let positions = corners.map(|corner| Vec3::from(corner.into()));
         let [a, b, c] = positions;
         let normals = [(b - a).cross(c - a).normalize_or(Vec3::Y); 3];
-        Self { positions, normals, uvs: [Vec2::ZERO; 3], material, id: 0 }
+        let colors = [VertexColor::WHITE; 3];
+        Self { positions, normals, uvs: [Vec2::ZERO; 3], colors, material, id: 0 }
+    }
+
+    /// Whether its corners have colours of their own.
+    pub fn is_colored(&self) -> bool {
+        self.colors != [VertexColor::WHITE; 3]
     }
 }
 

@@ -1,4 +1,5 @@
 //! Environment of a scene: it lights the scene, is mirrored, and is seen behind everything.
+use super::image_sun::ImageSun;
 use glam::{UVec2, Vec2, Vec3};
 use half::f16;
 use std::f32::consts::PI;
@@ -68,6 +69,11 @@ impl Sky {
     }
 }
 
+impl SunDisc {
+    /// Angular diameter of the sun [radians].
+    pub const USUAL_ANGLE: f32 = 0.53 * PI / 180.0;
+}
+
 /// Number of coefficients of [`Environment::irradiance`]: spherical harmonics of order 2.
 pub const IRRADIANCE: usize = 9;
 /// Levels of a map: sharp, and at roughness 0.2 to 1.
@@ -94,25 +100,22 @@ impl Environment {
     /// The environment of an equirectangular image: rows from +y to -y, its middle looks along -z; turned
     /// about +y by `turn` [radians]. Invalid radiance (negative, not a number) is black.
     pub fn of_image(size: UVec2, texels: &[[f32; 3]], turn: f32, intensity: f32) -> Self {
-        let texel = |x: i64, y: i64| {
-            let x = x.rem_euclid(i64::from(size.x)) as usize;
-            let y = y.clamp(0, i64::from(size.y) - 1) as usize;
-            let rgb = texels.get(y * size.x as usize + x).copied().unwrap_or_default();
-            Vec3::from_array(rgb.map(|v| if v > 0.0 { v.min(BRIGHTEST) } else { 0.0 }))
-        };
-        let at = |direction: Vec3| {
-            let around = 0.5 + (direction.x.atan2(-direction.z) + turn) / (2.0 * PI);
-            let down = direction.y.clamp(-1.0, 1.0).acos() / PI;
-            let place = Vec2::new(around.rem_euclid(1.0), down) * size.as_vec2() - 0.5;
-            let (low, part) = (place.floor(), place - place.floor());
-            let (x, y) = (low.x as i64, low.y as i64);
-            let top = texel(x, y).lerp(texel(x + 1, y), part.x);
-            let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), part.x);
-            top.lerp(bottom, part.y) * intensity
-        };
-        let edge = size.y.next_power_of_two().clamp(ROUGH_SIZE, MAX_SIZE);
-        let map = Map::new(edge, at);
+        let map = Map::of_image(size, texels, turn, intensity);
         Self::new(&map, &map)
+    }
+
+    /// Like [`Self::of_image`], with the image's sun apart, if it has one: what is around the sun lights the scene and is
+    /// mirrored by rough surfaces, and a light takes the sun's place. It is still seen, and mirrored by smooth ones.
+    pub fn of_image_without_sun(
+        size: UVec2,
+        texels: &[[f32; 3]],
+        turn: f32,
+        intensity: f32,
+    ) -> (Self, Option<ImageSun>) {
+        let sharp = Map::of_image(size, texels, turn, intensity);
+        let mut even = sharp.clone();
+        let sun = even.take_sun();
+        (Self::new(&sharp, &even), sun)
     }
 
     /// `sharp` is seen and mirrored, `even` gives the irradiance.
@@ -158,9 +161,9 @@ pub fn irradiance_at(c: &[Vec3; IRRADIANCE], n: Vec3) -> Vec3 {
 
 /// Radiance by direction, octahedral.
 #[derive(Clone, Debug)]
-struct Map {
+pub(super) struct Map {
     size: u32,
-    texels: Vec<Vec3>,
+    pub(super) texels: Vec<Vec3>,
 }
 
 /// Unit vector of a point in -1..1 of the octahedral square.
@@ -193,13 +196,35 @@ impl Map {
         Self { size, texels: (0..size * size).map(texel).collect() }
     }
 
-    fn direction(&self, i: usize) -> Vec3 {
+    /// The map of an image, as [`Environment::of_image`].
+    fn of_image(size: UVec2, texels: &[[f32; 3]], turn: f32, intensity: f32) -> Self {
+        let texel = |x: i64, y: i64| {
+            let x = x.rem_euclid(i64::from(size.x)) as usize;
+            let y = y.clamp(0, i64::from(size.y) - 1) as usize;
+            let rgb = texels.get(y * size.x as usize + x).copied().unwrap_or_default();
+            Vec3::from_array(rgb.map(|v| if v > 0.0 { v.min(BRIGHTEST) } else { 0.0 }))
+        };
+        let at = |direction: Vec3| {
+            let around = 0.5 + (direction.x.atan2(-direction.z) + turn) / (2.0 * PI);
+            let down = direction.y.clamp(-1.0, 1.0).acos() / PI;
+            let place = Vec2::new(around.rem_euclid(1.0), down) * size.as_vec2() - 0.5;
+            let (low, part) = (place.floor(), place - place.floor());
+            let (x, y) = (low.x as i64, low.y as i64);
+            let top = texel(x, y).lerp(texel(x + 1, y), part.x);
+            let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), part.x);
+            top.lerp(bottom, part.y) * intensity
+        };
+        let edge = size.y.next_power_of_two().clamp(ROUGH_SIZE, MAX_SIZE);
+        Self::new(edge, at)
+    }
+
+    pub(super) fn direction(&self, i: usize) -> Vec3 {
         let at = UVec2::new(i as u32 % self.size, i as u32 / self.size).as_vec2() + 0.5;
         direction_at(at * (2.0 / self.size as f32) - 1.0)
     }
 
     /// Solid angle of a texel: its area on the face of the octahedron, projected onto the sphere.
-    fn solid_angle(&self, i: usize) -> f32 {
+    pub(super) fn solid_angle(&self, i: usize) -> f32 {
         let edge = 2.0 / self.size as f32;
         let sum = self.direction(i).abs().element_sum();
         edge * edge * sum * sum * sum

@@ -27,3 +27,12 @@ pub enum Occlusion {
     /// By what is nearer than this, above 0 [m].
     Radius(f32),
 }
+
+/// Lens of a camera: what is not at its distance is blurred.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lens {
+    /// Radius [m]; 0, the default: all is sharp.
+    pub radius: f32,
+    /// Distance along the axis of what is sharp [m]; that of the target when `None`.
+    pub focus: Option<f32>,
+}

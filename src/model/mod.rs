@@ -15,6 +15,7 @@ pub mod fluid;
 mod gaussian;
 mod grid;
 mod hash;
+mod image_sun;
 mod light;
 mod look;
 mod look_up;
@@ -35,6 +36,7 @@ pub use camera::{Camera, InvalidCamera};
 pub(crate) use caster::FAINTEST;
 pub use caster::{
     Casters, MAX_GAIN, Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle,
+    VertexColor,
 };
 pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};
@@ -49,8 +51,9 @@ pub use grid::{
     BRICK_EDGE, BRICK_SIZE, BRICK_VALUES, Brick, Density, Grid, MAX_BRICK_SIZE, MAX_INDEX, Voxels,
 };
 pub use hash::pcg;
+pub use image_sun::ImageSun;
 pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
-pub use look::{Occlusion, Tone};
+pub use look::{Lens, Occlusion, Tone};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
@@ -62,5 +65,6 @@ pub use settings::{
     MAX_PAIRS, MIN_MAP_SIZE, Receiver, ShadowSettings,
 };
 pub use strand::{Capsule, Strand, StrandVertex, mitre};
+pub(crate) use view::within_pixel;
 pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

@@ -1,14 +1,14 @@
 //! The scene: everything a frame is made from.
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, Grid,
-    IRRADIANCE, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped,
+    IRRADIANCE, Lens, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped,
     Strand, Texture, Tone, Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use std::sync::Arc;
 
 /// Most samples per pixel of a picture.
-pub const MAX_SAMPLES: u32 = 16;
+pub const MAX_SAMPLES: u32 = 64;
 
 /// Everything a frame is made from, in world space (less [`Self::origin`]). Every number is finite and in
 /// range: invalid inputs are counted in `skipped`.
@@ -22,6 +22,11 @@ pub struct Scene {
     pub exposure: f32,
     /// Samples per pixel of the picture, clamped to 1..=[`MAX_SAMPLES`].
     pub samples: u32,
+    /// Lens of the camera, each of whose samples has its own place on it.
+    pub lens: Lens,
+    /// Share of the time between two frames for which the camera's shutter is open, 0..=1:
+    /// `Renderer::render_at` gives each sample its own time.
+    pub shutter: f32,
     /// Occlusion of the picture's ambient light.
     pub occlusion: Occlusion,
     /// Share of the picture's light that spreads around as in a lens, 0..=1.
@@ -129,6 +134,17 @@ impl Scene {
         (0..count).map(move |i| (place(i) - mean).as_vec2())
     }
 
+    /// Places of the samples on the lens [m], to the right and up: a spiral of equal areas around its middle (Vogel 1979).
+    pub fn lens_places(&self) -> impl Iterator<Item = Vec2> {
+        let count = self.samples.clamp(1, MAX_SAMPLES);
+        let radius = self.lens.radius;
+        let turn = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+        (0..count).map(move |i| {
+            let far = ((i as f32 + 0.5) / count as f32).sqrt();
+            Vec2::from_angle(i as f32 * turn) * (far * radius)
+        })
+    }
+
     /// Ambient radiance, the mean over all directions: linear rgb.
     pub fn mean_ambient(&self) -> Vec3 {
         self.environment.as_ref().map_or(self.ambient, |environment| environment.mean())
@@ -228,6 +244,8 @@ impl Default for Scene {
             exposure: 0.0,
             samples: 1,
             occlusion: Occlusion::None,
+            lens: Lens::default(),
+            shutter: 0.0,
             bloom: 0.0,
             tone: Tone::Neutral,
             shadow: ShadowSettings::default(),

@@ -1,5 +1,5 @@
 //! Views: shadow cameras, and the picture's camera.
-use glam::{Mat4, UVec2, Vec3, Vec4};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 /// Edge of a tile [texels]. WGSL: `wgsl/records/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
@@ -118,4 +118,9 @@ impl View {
         };
         clip_from_view * self.view_from_world
     }
+}
+
+/// A sample's offset [pixels]: that of a lens takes the camera's axis far aside.
+pub(crate) fn within_pixel(offset: Vec2) -> Vec2 {
+    if offset.abs().max_element() > 1.0 { offset - offset.round() } else { offset }
 }

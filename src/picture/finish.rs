@@ -1,17 +1,17 @@
-//! What is done to the whole picture behind its bands: occlusion of ambient light, and bloom.
+//! What is done to the whole picture behind its bands: refraction, occlusion of ambient light, and bloom.
 use crate::{
     error::Error,
     frame::{Commands, Dispatch, Kernels},
-    gpu::{Allocator, KernelDesc, Resources},
-    model::{Occlusion, Scene},
-    records::bloom_sizes,
-    stage::{bloom, features::Features, occlusion},
+    gpu::{Allocator, KernelDesc, Resource, Resources, view},
+    model::{Material, Occlusion, Scene},
+    records::{bloom_sizes, image_level_size, refraction_levels},
+    stage::{bloom, features::Features, occlusion, refraction},
 };
 use glam::UVec2;
 use wgpu::{
     Texture, TextureFormat,
     TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},
-    TextureUsages,
+    TextureUsages, TextureView, TextureViewDescriptor,
 };
 
 /// Passes over the whole picture, in order.
@@ -19,6 +19,8 @@ use wgpu::{
 pub(super) struct Finish {
     /// Ambient light by pixel, if it is occluded.
     ambients: Option<Texture>,
+    /// Opaque surfaces, and where pixels see them through glass, if any glass refracts.
+    behind: Option<(TextureView, Texture)>,
     /// Linear light behind the last pass.
     pub radiance: Texture,
     pub commands: Commands,
@@ -39,17 +41,27 @@ impl ToFinish<'_, '_> {
         format: TextureFormat,
         size: UVec2,
     ) -> Result<Texture, Error> {
+        self.texture_with_levels(name, format, size, 1)
+    }
+
+    fn texture_with_levels(
+        &mut self,
+        name: &'static str,
+        format: TextureFormat,
+        size: UVec2,
+        levels: u32,
+    ) -> Result<Texture, Error> {
         let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
         let extent = [u64::from(size.x), u64::from(size.y), 1];
-        self.allocator.texture(name, format, extent, usage)
+        self.allocator.texture_with_levels(name, format, extent, levels, usage)
     }
 
     /// One invocation per texel of `size`.
-    fn run(
-        &self,
+    fn run<'r, R: Copy + Into<Resource<'r>>>(
+        &'r self,
         desc: &KernelDesc,
         size: UVec2,
-        own: &[(&'static str, &Texture)],
+        own: &[(&'static str, R)],
     ) -> Result<Dispatch, Error> {
         let all = self.resources.clone();
         let resources = own.iter().fold(all, |all, &(name, texture)| all.with(name, texture));
@@ -66,9 +78,12 @@ impl Finish {
         scene: &Scene,
         composited: &Texture,
     ) -> Result<Self, Error> {
-        let mut own =
-            Self { ambients: None, radiance: composited.clone(), commands: Commands::new() };
+        let (radiance, commands) = (composited.clone(), Commands::new());
+        let mut own = Self { ambients: None, behind: None, radiance, commands };
         let size = scene.camera.size;
+        if scene.materials.iter().any(Material::refracts) {
+            own.refract(&mut to, size)?;
+        }
         if scene.occlusion != Occlusion::None {
             own.occlude(&mut to, size)?;
         }
@@ -83,9 +98,40 @@ impl Finish {
         self.ambients.is_some()
     }
 
+    /// Whether the bands keep what is behind glass apart.
+    pub(super) fn keeps_behind(&self) -> bool {
+        self.behind.is_some()
+    }
+
     /// `resources` and those that the bands write for the passes.
     pub(super) fn with<'a>(&'a self, resources: Resources<'a>) -> Resources<'a> {
-        self.ambients.iter().fold(resources, |all, it| all.with("ambients", it))
+        let all = self.ambients.iter().fold(resources, |all, it| all.with("ambients", it));
+        let behind = self.behind.iter();
+        behind.fold(all, |all, (behinds, bends)| all.with("behinds", behinds).with("bends", bends))
+    }
+
+    fn refract(&mut self, to: &mut ToFinish<'_, '_>, size: UVec2) -> Result<(), Error> {
+        let count = refraction_levels(size);
+        let behinds = to.texture_with_levels("behinds", Rgba16Float, size, count)?;
+        let bends = to.texture("bends", Rgba32Uint, size)?;
+        let radiance = to.texture("radiance", Rgba32Float, size)?;
+        let levels: Vec<TextureView> = (0..count).map(|level| one_level(&behinds, level)).collect();
+        let mut passes = Vec::new();
+        for (level, pair) in (1..).zip(levels.windows(2)) {
+            let own = [("bloom_from", &pair[0]), ("bloom_to", &pair[1])];
+            passes.push(to.run(&bloom::DOWN, image_level_size(size, level), &own)?);
+        }
+        let whole = view(&behinds);
+        let own: [(_, Resource<'_>); 4] = [
+            ("behinds", (&whole).into()),
+            ("bends", (&bends).into()),
+            ("composited", (&self.radiance).into()),
+            ("radiance", (&radiance).into()),
+        ];
+        passes.push(to.run(&refraction::APPLY, size, &own)?);
+        self.commands.pass("gobo refraction", passes);
+        (self.behind, self.radiance) = (Some((levels[0].clone(), bends)), radiance);
+        Ok(())
     }
 
     fn occlude(&mut self, to: &mut ToFinish<'_, '_>, size: UVec2) -> Result<(), Error> {
@@ -131,4 +177,12 @@ impl Finish {
         self.radiance = radiance;
         Ok(())
     }
+}
+
+fn one_level(texture: &Texture, level: u32) -> TextureView {
+    texture.create_view(&TextureViewDescriptor {
+        base_mip_level: level,
+        mip_level_count: Some(1),
+        ..TextureViewDescriptor::default()
+    })
 }

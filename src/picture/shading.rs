@@ -9,7 +9,7 @@ use crate::{
     error::Error,
     frame::{Commands, Dispatch, Kernels, Work},
     gpu::{Allocator, KernelDesc, Resources},
-    model::Scene,
+    model::{Material, Scene},
     records::LATTICE_POINTS,
     shadows::masks::MaskMemory,
     stage::{
@@ -19,6 +19,9 @@ use crate::{
 };
 use std::ops::Range;
 use wgpu::{Buffer, Texture};
+
+/// What triangles may look like.
+const LOOKS: Flags = Flags::HAS_TEXTURES.union(Flags::HAS_VERTEX_COLORS);
 
 const LABEL: &str = "gobo shade";
 
@@ -63,16 +66,16 @@ impl ShadeFeatures {
         let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
         let aired =
             |features: Features| counted(features).with(Flags::HAS_AIR, scene.air.is_some());
-        let kinds =
-            Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::HAS_TEXTURES | Flags::HAS_CAPSULES;
+        let kinds = Flags::HAS_PARTICLES | Flags::HAS_TRIANGLES | Flags::HAS_CAPSULES | LOOKS;
         let of_kinds = |flags| Features::NONE.with(flags, true);
         let has_layers = blended.list.footprint_count > 0;
         let panes = has_layers && blended.features.has(Flags::HAS_TRIANGLES);
-        let pane_kinds = blended.features.flags & Flags::HAS_TEXTURES | Flags::HAS_TRIANGLES;
+        let pane_kinds = blended.features.flags & LOOKS | Flags::HAS_TRIANGLES;
         let shadows = light.has(Flags::HAS_SHADOWS) && (unmasked || panes);
         Self {
             solid: counted(Features { nodes: 0, ..solid.features }),
-            layers: aired(Features { nodes: 0, ..blended.features }),
+            layers: aired(Features { nodes: 0, ..blended.features })
+                .with(Flags::HAS_REFRACTION, scene.materials.iter().any(Material::refracts)),
             surfaces: shown(of_kinds(solid.features.flags & kinds)),
             panes: shown(of_kinds(pane_kinds)),
             // Panes read the maps, with or without masks.

@@ -34,6 +34,10 @@ pub struct GpuMaterial {
     /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
     pub emissive_texture: u32,
     pub metallic: f32,
+    pub ior: f32,
+    pub frost: f32,
+    pub pad_0: u32,
+    pub pad_1: u32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -54,7 +58,11 @@ crate::gpu_layout!(GpuMaterial {
     receives,
     emissive_size,
     emissive_texture,
-    metallic
+    metallic,
+    ior,
+    frost,
+    pad_0,
+    pad_1
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -91,6 +99,10 @@ impl GpuMaterial {
             emissive_size,
             emissive_texture,
             metallic: material.metallic,
+            ior: material.ior,
+            frost: material.frost,
+            pad_0: 0,
+            pad_1: 0,
         }
     }
 }

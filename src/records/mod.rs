@@ -16,6 +16,7 @@ mod emitter;
 mod footprint;
 mod gaussian;
 mod host;
+mod image;
 mod import;
 mod layout;
 mod light;
@@ -37,7 +38,7 @@ pub use area::{
     LEVELED_TEXELS, LeveledView, LightRecords, MAX_AREAS, MAX_LEVELS, SKIRT, level_count,
     level_size,
 };
-pub use bloom::bloom_sizes;
+pub use bloom::{bloom_sizes, refraction_levels};
 pub use blue::{BLUE_SIZE, blue_ranks};
 pub use brick::{
     BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, LATTICE_POINTS, SLOT_SIZE,
@@ -60,6 +61,10 @@ pub use gaussian::{
 pub use host::{
     CullParams, DIAGONAL, FARTHEST_PLACE, GaussianLook, HostGridParams, HostGroup, Listed,
     LoadCounters, LoadParams,
+};
+pub use image::{
+    ImageDetail, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size, image_levels,
+    linear_from_srgb,
 };
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout, size_of_field};

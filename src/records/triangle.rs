@@ -1,13 +1,13 @@
 //! Triangles as uploaded, and their setups for one view.
 use super::pack::octahedral;
-use crate::model::Triangle;
+use crate::model::{Triangle, VertexColor};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Texels of a [`TriangleSetup`].
 pub const SETUP_TEXELS: u32 = 8;
 /// Texels of a [`TriangleRecord`].
-pub const TRIANGLE_TEXELS: u32 = 5;
+pub const TRIANGLE_TEXELS: u32 = 6;
 /// Flag of [`TriangleSetup::ties`]: the triangle is clockwise as seen from the light.
 pub const BACK_BIT: u32 = 8;
 
@@ -22,9 +22,12 @@ pub struct TriangleRecord {
     /// Octahedral normals, snorm16 pairs.
     pub normals: [u32; 3],
     pub id: u32,
+    /// [`VertexColor`](crate::model::VertexColor) of the corners.
+    pub colors: [u32; 3],
+    pub pad: u32,
 }
 
-crate::texel_layout!(TriangleRecord { positions_u, v, material, normals, id });
+crate::texel_layout!(TriangleRecord { positions_u, v, material, normals, id, colors, pad });
 
 impl TriangleRecord {
     pub fn new(triangle: &Triangle) -> Self {
@@ -35,6 +38,8 @@ impl TriangleRecord {
             material: triangle.material,
             normals: triangle.normals.map(octahedral),
             id: triangle.id,
+            colors: triangle.colors.map(VertexColor::bits),
+            pad: 0,
         }
     }
 }
@@ -58,5 +63,7 @@ pub struct TriangleSetup {
     /// World-space face normal, octahedral.
     pub normal: u32,
     pub id: u32,
-    pub pad: [u32; 4],
+    /// Colours of the corners as in [`TriangleRecord`].
+    pub colors: [u32; 3],
+    pub pad: u32,
 }

@@ -1,8 +1,12 @@
 //! CPU reference of `wgsl/shade/air_*.wgsl` and `wgsl/shade/air.wgsl`: single scattering towards the eye, as a
 //! volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
-use crate::records::{
-    AIR_CELL, AirParams, GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, air_columns,
+use crate::{
+    model::within_pixel,
+    records::{
+        AIR_CELL, AirParams, GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT,
+        air_columns,
+    },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
@@ -71,7 +75,8 @@ struct Ray {
 /// Offset of a picture's sample from the middles of its pixels [pixels]: the shear of the camera's axis.
 fn sample_offset(view: &GpuView, world_from_view: &Mat4) -> Vec2 {
     let back = world_from_view.z_axis;
-    Vec2::new(-back.dot(world_from_view.x_axis), back.dot(world_from_view.y_axis)) * view.scale
+    let shear = Vec2::new(-back.dot(world_from_view.x_axis), back.dot(world_from_view.y_axis));
+    within_pixel(shear * view.scale)
 }
 
 impl Ray {

@@ -8,24 +8,29 @@ pub const BLOOM_SPREAD: f32 = 0.7;
 /// Most light of a texel: levels are halves.
 pub const MAX_BLOOM: f32 = 65504.0;
 
-struct Level {
+/// A picture, or the same at a smaller size.
+pub(super) struct Level {
     size: UVec2,
     light: Vec<Vec3>,
 }
 
 impl Level {
+    pub(super) fn new(size: UVec2, light: Vec<Vec3>) -> Self {
+        Self { size, light }
+    }
+
     fn filled(size: UVec2, of: impl Fn(UVec2) -> Vec3) -> Self {
         let places = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
         Self { size, light: places.map(of).collect() }
     }
 
     /// The texel, or the nearest one.
-    fn at(&self, texel: IVec2) -> Vec3 {
+    pub(super) fn at(&self, texel: IVec2) -> Vec3 {
         let texel = texel.clamp(IVec2::ZERO, self.size.as_ivec2() - 1).as_uvec2();
         self.light[(texel.y * self.size.x + texel.x) as usize]
     }
 
-    fn halved(&self, size: UVec2) -> Self {
+    pub(super) fn halved(&self, size: UVec2) -> Self {
         Self::filled(size, |texel| {
             let taps = (0..16).map(|i| {
                 let step = IVec2::new(i & 3, i >> 2);
@@ -49,7 +54,7 @@ impl Level {
 
 /// A picture's light, of which a share spreads around: row by row.
 pub fn bloomed(size: UVec2, light: &[Vec3], share: f32) -> Vec<Vec3> {
-    let mut levels = vec![Level { size, light: light.to_vec() }];
+    let mut levels = vec![Level::new(size, light.to_vec())];
     for size in bloom_sizes(size) {
         let next = levels[levels.len() - 1].halved(size);
         levels.push(next);

@@ -6,13 +6,13 @@ use super::{
     gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     puff::{chord, puff_hit},
-    texture::Image,
+    texture::{Image, Sampled},
 };
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
         BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, FIXED_ONE, Footprint, GaussianAxes,
-        GaussianSetup, GpuView, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
+        GaussianSetup, GpuView, ImageDetail, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
         dither::{Place, cell, threshold},
@@ -36,6 +36,28 @@ pub struct Records<'a> {
     /// Absorption coefficient of each material [1/m].
     pub absorptions: &'a [Vec3],
     pub images: &'a [Image<'a>],
+    /// How the picture samples images; `None` for maps, which read their texels.
+    pub detail: Option<ImageDetail>,
+}
+
+impl Records<'_> {
+    /// An image where a triangle of the picture is hit.
+    pub fn seen_image(
+        &self,
+        texture: u32,
+        setup: &TriangleSetup,
+        texel: Vec2,
+        uv: Vec2,
+    ) -> Sampled {
+        let image = &self.images[texture as usize];
+        match self.detail {
+            None => Sampled { rgba: image.sample(uv), level: 0.0 },
+            Some(detail) => {
+                let [right, down] = setup.uv_steps(texel, uv).map(|step| step * detail.reach);
+                image.sample_area(uv, right, down)
+            }
+        }
+    }
 }
 
 /// Hit of a ray: light `L` from the light's side becomes `L * light + added`.
@@ -342,11 +364,19 @@ impl<'a> Target<'a> {
 
     fn triangle_hit(&self, setup: &TriangleSetup, texel: Vec2) -> Option<Hit> {
         let met = setup.hit(texel)?;
-        let mut tint = self.material.tint;
+        let mut tint = self.material.tint * setup.color(met.barycentric);
+        let mut level = 0.0;
         if let Some(texture) = self.material.texture {
-            tint *= self.records.images[texture as usize].sample(met.uv);
+            let seen = self.records.seen_image(texture, setup, texel, met.uv);
+            tint *= seen.rgba;
+            level = seen.level;
         }
-        let opacity = 1.0 - (1.0 - tint.w) * (1.0 - self.material.reflectivity);
+        let mut opacity = 1.0 - (1.0 - tint.w) * (1.0 - self.material.reflectivity);
+        if let Some(detail) = self.records.detail
+            && self.material.transfer == Transfer::Cutout
+        {
+            opacity += (self.material.cutoff - detail.threshold) * level.min(1.0);
+        }
         let gathers = self.material.transfer == Transfer::Gain;
         let color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
         Some(self.optics(opacity, color, met.depth))

@@ -3,7 +3,7 @@ use crate::{
     model::{MAX_GAIN, Profile, Shape, Transfer},
     records::{Footprint, GpuView, TriangleSetup},
 };
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Hit of a ray with a particle's plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,6 +191,28 @@ impl TriangleSetup {
         let own = Vec2::new(weighted(0), weighted(1)) / sum;
         let along = |i: usize| ((step(i) - own[i] * step_of_sum).abs() / sum).max_element();
         (own, Vec2::new(along(0), along(1)))
+    }
+
+    /// Colour of the corners, which are stored as square roots of linear light, and alpha.
+    pub fn color(&self, barycentric: Vec3) -> Vec4 {
+        if self.colors == [u32::MAX; 3] {
+            return Vec4::ONE;
+        }
+        let corner = |i: usize| {
+            let [r, g, b, a] = self.colors[i].to_le_bytes().map(|byte| f32::from(byte) / 255.0);
+            Vec4::new(r * r, g * g, b * b, a) * barycentric[i]
+        };
+        corner(0) + corner(1) + corner(2)
+    }
+
+    /// Changes of the uv at a hit from one texel to the next, right and down.
+    pub fn uv_steps(&self, texel: Vec2, uv: Vec2) -> [Vec2; 2] {
+        let sum: f32 = (0..3).map(|i| self.edge(i, texel) * self.weights[i]).sum();
+        let change = |step: &dyn Fn(Vec4) -> f32| {
+            let of_corner = |i| (self.uvs[i] - uv) * (step(self.edges[i]) * self.weights[i]);
+            (0..3).map(of_corner).sum::<Vec2>() / sum
+        };
+        [change(&|edge| -edge.w), change(&|edge| edge.z)]
     }
 
     pub fn hit(&self, texel: Vec2) -> Option<TriangleHit> {

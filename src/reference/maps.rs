@@ -268,6 +268,7 @@ impl<'a> SceneRecords<'a> {
             materials,
             absorptions,
             images,
+            detail: None,
         }
     }
 

@@ -284,6 +284,7 @@ pub fn project_triangle(
         uvs: std::array::from_fn(|i| Vec2::new(record.positions_u[i].w, record.v[i])),
         normal: face_normal(record),
         id: record.id,
+        colors: record.colors,
         ..TriangleSetup::default()
     };
     let bounds;

@@ -77,8 +77,8 @@ impl GpuEngine {
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = fitted_views(scene, &limits);
         let whole = View::from_camera(&scene.camera, &scene.bounds());
-        let first = scene.sample_offsets().next().unwrap_or_default();
-        let camera = whole.clone().through(first);
+        let first = options.sample.unwrap_or(0) as usize;
+        let camera = View::of_samples(scene, &whole).nth(first).unwrap_or_else(|| whole.clone());
         // Compiles the picture's kernels while the device renders the maps of a first frame.
         let ahead = |engine: &mut Self, prepared: &Prepared| {
             if options.maps_only || engine.capacity.is_some() {
@@ -140,10 +140,11 @@ impl GpuEngine {
         frame.stages.push(("picture", of_picture));
         memory.add_all(&shown.memory);
         let mut picture = shown.read(&self.gpu)?;
-        if options.light || scene.samples > 1 {
+        let has_more = scene.samples > 1 && options.sample.is_none();
+        if options.light || has_more {
             picture.light = self.read_light(&shown)?;
         }
-        if scene.samples > 1 {
+        if has_more {
             picture = self.shade_samples(lit, whole, budget, picture.light)?;
         }
         self.kept.slots = shown.slots().former(scene.lights.iter());
@@ -230,8 +231,8 @@ impl GpuEngine {
     ) -> Result<Picture, Error> {
         let mut mean = reference::MeanPicture::new(lit.scene);
         mean.add(first.into_iter().map(Vec3::from_array));
-        for offset in lit.scene.sample_offsets().skip(1) {
-            let lit = Lit { camera: camera.clone().through(offset), ..lit.clone() };
+        for camera in View::of_samples(lit.scene, camera).skip(1) {
+            let lit = Lit { camera, ..lit.clone() };
             let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
             mean.add(self.read_light(&shown)?.into_iter().map(Vec3::from_array));
         }

@@ -10,13 +10,14 @@ use crate::gpu::{Backend, Selection};
 use crate::{
     error::{Error, Input},
     gpu::{Gpu, KernelJob},
-    model::{Counters, Scene, View},
+    model::{Counters, MAX_SAMPLES, Scene, View},
     records::GpuEmitted,
     reference,
     shadows::{Config, check as check_views},
     view::{atlas::AtlasLimits, fitted_views, shadow_views},
 };
 use engine::GpuEngine;
+use glam::Vec3;
 
 pub use points::PointLookUp;
 
@@ -56,6 +57,8 @@ pub struct RenderOptions<'a> {
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The CPU reference renders all views in any case.
     pub keep: bool,
+    /// The only sample of each pixel that is rendered, of those of the scene; all of them when `None`.
+    pub sample: Option<u32>,
     /// Whether to read back the picture's linear light, before exposure and tone curve; the CPU reference always
     /// returns it.
     pub light: bool,
@@ -162,6 +165,44 @@ impl Renderer {
         }
     }
 
+    /// Renders the frame at a time: where the scene's shutter is open, each sample at its own time around it, in order.
+    /// The maps and counters are those of the middle sample. `seconds`: from the start; `step`: between two frames [s].
+    ///
+    /// # Errors
+    /// Those of [`Self::render`].
+    pub fn render_at(
+        &mut self,
+        scene: &mut Scene,
+        seconds: f64,
+        step: f64,
+        options: &RenderOptions<'_>,
+    ) -> Result<Frame, Error> {
+        let count = scene.samples.clamp(1, MAX_SAMPLES);
+        let open = f64::from(scene.shutter) * step;
+        if open == 0.0 || count == 1 || options.maps_only {
+            scene.set_time(seconds);
+            return self.render(scene, options);
+        }
+        let mut mean = reference::MeanPicture::new(scene);
+        let mut shown = None;
+        for sample in 0..count {
+            let part = (f64::from(sample) + 0.5) / f64::from(count) - 0.5;
+            scene.set_time((seconds + open * part).max(0.0));
+            let mut own = RenderOptions { light: true, sample: Some(sample), ..*options };
+            let is_middle = sample == count / 2;
+            if !is_middle {
+                (own.maps, own.debug) = (false, &[]);
+            }
+            let frame = self.render(scene, &own)?;
+            mean.add(frame.picture.light.iter().copied().map(Vec3::from_array));
+            if is_middle {
+                shown = Some(frame);
+            }
+        }
+        let frame = shown.expect("some sample is in the middle");
+        Ok(Frame { picture: mean.picture(), ..frame })
+    }
+
     /// Renders one frame.
     pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         check(scene)?;
@@ -202,7 +243,8 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     let mut stages = vec![("maps", maps_ms)];
     let mut picture = Picture::default();
     if !options.maps_only {
-        picture = reference::render_picture(scene, &views, &view_maps, &shadow_views);
+        let only = options.sample;
+        picture = reference::render_samples(scene, &views, &view_maps, &shadow_views, only);
         stages.push(("picture", clock.elapsed().as_secs_f64() * 1e3 - maps_ms));
     }
     view_maps.retain(|maps| options.maps && options.shows(&maps.view));

@@ -4,7 +4,7 @@ use super::{
     particles::FARTHEST,
     shapes::{self, KindOfShape},
 };
-use crate::model::{Light, LightKind, Material, Transfer};
+use crate::model::{ImageSun, Light, LightKind, Material, Source, SunDisc, Transfer};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 impl Scene {
@@ -42,6 +42,19 @@ pub(super) fn sun() -> Light {
         name: "sun".to_owned(),
         kind: LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() },
         intensity: 3.0,
+        ..Light::default()
+    }
+}
+
+/// The sun of an environment's image as a light.
+pub(super) fn sun_of_image(sun: &ImageSun) -> Light {
+    let intensity = sun.irradiance.max_element();
+    Light {
+        name: "sun".to_owned(),
+        kind: LightKind::Directional { direction: sun.direction },
+        color: sun.irradiance / intensity,
+        intensity,
+        source: Some(Source::Sun { angle: sun.angle }),
         ..Light::default()
     }
 }
@@ -213,8 +226,9 @@ fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
 }
 
 /// Turns the default light of a file: over the viewer's left shoulder, so low that the shadow falls into
-/// view beside its caster.
+/// view beside its caster; as large as the sun.
 pub(super) fn aim_sun(light: &mut Light, camera: &Camera) {
+    light.source = light.source.or(Some(Source::Sun { angle: SunDisc::USUAL_ANGLE }));
     let forward = camera.target - camera.eye;
     let flat = Vec3::new(forward.x, 0.0, forward.z).try_normalize().unwrap_or(Vec3::NEG_Z);
     let right = flat.cross(Vec3::Y);

@@ -14,8 +14,8 @@ use super::{
     track::Mode,
 };
 use crate::model::{
-    Air, ClusterSettings, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky, Tone,
-    emission::Emitter,
+    Air, ClusterSettings, Lens, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky,
+    Tone, emission::Emitter,
 };
 use glam::{UVec2, Vec3};
 use serde::{
@@ -66,6 +66,9 @@ pub(super) struct CameraTable {
     pub occlusion: Occlusion,
     /// Share of the light that spreads.
     pub bloom: f32,
+    pub lens: Lens,
+    /// Share of the time between two frames.
+    pub shutter: f32,
     pub tone: Tone,
 }
 

@@ -1,5 +1,7 @@
 //! The `[environment]` table: two colours, a sky, or an image.
-use super::{SceneError, document::EnvironmentTable, keys::Keys, limits, loader::Loader, read};
+use super::{
+    SceneError, defaults, document::EnvironmentTable, keys::Keys, limits, loader::Loader, read,
+};
 use crate::model::{Environment, Sky, SunDisc};
 use glam::{UVec2, Vec3};
 use image::{ImageDecoder as _, codecs::hdr::HdrDecoder};
@@ -10,9 +12,11 @@ use toml::Spanned;
 const MAX_SIDE: u32 = 8192;
 
 impl Loader<'_> {
+    /// `takes_sun`: whether the sun of an image becomes a light.
     pub(super) fn environment(
         &mut self,
         table: &Spanned<EnvironmentTable>,
+        takes_sun: bool,
     ) -> Result<(), SceneError> {
         let given = table.get_ref();
         if let Some(file) = &given.file {
@@ -21,7 +25,15 @@ impl Loader<'_> {
             let (size, texels) = decode(&bytes)
                 .map_err(|(message, help)| SceneError::invalid(&path, message, &help))
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
-            let environment = Environment::of_image(size, &texels, given.rotation, given.intensity);
+            let (turn, intensity) = (given.rotation, given.intensity);
+            let environment = if takes_sun {
+                let (environment, sun) =
+                    Environment::of_image_without_sun(size, &texels, turn, intensity);
+                self.scene.lights.extend(sun.map(|sun| defaults::sun_of_image(&sun)));
+                environment
+            } else {
+                Environment::of_image(size, &texels, turn, intensity)
+            };
             self.scene.environment = Some(Arc::new(environment));
         } else if let Some(sky) = &given.sky {
             self.scene.environment = Some(Arc::new(Environment::of_sky(sky, given.intensity)));

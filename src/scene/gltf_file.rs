@@ -40,21 +40,13 @@ pub(super) struct File {
     pub(super) notes: Vec<String>,
 }
 
-/// Whether a material blurs transmitted light by its roughness, or bends it by its index of refraction.
-fn scatters_or_bends(material: &::gltf::Material<'_>) -> bool {
-    let transmits = material.transmission().is_some_and(|t| t.transmission_factor() > 0.0);
-    let is_rough = material.pbr_metallic_roughness().roughness_factor() > 0.0;
-    let is_body = material.volume().is_some_and(|volume| volume.thickness_factor() > 0.0);
-    transmits && (is_rough || is_body && material.ior() != Some(1.0))
-}
-
 impl File {
     pub(super) fn open(path: &Path) -> Result<Self, SceneError> {
         let invalid =
             |(message, help): (String, &'static str)| SceneError::invalid(path, message, help);
         let bytes = read::bytes(path)?;
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
-        let (mut value, ignored) = gltf_json::parse(text).map_err(invalid)?;
+        let (mut value, ignored, unread) = gltf_json::parse(text).map_err(invalid)?;
         let splats = gltf_splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
         let packed = gltf_meshopt::packed(&value).map_err(invalid)?;
@@ -71,11 +63,10 @@ impl File {
             let names: Vec<String> = ignored.iter().map(|name| quoted(name)).collect();
             notes.push(format!("{}: extensions not read: {}", path.display(), names.join(", ")));
         }
-        let simpler = document.materials().filter(scatters_or_bends).count();
-        if simpler > 0 {
+        if unread > 0 {
+            let help = gltf_json::remedy("KHR_texture_basisu");
             notes.push(format!(
-                "{}: {simpler} transmitting materials: roughness and ior change highlights only; \
-                 glass neither blurs nor bends what is behind it",
+                "{}: {unread} textures are white, as their images cannot be read: {help}",
                 path.display()
             ));
         }

@@ -30,8 +30,9 @@ pub(super) type Fault = (String, &'static str);
 
 const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 
-/// Parses and adapts the JSON; also returns the extensions that are ignored.
-pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
+/// Parses and adapts the JSON; also returns the extensions that are ignored, and the number of textures whose only image is
+/// of a kind that is not read.
+pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     if !limits::has_memory(parsed_size(bytes)) {
         let message = format!("no memory for {} MiB of JSON", bytes.len() >> 20);
         return Err((message, "use a smaller file, or a machine with more memory"));
@@ -46,10 +47,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored), Fault> {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
         }
     }
-    pick_sources(&mut root);
+    let unread = pick_sources(&mut root);
     add_zeros(&mut root);
     keep_channels_of_nodes(&mut root);
-    Ok((root, ignored))
+    Ok((root, ignored, unread))
 }
 
 /// Upper estimate of the parsed document's size [bytes]: twice, as values and in the crate's types.
@@ -141,23 +142,25 @@ fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
     };
     if let Some(name) = names(root, "extensionsRequired").iter().find(|name| !is_read(name)) {
         let message = format!("requires {}, which gobo does not read", quoted(name));
-        let help = match name.as_str() {
-            "KHR_draco_mesh_compression" => {
-                "export it without Draco (in Blender: Data, Compression off); meshopt is read"
-            }
-            _ if name.starts_with("KHR_gaussian_splatting") => {
-                "export the splats without compression"
-            }
-            "KHR_texture_basisu" => "export with PNG, JPEG or WebP textures",
-            _ => "export without compression or optional extensions",
-        };
-        return Err((message, help));
+        return Err((message, remedy(name)));
     }
     // The crate refuses files that require extensions that only this module supports.
     if let Some(root) = root.as_object_mut() {
         root.remove("extensionsRequired");
     }
     Ok(names(root, "extensionsUsed").into_iter().filter(|name| !is_read(name)).collect())
+}
+
+/// What to do about an extension that is not read.
+pub(super) fn remedy(name: &str) -> &'static str {
+    match name {
+        "KHR_draco_mesh_compression" => {
+            "export it without Draco (in Blender: Data, Compression off); meshopt is read"
+        }
+        "KHR_texture_basisu" => "export with PNG, JPEG or WebP textures",
+        _ if name.starts_with("KHR_gaussian_splatting") => "export the splats without compression",
+        _ => "export without compression or optional extensions",
+    }
 }
 
 /// Removes `extras`, which may be of any type; the crate accepts objects only.
@@ -173,14 +176,15 @@ fn remove_extras(value: &mut Value) {
 }
 
 /// Chooses the image of each texture: that of `EXT_texture_webp`, if any; a texture without an image is
-/// white.
-fn pick_sources(root: &mut Value) {
+/// white. Returns how many have one of another extension only.
+fn pick_sources(root: &mut Value) -> usize {
     let white = list(root, "images").map_or(0, |images| images.len());
-    let mut needs_white = false;
+    let (mut needs_white, mut unread) = (false, 0);
     for texture in list(root, "textures").into_iter().flatten().filter_map(Value::as_object_mut) {
         if let Some(source) = webp_source(texture) {
             texture.insert("source".to_owned(), source);
         } else if !texture.contains_key("source") {
+            unread += usize::from(texture.contains_key("extensions"));
             texture.insert("source".to_owned(), white.into());
             needs_white = true;
         }
@@ -191,6 +195,7 @@ fn pick_sources(root: &mut Value) {
             images.push(serde_json::json!({ "uri": WHITE }));
         }
     }
+    unread
 }
 
 fn webp_source(texture: &Map<String, Value>) -> Option<Value> {

@@ -96,6 +96,7 @@ impl<'a> Materials<'a> {
                 tint: tint.extend(closed.tint.w),
                 attenuation_color: Vec3::ONE,
                 attenuation_distance: f32::INFINITY,
+                ior: 1.0,
                 ..closed.clone()
             });
             self.materials.len() as u32 - 1
@@ -191,6 +192,9 @@ impl<'a> Materials<'a> {
             self.ignore("colours of thin films: by their mean");
         }
         let number = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
+        let roughness = number(surface.roughness_factor() * rough);
+        let ior = source.ior().filter(|ior| ior.is_finite()).unwrap_or(1.5);
+        let is_body = transmits && source.volume().is_some_and(|v| v.thickness_factor() > 0.0);
         self.materials.push(Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
             transfer: match source.alpha_mode() {
@@ -206,9 +210,16 @@ impl<'a> Materials<'a> {
             emission,
             emissive_texture,
             transmission,
+            ior: if is_body { ior.clamp(1.0, 3.0) } else { 1.0 },
+            // Of KHR_materials_transmission: glass as dense as air is not frosted.
+            frost: if transmits {
+                roughness * roughness * (2.0 * ior - 2.0).clamp(0.0, 1.0)
+            } else {
+                0.0
+            },
             attenuation_color: volume.0,
             attenuation_distance: volume.1,
-            roughness: number(surface.roughness_factor() * rough),
+            roughness,
             metallic: number(surface.metallic_factor() * metal),
             ..Material::default()
         });

@@ -7,13 +7,13 @@ use super::{
     limits::{self, Limit},
     particles::FARTHEST,
 };
-use crate::model::{Skipped, Triangle, volume};
+use crate::model::{Skipped, Triangle, VertexColor, volume};
 use ::gltf::{
     Semantic,
     accessor::{DataType, Dimensions},
     mesh::Mode,
 };
-use glam::{Mat3, Mat4, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::collections::HashSet;
 
 #[derive(Debug, Default)]
@@ -36,6 +36,7 @@ struct Vertices<'a> {
     positions: Items<'a>,
     normals: Option<Items<'a>>,
     uvs: Option<Items<'a>>,
+    colors: Option<(Items<'a>, Dimensions)>,
 }
 
 impl Meshes {
@@ -73,9 +74,6 @@ impl Meshes {
         {
             self.skip("points and lines ignored");
             return Ok(());
-        }
-        if primitive.get(&Semantic::Colors(0)).is_some() {
-            self.skip("vertex colours ignored");
         }
         let uses = materials.add(&primitive.material(), world)?;
         let vertices = self.vertices(file, primitive, &uses)?;
@@ -175,12 +173,26 @@ impl Meshes {
                 Some(self.items(file, &accessor)?)
             }
         };
-        let others = [&normals, &uvs].into_iter().flatten();
+        let colors = match primitive.get(&Semantic::Colors(0)) {
+            None => None,
+            Some(accessor) => {
+                let dimensions = accessor.dimensions();
+                let is_color = matches!(dimensions, Dimensions::Vec3 | Dimensions::Vec4);
+                let is_share = accessor.data_type() == DataType::F32 || accessor.normalized();
+                if !is_color || !is_share {
+                    let message = format!("accessor {} holds no colours", accessor.index());
+                    return Err(file.invalid(message, "export the file again"));
+                }
+                Some((self.items(file, &accessor)?, dimensions))
+            }
+        };
+        let of_color = colors.as_ref().map(|(items, _)| items);
+        let others = [&normals, &uvs].into_iter().flatten().chain(of_color);
         if others.into_iter().any(|other| other.count != positions.count) {
             let message = "the attributes of a mesh primitive differ in count";
             return Err(file.invalid(message, "export the file again"));
         }
-        Ok(Vertices { positions, normals, uvs })
+        Ok(Vertices { positions, normals, uvs, colors })
     }
 
     fn indices<'f>(
@@ -238,7 +250,16 @@ fn triangle(
             normal.try_normalize().unwrap_or(face)
         })
     });
-    Ok(Triangle { positions, normals, uvs, material: uses.material, id })
+    let colors = vertices.colors.map_or([VertexColor::WHITE; 3], |(colors, dimensions)| {
+        corner.map(|i| {
+            let rgba = match dimensions {
+                Dimensions::Vec4 => Vec4::from_array(colors.floats(i)),
+                _ => Vec3::from_array(colors.floats(i)).extend(1.0),
+            };
+            VertexColor::new(rgba)
+        })
+    });
+    Ok(Triangle { positions, normals, uvs, colors, material: uses.material, id })
 }
 
 /// Inverse transpose times |determinant|: normals of a flattened mesh stay correct where the inverse does

@@ -193,9 +193,10 @@ fn load_all(
     scene.camera = camera;
     (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
     if let Some(table) = &document.camera {
-        let &CameraTable { exposure, samples, occlusion, bloom, tone, .. } = table.get_ref();
+        let &CameraTable { exposure, samples, occlusion, bloom, lens, shutter, tone, .. } =
+            table.get_ref();
         (scene.exposure, scene.samples, scene.occlusion) = (exposure, samples, occlusion);
-        (scene.bloom, scene.tone) = (bloom, tone);
+        (scene.bloom, scene.lens, scene.shutter, scene.tone) = (bloom, lens, shutter, tone);
     }
     if is_alone && options.ground {
         defaults::add_ground(&mut scene, model_camera.as_ref());

@@ -112,7 +112,7 @@ impl<'a> Loader<'a> {
         self.scene.clusters = document.clusters;
         self.scene.air = document.air;
         if let Some(table) = &document.environment {
-            self.environment(table)?;
+            self.environment(table, document.light.is_empty())?;
         }
         self.lights(document)?;
         for (index, table) in document.material.iter().enumerate() {

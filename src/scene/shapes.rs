@@ -1,5 +1,5 @@
 //! Unit shapes: plane, box, sphere and pane.
-use crate::model::Triangle;
+use crate::model::{Triangle, VertexColor};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use serde::Deserialize;
 
@@ -66,6 +66,7 @@ fn square(center: Vec3, right: Vec3, up: Vec3) -> Vec<Triangle> {
             positions: corners.map(|(position, _)| position),
             normals: [normal; 3],
             uvs: corners.map(|(_, uv)| uv),
+            colors: [VertexColor::WHITE; 3],
             material: 0,
             id: 0,
         })
@@ -107,6 +108,7 @@ pub(super) fn sphere(level: u32) -> Vec<Triangle> {
             positions: corners.map(|n| n * 0.5),
             normals: corners,
             uvs: corners.map(uv),
+            colors: [VertexColor::WHITE; 3],
             material: 0,
             id: 0,
         })

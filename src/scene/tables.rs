@@ -8,8 +8,9 @@ use super::{
 };
 use crate::{
     model::{
-        Air, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES, MaskSettings,
-        Material, Occlusion, ShadowFilter, ShadowSettings, Tone, Transfer, dither::MAX_SCALE,
+        Air, ClusterSettings, Lens, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES,
+        MaskSettings, Material, Occlusion, ShadowFilter, ShadowSettings, Tone, Transfer,
+        dither::MAX_SCALE,
     },
     records::MAX_TILE,
 };
@@ -182,6 +183,11 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         samples: keys.whole("samples", defaults::SAMPLES, 1..=MAX_SAMPLES, &samples)?,
         occlusion,
         bloom: keys.share("bloom", 0.0)?,
+        shutter: keys.share("shutter", 0.0)?,
+        lens: Lens {
+            radius: keys.number("lens", 0.0..=1e4, "a radius from 0 [m]")?.unwrap_or(0.0),
+            focus: keys.number("focus", ABOVE_ZERO..=1e7, "a distance above 0")?,
+        },
         tone: keys.value("tone", Tone::Neutral)?,
     })
 }
@@ -264,6 +270,8 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         transmission: keys.share("transmission", usual.transmission)?,
         roughness: keys.share("roughness", usual.roughness)?,
         metallic: keys.share("metallic", usual.metallic)?,
+        ior: keys.number("ior", 1.0..=3.0, "1 to 3")?.unwrap_or(usual.ior),
+        frost: keys.share("frost", usual.frost)?,
         attenuation_color: attenuation_color.unwrap_or(Vec3::ONE),
         attenuation_distance: attenuation_distance.unwrap_or(f32::INFINITY),
         receives: keys.value("receives", usual.receives)?,

@@ -64,6 +64,10 @@ bitflags::bitflags! {
         /// Some light of the picture reads maps.
         const HAS_SHADOWS = 1 << 27;
         const HAS_BRICKS = 1 << 31;
+        /// Some triangles have colours at their corners.
+        const HAS_VERTEX_COLORS = 1 << 34;
+        /// Some pane shows what is behind it aside, or blurred.
+        const HAS_REFRACTION = 1 << 33;
     }
 }
 

@@ -20,6 +20,7 @@ pub mod occlude;
 pub mod occlusion;
 pub mod profile;
 pub mod project;
+pub mod refraction;
 pub mod resolve;
 pub mod shade;
 pub mod simulate;
@@ -108,8 +109,11 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::AREA_MASKED_LIGHT_POINTS,
     &shade::COMPOSITE,
     &shade::COMPOSITE_AMBIENT,
+    &shade::COMPOSITE_BEHIND,
+    &shade::COMPOSITE_BEHIND_AMBIENT,
     &occlusion::SEARCH,
     &occlusion::APPLY,
+    &refraction::APPLY,
     &bloom::DOWN,
     &bloom::UP,
     &bloom::APPLY,

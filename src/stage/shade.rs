@@ -21,9 +21,9 @@ pub const POINT_LANES: u32 = 64;
 /// Texels of a point. WGSL: `wgsl/records/point.wgsl`.
 pub const POINT_TEXELS: u32 = 4;
 /// Texels of a pixel's list of layers. WGSL: `wgsl/shade/layer.wgsl`.
-pub const LAYER_TEXELS: u32 = 4;
+pub const LAYER_TEXELS: u32 = 5;
 /// Records of 16 bytes that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
-pub const CARRIED: u32 = 4;
+pub const CARRIED: u32 = 6;
 /// Points of a pixel: the opaque surface, and two panes.
 pub const PIXEL_POINTS: u32 = 3;
 /// Lists of the points of a band that are lit, in a buffer: for each list [`LIST_HEAD`] words, the
@@ -49,6 +49,8 @@ pub const BAND_TILES: u32 = 256;
 pub const ROUND_LENGTH: u32 = 16384;
 
 const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
+/// The camera sees images filtered. WGSL: `wgsl/hit/triangle.wgsl`.
+const FILTERS_IMAGES: Constant = ("FILTERS_IMAGES", 1.0);
 
 /// Translucent layers in front of a pixel's opaque surface.
 const LAYER_STATE: Choice = Choice::new("accumulator", "accumulator/layers.wgsl");
@@ -60,6 +62,8 @@ const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
 const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
 const AMBIENT_NONE: Choice = Choice::new("ambient", "shade/ambient_none.wgsl");
 const AMBIENT_KEPT: Choice = Choice::new("ambient", "shade/ambient_kept.wgsl");
+const STRAIGHT: Choice = Choice::new("refraction", "shade/refraction_none.wgsl");
+const REFRACTED: Choice = Choice::new("refraction", "shade/refraction_kept.wgsl");
 const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
 const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
 
@@ -68,7 +72,7 @@ pub const SEEN: KernelDesc = KernelDesc {
     entry: "shade_seen",
     root: "shade/shade_seen.wgsl",
     with: &[IN_ORDER, SEEN_STATE, WALK, FACED_CANDIDATE],
-    constants: &[],
+    constants: &[FILTERS_IMAGES],
     tiers: Tier::ALL,
 };
 
@@ -77,7 +81,7 @@ pub const LAYERS: KernelDesc = KernelDesc {
     entry: "shade_layers",
     root: "shade/shade_layers.wgsl",
     with: &[IN_ORDER, LAYER_STATE, WALK, FACED_CANDIDATE],
-    constants: &[("SHADES_BRICKS", 1.0)],
+    constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
     tiers: Tier::ALL,
 };
 
@@ -95,18 +99,36 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
 
 pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl");
 pub const COMPOSITE: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE],
+    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, STRAIGHT],
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")
 };
 /// [`COMPOSITE`], which keeps the ambient light for [`occlusion`](super::occlusion).
 pub const COMPOSITE_AMBIENT: KernelDesc = KernelDesc {
     name: "shade_composite_ambient",
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT],
+    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT, STRAIGHT],
     ..COMPOSITE
 };
-/// The kernel that blends a picture; `keeps_ambient`: for [`occlusion`](super::occlusion).
-pub fn composite(keeps_ambient: bool) -> &'static KernelDesc {
-    if keeps_ambient { &COMPOSITE_AMBIENT } else { &COMPOSITE }
+/// [`COMPOSITE`], which keeps what is behind glass for [`refraction`](super::refraction).
+pub const COMPOSITE_BEHIND: KernelDesc = KernelDesc {
+    name: "shade_composite_behind",
+    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, REFRACTED],
+    ..COMPOSITE
+};
+/// [`COMPOSITE`], which keeps both.
+pub const COMPOSITE_BEHIND_AMBIENT: KernelDesc = KernelDesc {
+    name: "shade_composite_behind_ambient",
+    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT, REFRACTED],
+    ..COMPOSITE
+};
+/// The kernel that blends a picture; what it keeps: ambient light for [`occlusion`](super::occlusion), and what is behind
+/// glass for [`refraction`](super::refraction).
+pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc {
+    match [keeps_ambient, keeps_behind] {
+        [false, false] => &COMPOSITE,
+        [true, false] => &COMPOSITE_AMBIENT,
+        [false, true] => &COMPOSITE_BEHIND,
+        [true, true] => &COMPOSITE_BEHIND_AMBIENT,
+    }
 }
 
 /// A kernel over points or footprints, one invocation each.
@@ -114,8 +136,11 @@ const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
     KernelDesc { name, entry: name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
 }
 
-pub const PANES: KernelDesc =
-    KernelDesc { with: &[IN_ORDER], ..of_points("shade_panes", "shade/shade_panes.wgsl") };
+pub const PANES: KernelDesc = KernelDesc {
+    with: &[IN_ORDER],
+    constants: &[("WORKGROUP_SIZE", POINT_LANES as f64), FILTERS_IMAGES],
+    ..of_points("shade_panes", "shade/shade_panes.wgsl")
+};
 /// One invocation per tile of a band.
 pub const LAYERED: KernelDesc =
     KernelDesc { with: &[IN_ORDER], ..of_points("shade_layered", "shade/shade_layered.wgsl") };
@@ -261,6 +286,12 @@ pub struct PictureParams {
     pub extinction: Vec3,
     /// Edge of the sharp level of the environment [texels].
     pub environment_size: u32,
+    /// [`ImageDetail::reach`](crate::records::ImageDetail::reach).
+    pub image_reach: f32,
+    /// [`ImageDetail::threshold`](crate::records::ImageDetail::threshold).
+    pub cutout_threshold: f32,
+    pub pad_0: u32,
+    pub pad_1: u32,
     /// Irradiance of the environment as spherical harmonics (rgb).
     pub irradiance: [Vec4; IRRADIANCE],
 }
@@ -286,5 +317,9 @@ crate::gpu_layout!(PictureParams {
     occlusion_radius_per_distance,
     extinction,
     environment_size,
+    image_reach,
+    cutout_threshold,
+    pad_0,
+    pad_1,
     irradiance
 });

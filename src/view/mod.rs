@@ -11,7 +11,7 @@ pub use cascades::splits;
 pub use fit::{fitted_views, light_views, shadow_views, views_around};
 pub use receivers::Receivers;
 
-use crate::model::{Bounds, Camera, Part, Projection, View};
+use crate::model::{Bounds, Camera, Part, Projection, Scene, View, within_pixel};
 use fit::{depth_range, looking};
 use glam::{Mat4, Vec2, Vec4};
 
@@ -46,5 +46,36 @@ impl View {
         let shear =
             Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::new(aside.x, -aside.y, 1.0, 0.0), Vec4::W);
         Self { view_from_world: shear * self.view_from_world, ..self }
+    }
+
+    /// The camera's view through a place on its lens [m], to the right and up: what is at the distance `focus` along the
+    /// axis stays where it is in the picture.
+    #[must_use]
+    pub fn through_lens(self, place: Vec2, focus: f32) -> Self {
+        let slope = -place / focus;
+        let aside = Mat4::from_cols(
+            Vec4::X,
+            Vec4::Y,
+            Vec4::new(slope.x, slope.y, 1.0, 0.0),
+            Vec4::new(-place.x, -place.y, 0.0, 1.0),
+        );
+        Self { view_from_world: aside * self.view_from_world, ..self }
+    }
+
+    /// Offset that [`Self::through`] was given [pixels], or one within a pixel that goes with its place on the lens.
+    pub fn sample_offset(&self) -> Vec2 {
+        let [right, up, back] = [0, 1, 2].map(|row| self.view_from_world.row(row).truncate());
+        within_pixel(Vec2::new(right.dot(back), -up.dot(back)) * self.scale)
+    }
+
+    /// The views of a scene's camera through each of its samples. `whole`: [`Self::from_camera`].
+    pub fn of_samples(scene: &Scene, whole: &Self) -> impl Iterator<Item = Self> {
+        let focus = scene.lens.focus;
+        let focus = focus.unwrap_or_else(|| scene.camera.eye.distance(scene.camera.target));
+        let has_lens = scene.lens.radius > 0.0;
+        scene.sample_offsets().zip(scene.lens_places()).map(move |(offset, place)| {
+            let view = whole.clone().through(offset);
+            if has_lens { view.through_lens(place, focus) } else { view }
+        })
     }
 }

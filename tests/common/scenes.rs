@@ -104,7 +104,7 @@ pub(crate) fn pane(depth: f32, half: f32, material: u32) -> [Triangle; 2] {
 
 pub(crate) fn triangle(positions: [Vec3; 3], material: u32) -> Triangle {
     let uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE];
-    Triangle { positions, normals: [Vec3::Z; 3], uvs, material, id: 0 }
+    Triangle { normals: [Vec3::Z; 3], uvs, ..Triangle::flat(positions, material) }
 }
 
 /// Fixes a directional light's view at 20 x 20 x 20 m around the origin, whatever else casts: by an opaque

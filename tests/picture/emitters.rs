@@ -141,6 +141,7 @@ const OPTIONS: RenderOptions<'static> = RenderOptions {
     maps: true,
     maps_of: None,
     sums: false,
+    sample: None,
     keep: true,
     light: true,
     debug: &[],

@@ -86,6 +86,77 @@ fn images_look_where_they_say() {
     assert_eq!(seen(&turned, Vec3::NEG_Z, 0.0), Vec3::ZERO);
 }
 
+/// An image with a sun of 2 degrees around `toward`, of a radiance of 800, in an even sky.
+fn with_sun(toward: DVec3) -> (UVec2, Vec<[f32; 3]>) {
+    const PLACES: u32 = 8;
+    let size = UVec2::new(256, 128);
+    let texel = |i: u32| {
+        let shines = |place: u32| {
+            let at = UVec2::new(place % PLACES, place / PLACES).as_dvec2() + 0.5;
+            let at = UVec2::new(i % size.x, i / size.x).as_dvec2() + at / f64::from(PLACES);
+            let turn = at.x / f64::from(size.x) * std::f64::consts::TAU;
+            let down = at.y / f64::from(size.y) * std::f64::consts::PI;
+            let (sine, y) = (down.sin(), down.cos());
+            let d = DVec3::new(-sine * turn.sin(), y, sine * turn.cos());
+            d.dot(toward) > 1f64.to_radians().cos()
+        };
+        let share = (0..PLACES * PLACES).filter(|&place| shines(place)).count() as f32;
+        let share = share / (PLACES * PLACES) as f32;
+        [0.3 + 800.0 * share, 0.5 + 720.0 * share, 0.9 + 600.0 * share]
+    };
+    (size, (0..size.x * size.y).map(texel).collect())
+}
+
+#[test]
+fn an_image_gives_its_sun_as_a_light() {
+    let toward = DVec3::new(0.6, 0.5, -0.4).normalize();
+    let (size, texels) = with_sun(toward);
+    let (environment, sun) = Environment::of_image_without_sun(size, &texels, 0.0, 2.0);
+    let sun = sun.expect("a sun");
+    assert!(sun.direction.as_dvec3().dot(-toward) > 0.5f64.to_radians().cos());
+    // Of a disc of half an angle `a` and radiance L: pi L sin(a)^2.
+    let full = std::f32::consts::PI * 2.0 * 1f32.to_radians().sin().powi(2);
+    let exact = Vec3::new(800.0, 720.0, 600.0) * full;
+    assert!(((sun.irradiance - exact) / exact).abs().max_element() < 0.1, "{sun:?} {exact}");
+    let degrees = sun.angle.to_degrees();
+    assert!(degrees > 1.9 && degrees < 5.0, "{degrees}");
+    let sky = Vec3::new(0.6, 1.0, 1.8);
+    for n in directions() {
+        let found = irradiance_at(environment.irradiance(), n);
+        assert!((found - sky).abs().max_element() < 0.02, "{n}: {found}");
+    }
+    // It is still seen, as it was.
+    let scene = within(environment);
+    assert!(seen(&scene, toward.as_vec3(), 0.0).x > 200.0);
+    let rough = seen(&scene, toward.as_vec3(), 0.6);
+    assert!((rough - sky).abs().max_element() < 0.02, "{rough}");
+    // Clouds have no sun, however uneven.
+    let cloudy: Vec<[f32; 3]> = (0..size.x * size.y).map(|i| [0.2 + (i % 7) as f32; 3]).collect();
+    assert_eq!(Environment::of_image_without_sun(size, &cloudy, 0.0, 1.0).1, None);
+}
+
+#[test]
+fn the_sun_of_an_image_takes_the_place_of_the_default_one() {
+    let folder = Folder::new();
+    let (size, texels) = with_sun(DVec3::new(0.0, 0.8, 0.6));
+    let mut bytes = Vec::new();
+    let pixels: Vec<_> = texels.into_iter().map(image::Rgb).collect();
+    let encoder = image::codecs::hdr::HdrEncoder::new(&mut bytes);
+    encoder.encode(&pixels, size.x as usize, size.y as usize).unwrap();
+    folder.write("day.hdr", bytes);
+    let sky = "[environment]\nfile = 'day.hdr'\n";
+    let scene = scene::load(&folder.write("a.toml", sky)).unwrap();
+    let [sun] = &scene.lights[..] else { panic!("one light") };
+    let LightKind::Directional { direction } = sun.kind else { panic!("a sun") };
+    assert!((direction - Vec3::new(0.0, -0.8, -0.6)).length() < 0.02, "{direction}");
+    assert!(sun.source.is_some() && sun.color.max_element() == 1.0);
+    // A scene with lights has these, and the image is all around.
+    let lamp = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\n";
+    let lit = scene::load(&folder.write("b.toml", format!("{sky}{lamp}"))).unwrap();
+    assert_eq!(lit.lights.len(), 1);
+    assert!(lit.mean_ambient().x > 1.05 * scene.mean_ambient().x);
+}
+
 /// Reflection by half vectors of GGX (Walter et al. 2007) about `n`, weighted like Karis 2013: `n` is
 /// `height` above the border between black below and white above.
 fn mirrored_of_halves(height: f64, roughness: f64) -> f64 {

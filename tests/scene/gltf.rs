@@ -198,15 +198,25 @@ fn emissive_textures_are_read() {
 }
 
 #[test]
-fn glass_that_would_blur_or_bend_is_said_once() {
-    let model = load("glass.glb", glb_of(&document(""))).unwrap();
-    let about = |model: &Model| {
-        model.notes.iter().filter(|note| note.contains("roughness and ior")).count()
-    };
-    assert_eq!(about(&model), 1, "{:?}", model.notes);
-    assert!(model.notes[0].contains("3 transmitting"), "{:?}", model.notes);
-    let clear = document("").replace("KHR_materials_transmission", "KHR_materials_other");
-    assert_eq!(about(&load("clear.glb", glb_of(&clear)).unwrap()), 0);
+fn glass_bends_and_blurs_by_ior_and_roughness() {
+    let dense = "\"extensions\": {\"KHR_materials_ior\": {\"ior\": 1.25},";
+    let text = document("").replacen(
+        "{\"name\": \"body\", \"extensions\": {",
+        &format!("{{\"name\": \"body\", {dense}"),
+        1,
+    );
+    for (text, ior, frost) in [(document(""), 1.5, 1.0), (text, 1.25, 0.5)] {
+        let model = load("glass.glb", glb_of(&text)).unwrap();
+        assert!(model.notes.is_empty(), "{:?}", model.notes);
+        let of = |name| (material(&model, name).ior, material(&model, name).frost);
+        // A thin wall of roughness 0.1, a rough body, and the same where the mesh has no inside.
+        assert_eq!(
+            (of("glass").0, of("body"), of("body (open)")),
+            (1.0, (ior, frost), (1.0, frost))
+        );
+        assert!((of("glass").1 - 0.01).abs() < 1e-6);
+        assert_eq!((of("pane"), of("leaf")), ((1.0, 0.0), (1.0, 0.0)));
+    }
 }
 
 #[test]

@@ -286,3 +286,62 @@ fn channels_that_move_no_node_are_passed_over() {
     // A channel that moves a node is read: these times are invalid.
     assert!(animated(r#"{"node": 0, "path": "translation"}"#).is_err());
 }
+
+/// Textures in KTX2 alone are white, and counted with a remedy; required, they refuse the file.
+#[test]
+fn images_of_other_kinds_are_named() {
+    let textures = |sources: &str| {
+        format!(
+            "\"extensionsUsed\": [\"KHR_texture_basisu\"], \"textures\": [{sources}], \
+             \"images\": [{{\"uri\": \"a.ktx2\"}}, {{\"uri\": \"a.png\"}}],"
+        )
+    };
+    let only = "{\"extensions\": {\"KHR_texture_basisu\": {\"source\": 0}}}";
+    let both = "{\"source\": 1, \"extensions\": {\"KHR_texture_basisu\": {\"source\": 0}}}";
+    let notes = |sources: &str| read(&document("corners.bin", &textures(sources))).unwrap().notes;
+    let told = |notes: &[String]| notes.iter().any(|note| note.contains("2 textures are white"));
+    let found = notes(&format!("{only}, {both}, {only}"));
+    assert!(told(&found) && found.iter().any(|note| note.contains("PNG")), "{found:?}");
+    assert!(!told(&notes(both)));
+    let required = textures(only) + "\"extensionsRequired\": [\"KHR_texture_basisu\"],";
+    let error = read(&document("corners.bin", &required)).unwrap_err().to_string();
+    assert!(error.contains("KHR_texture_basisu") && error.contains("PNG"), "{error}");
+}
+
+/// Colours of vertices, as bytes with alpha and as floats without, in each corner.
+#[test]
+fn colours_of_vertices_are_read() {
+    let of = |kind: &str, component: u32, normalized: bool| {
+        document("corners.bin", "")
+            .replace("\"POSITION\": 0", "\"POSITION\": 0, \"COLOR_0\": 1")
+            .replace(
+                "\"bufferViews\": [",
+                &format!("\"bufferViews\": [{{\"buffer\": 1, \"byteLength\": {}}},", if component == 5121 { 12 } else { 36 }),
+            )
+            .replace("\"bufferView\": 0, \"componentType\": 5126", "\"bufferView\": 1, \"componentType\": 5126")
+            .replace(
+                "\"max\": [1, 1, 0]}",
+                &format!(
+                    "\"max\": [1, 1, 0]}}, {{\"bufferView\": 0, \"componentType\": {component}, \"count\": 3, \
+                     \"type\": \"{kind}\", \"normalized\": {normalized}}}"
+                ),
+            )
+            .replace("\"buffers\": [", "\"buffers\": [")
+            .replace("\"corners.bin\"}]", &format!("\"corners.bin\"}}, {{\"byteLength\": {}, \"uri\": \"colors.bin\"}}]", if component == 5121 { 12 } else { 36 }))
+    };
+    let folder = Folder::new();
+    folder.write("colors.bin", [255u8, 0, 0, 255, 0, 255, 0, 128, 64, 64, 64, 0]);
+    let bytes = load(&folder, &of("VEC4", 5121, true)).unwrap();
+    let half = (64f32 / 255.0).sqrt();
+    let gray = (half * 255.0).round() as u8;
+    let expected = [[255, 0, 0, 255], [0, 255, 0, 128], [gray, gray, gray, 0]];
+    assert_eq!(bytes.triangles[0].colors.map(|color| color.0), expected);
+    let floats = [0f32, 1.0, 0.25, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0].map(f32::to_le_bytes).concat();
+    folder.write("colors.bin", floats);
+    let floats = load(&folder, &of("VEC3", 5126, false)).unwrap();
+    let expected = [[0, 255, 128, 255], [255; 4], [0, 0, 0, 255]];
+    assert_eq!(floats.triangles[0].colors.map(|color| color.0), expected);
+    // Whole numbers are no shares.
+    folder.write("colors.bin", [0u8; 12]);
+    assert!(load(&folder, &of("VEC4", 5121, false)).is_err());
+}

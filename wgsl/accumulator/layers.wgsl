@@ -8,7 +8,7 @@
 import package::bind::sampled::lit;
 import package::bind::stored::layers;
 import package::bind::uniform::{band, materials};
-import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_TRIANGLES, HAS_VOLUMES};
+import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::caster_hit::{Faced, faced_hit, faced_of};
 import package::hit::hit::Hit;
 import package::hit::triangle::{triangle_hit, triangle_weights};
@@ -19,6 +19,7 @@ import package::records::view::GpuView;
 import package::records::point_list::PANE_LIST;
 import package::shade::air::air_at;
 import package::shade::append_point::append_point;
+import package::shade::bend::{bend, start_bend};
 import package::shade::camera::camera;
 import package::shade::cost::count_pair;
 import package::shade::emission::emission_at;
@@ -63,6 +64,9 @@ fn start(view: GpuView, pixel: vec2<u32>, index: u32, opaque: f32) {
     pane_count = 0u;
     if HAS_VOLUMES {
         start_fog(view, corner + 0.5);
+    }
+    if HAS_REFRACTION {
+        start_bend();
     }
 }
 
@@ -110,7 +114,10 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     if !adds && pane_count < PANES {
         store_pane(Pane(pane.depth, pane.setup, passed));
     }
-    let emission = emission_at(material, pane.setup, weights);
+    if HAS_REFRACTION && !adds {
+        bend(view, corner + 0.5, pane.setup, pane.depth, opaque_depth, normals.normal, to_eye);
+    }
+    let emission = emission_at(material, pane.setup, corner + 0.5, weights);
     let own = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
     lay(view, pane.depth, own, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {

@@ -46,5 +46,7 @@
 @group(0) @binding(142) var composited: texture_2d<f32>;
 @group(0) @binding(143) var bloom_from: texture_2d<f32>;
 @group(0) @binding(145) var bloom_level: texture_2d<f32>;
+@group(0) @binding(146) var behinds: texture_2d<f32>;
+@group(0) @binding(147) var bends: texture_2d<u32>;
 @group(0) @binding(105) var mask_slots: texture_2d<u32>;
 @group(0) @binding(106) var mask_points: texture_2d<u32>;

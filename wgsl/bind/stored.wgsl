@@ -35,6 +35,8 @@
 @group(0) @binding(140) var ambients: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(141) var occlusions: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(144) var bloom_to: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(146) var behinds: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(147) var bends: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(69) var clipped_rects: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(87) var new_levels: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(100) var mask_surfaces: texture_storage_2d<rgba32uint, write>;

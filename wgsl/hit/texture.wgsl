@@ -1,10 +1,31 @@
-// Images of materials: one layer each, bilinear, repeating. CPU reference: src/reference/texture.rs.
+// Images of materials: one layer each, bilinear, repeating; in the picture trilinear, over what a sample sees. CPU
+// reference: src/reference/texture.rs.
+
+// Most samples of an image along the longer side of what a sample of the picture sees of it.
+const MAX_IMAGE_TAPS: u32 = 4u;
+
+// A sample over what is seen of an image.
+struct Sampled {
+    rgba: vec4<f32>,
+    level: f32, // of the texels that were read
+}
 
 fn sample_texture(
     images: texture_2d_array<f32>,
     layer: u32,
     size: vec2<f32>,
     uv: vec2<f32>,
+) -> vec4<f32> {
+    return sample_level(images, layer, size, uv, 0);
+}
+
+// `size`: of the level [texels].
+fn sample_level(
+    images: texture_2d_array<f32>,
+    layer: u32,
+    size: vec2<f32>,
+    uv: vec2<f32>,
+    level: i32,
 ) -> vec4<f32> {
     let at = (uv - floor(uv)) * size - 0.5;
     let low = floor(at);
@@ -13,14 +34,51 @@ fn sample_texture(
     let a = (vec2<i32>(low) + s) % s;
     let b = (a + 1) % s;
     let top = mix(
-        textureLoad(images, a, layer, 0),
-        textureLoad(images, vec2(b.x, a.y), layer, 0),
+        textureLoad(images, a, layer, level),
+        textureLoad(images, vec2(b.x, a.y), layer, level),
         part.x,
     );
     let bottom = mix(
-        textureLoad(images, vec2(a.x, b.y), layer, 0),
-        textureLoad(images, b, layer, 0),
+        textureLoad(images, vec2(a.x, b.y), layer, level),
+        textureLoad(images, b, layer, level),
         part.x,
     );
     return mix(top, bottom, part.y);
+}
+
+fn level_size(size: vec2<f32>, level: i32) -> vec2<f32> {
+    return vec2<f32>(max(vec2<u32>(size) >> vec2(u32(level)), vec2(1u)));
+}
+
+// Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps along the
+// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
+fn sample_area(
+    images: texture_2d_array<f32>,
+    layer: u32,
+    size: vec2<f32>,
+    uv: vec2<f32>,
+    right: vec2<f32>,
+    down: vec2<f32>,
+) -> Sampled {
+    let lengths = vec2(length(right * size), length(down * size));
+    let long = max(lengths.x, lengths.y);
+    let short = min(lengths.x, lengths.y);
+    let along = select(down, right, lengths.x >= lengths.y);
+    let taps = clamp(ceil(long / max(short, 1.0)), 1.0, f32(MAX_IMAGE_TAPS));
+    let last = f32(firstLeadingBit(u32(max(size.x, size.y))));
+    let level = clamp(log2(long / taps), 0.0, last);
+    let low = i32(level);
+    let part = level - f32(low);
+    let low_size = level_size(size, low);
+    let high_size = level_size(size, low + 1);
+    var rgba = vec4(0.0);
+    for (var tap = 0.5; tap < taps; tap += 1.0) {
+        let at = uv + along * (tap / taps - 0.5);
+        var own = sample_level(images, layer, low_size, at, low);
+        if part > 0.0 {
+            own = mix(own, sample_level(images, layer, high_size, at, low + 1), part);
+        }
+        rgba += own;
+    }
+    return Sampled(rgba / taps, level);
 }

@@ -1,12 +1,15 @@
 // Hit of a ray with a triangle. CPU reference: src/reference/caster_hit.rs.
 
 import package::bind::sampled::images;
-import package::bind::uniform::materials;
-import package::features::HAS_TEXTURES;
+import package::bind::uniform::{materials, picture_params};
+import package::features::{HAS_TEXTURES, HAS_VERTEX_COLORS};
 import package::hit::hit::{Hit, absorption, transmittance};
-import package::hit::texture::sample_texture;
-import package::records::material::{MAX_GAIN, NO_TEXTURE, TRANSFER_GAIN};
+import package::hit::texture::{Sampled, sample_area, sample_texture};
+import package::records::material::{MAX_GAIN, NO_TEXTURE, TRANSFER_CUTOUT, TRANSFER_GAIN};
 import package::records::setup::setup_texel;
+
+// Images are seen by the camera, filtered over what a sample of the picture sees. Maps read their texels.
+override FILTERS_IMAGES: bool = false;
 
 fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
     let line = bitcast<vec4<f32>>(setup_texel(setup, i));
@@ -35,16 +38,62 @@ fn triangle_uv(setup: u32, barycentric: vec3<f32>) -> vec2<f32> {
     return ab.xy * barycentric.x + ab.zw * barycentric.y + c * barycentric.z;
 }
 
+// Colour of the corners, which are stored as square roots of linear light, and alpha.
+fn triangle_color(setup: u32, barycentric: vec3<f32>) -> vec4<f32> {
+    if !HAS_VERTEX_COLORS {
+        return vec4(1.0);
+    }
+    let bits = setup_texel(setup, 7u).xyz;
+    if all(bits == vec3(0xffffffffu)) {
+        return vec4(1.0);
+    }
+    var color = vec4(0.0);
+    for (var i = 0u; i < 3u; i += 1u) {
+        let corner = unpack4x8unorm(bits[i]);
+        color += vec4(corner.rgb * corner.rgb, corner.a) * barycentric[i];
+    }
+    return color;
+}
+
+// An image at `texel`, over what a sample of the picture sees of it.
+fn triangle_image(layer: u32, size: vec2<f32>, setup: u32, texel: vec2<f32>, barycentric: vec3<f32>) -> Sampled {
+    let uv = triangle_uv(setup, barycentric);
+    let weights = bitcast<vec3<f32>>(setup_texel(setup, 3u).xyz);
+    let ab = bitcast<vec4<f32>>(setup_texel(setup, 5u));
+    let c = bitcast<vec2<f32>>(setup_texel(setup, 6u).xy);
+    let first = bitcast<vec2<f32>>(setup_texel(setup, 0u).zw) * weights.x;
+    let second = bitcast<vec2<f32>>(setup_texel(setup, 1u).zw) * weights.y;
+    let third = bitcast<vec2<f32>>(setup_texel(setup, 2u).zw) * weights.z;
+    let sum = edge(setup, 0u, texel) * weights.x + edge(setup, 1u, texel) * weights.y
+        + edge(setup, 2u, texel) * weights.z;
+    // Changes of the weighted corners from a pixel to the next, divided by those of their sum.
+    let right = -((ab.xy - uv) * first.y + (ab.zw - uv) * second.y + (c - uv) * third.y);
+    let down = (ab.xy - uv) * first.x + (ab.zw - uv) * second.x + (c - uv) * third.x;
+    let reach = picture_params.image_reach / sum;
+    return sample_area(images, layer, size, uv, right * reach, down * reach);
+}
+
 fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
     let met = triangle_weights(setup, texel);
     let material_id = setup_texel(setup, 4u).w;
     let material = materials[material_id];
-    var tint = material.tint;
+    var tint = material.tint * triangle_color(setup, met.xyz);
+    var level = 0.0;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
-        let uv = triangle_uv(setup, met.xyz);
-        tint *= sample_texture(images, material.texture, material.texture_size, uv);
+        if FILTERS_IMAGES {
+            let seen = triangle_image(material.texture, material.texture_size, setup, texel, met.xyz);
+            tint *= seen.rgba;
+            level = seen.level;
+        } else {
+            let uv = triangle_uv(setup, met.xyz);
+            tint *= sample_texture(images, material.texture, material.texture_size, uv);
+        }
     }
-    let opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
+    var opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
+    if FILTERS_IMAGES && material.transfer == TRANSFER_CUTOUT {
+        // Of texels that are smaller than a pixel, the mean opacity is the share that is solid.
+        opacity += (material.cutoff - picture_params.cutout_threshold) * saturate(level);
+    }
     let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
     let light = transmittance(material.transfer, opacity, color);
     let absorbed = absorption(material.transfer, opacity, color);

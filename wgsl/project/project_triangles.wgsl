@@ -6,6 +6,7 @@ import package::bind::read::chunks;
 import package::bind::sampled::triangles;
 import package::bind::stored::{footprints, keys, rects, setups};
 import package::bind::uniform::{project_params, views};
+import package::features::HAS_VERTEX_COLORS;
 import package::hit::triangle_edges::{edge_line, owns_edge, precedes};
 import package::records::dispatch::workgroup_number;
 import package::records::octahedral::octahedral;
@@ -176,4 +177,7 @@ fn project_triangles(
     put_setup(setup_index, 4u, vec4(bitcast<vec3<u32>>(depths), v_material.w));
     put_setup(setup_index, 5u, bitcast<vec4<u32>>(vec4(us.x, v.x, us.y, v.y)));
     put_setup(setup_index, 6u, vec4(bitcast<vec2<u32>>(vec2(us.z, v.z)), octahedral(unit), id));
+    if HAS_VERTEX_COLORS {
+        put_setup(setup_index, 7u, textureLoad(triangles, record_texel(first + 5u), 0));
+    }
 }

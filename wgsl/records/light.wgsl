@@ -53,6 +53,10 @@ struct PictureParams {
     occlusion_radius_per_distance: f32, // added to it, times the distance along the axis
     extinction: vec3<f32>, // of the air [1/m]
     environment_size: u32,            // edge of its sharp level [texels]
+    image_reach: f32,      // edge of what a sample stands for, for images [pixels]
+    cutout_threshold: f32, // mean opacity from which a cutout is solid where its texels are small
+    pad_0: u32,
+    pad_1: u32,
     irradiance: array<vec4<f32>, 9>,  // of the environment, spherical harmonics (rgb)
 }
 

@@ -21,6 +21,10 @@ struct GpuMaterial {
     emissive_size: vec2<f32>, // of the emissive texture [texels]
     emissive_texture: u32,    // layer, NO_TEXTURE for none
     metallic: f32,
+    ior: f32,   // of its bodies; 1: straight through
+    frost: f32, // blur of what is behind, per distance behind it
+    pad_0: u32,
+    pad_1: u32,
 }
 
 const MAX_MATERIALS: u32 = 512u;

@@ -10,7 +10,7 @@ fn record_texel(index: u32) -> vec2<u32> {
 const TRIANGLE_BIT: u32 = 0x80000000u;
 const FOOTPRINT_TEXELS: u32 = 2u;
 
-const TRIANGLE_TEXELS: u32 = 5u;
+const TRIANGLE_TEXELS: u32 = 6u;
 
 // Scale of opacities, which are stored as halves: down to 2e-9 they have eleven bits. Rust:
 // src/records/pack.rs.

@@ -1,6 +1,7 @@
-// Layers of a pixel, as records of `layers`: colour and pairs, transmittance, two panes.
+// Layers of a pixel, as records of `layers`: colour and pairs, transmittance, two panes, and where what is behind is
+// seen.
 
-const LAYER_TEXELS: u32 = 4u;
+const LAYER_TEXELS: u32 = 5u;
 
 const NOWHERE: f32 = 4.0; // depth of an empty slot
 

@@ -4,12 +4,13 @@ import package::bind::uniform::picture_params;
 import package::records::air_params::AIR_CELL;
 import package::records::view::GpuView;
 
-// [pixels]: the shear of the camera's axis (`View::through` in src/view/mod.rs).
+// [pixels], or one within a pixel that goes with the place on the lens: the shear of the camera's axis (`View::through` in src/view/mod.rs).
 fn sample_offset(view: GpuView) -> vec2<f32> {
     let right = picture_params.world_from_view[0].xyz;
     let up = picture_params.world_from_view[1].xyz;
     let back = picture_params.world_from_view[2].xyz;
-    return vec2(-dot(back, right), dot(back, up)) * view.scale;
+    let offset = vec2(-dot(back, right), dot(back, up)) * view.scale;
+    return select(offset, offset - round(offset), any(abs(offset) > vec2(1.0)));
 }
 
 // First column of air [pixels]: those of several samples are between each other, so that their mean is finer.

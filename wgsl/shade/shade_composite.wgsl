@@ -15,6 +15,7 @@ import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::on_screen;
 import choice::ambient::{IS_LAST, keep_ambient};
+import choice::refraction::{REFRACTS, keep_behind, keep_bend, keep_straight};
 import package::traversal::lane::LANES;
 
 fn light_of(point: u32) -> vec3<f32> {
@@ -53,6 +54,9 @@ fn shade_composite(
     if COUNT_COST {
         cost.y += lights_asked(at.index);
     }
+    keep_behind(at.pixel, depth, light);
+    var nearest = NOWHERE;
+    var is_bent = false;
     // A tile without translucent casters has no layers.
     let tile = tile_of(textureLoad(blended_tiles, record_texel(at.tile), 0));
     if HAS_LAYERS && tile.first < tile.end {
@@ -63,6 +67,7 @@ fn shade_composite(
         for (var i = 0u; HAS_PANES && i < 2u; i += 1u) {
             let pane = pane_of(textureLoad(layers, record_texel(first + 2u + i), 0));
             if pane.depth < NOWHERE {
+                nearest = min(nearest, pane.depth);
                 let point = (1u + i) * band.pixel_count + at.index;
                 var shown = pane.passed * light_of(point);
                 if HAS_AIR {
@@ -74,13 +79,20 @@ fn shade_composite(
                 }
             }
         }
-        let through = bitcast<vec3<f32>>(textureLoad(layers, record_texel(first + 1u), 0).xyz);
+        var through = bitcast<vec3<f32>>(textureLoad(layers, record_texel(first + 1u), 0).xyz);
+        if REFRACTS && HAS_PANES {
+            is_bent = keep_bend(at.pixel, first, nearest, through);
+        }
+        // What is seen elsewhere is added there.
+        through = select(through, vec3(0.0), is_bent);
         light = color + through * light;
         passed *= through;
+    } else if REFRACTS {
+        keep_straight(at.pixel);
     }
     keep_ambient(at.pixel, at.index, depth, passed);
     textureStore(radiance, at.pixel, vec4(light, depth));
-    if IS_LAST {
+    if IS_LAST && !REFRACTS {
         var shown = on_screen(light);
         if COUNT_COST {
             cost = min(cost, vec2(0xffffu));

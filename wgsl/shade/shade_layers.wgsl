@@ -7,11 +7,12 @@ import package::bind::read::layered_tiles;
 import package::bind::sampled::{seen_pixels, tiles};
 import package::bind::stored::layers;
 import package::bind::uniform::band;
-import package::features::{HAS_TRIANGLES, HAS_VOLUMES};
+import package::features::{HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::records::layered_tile::LAYERED_HEAD;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, tile_pixel};
+import package::shade::bend::{aside, bent, bent_by, blur_square, entered};
 import package::shade::camera::camera;
 import package::shade::cost::walked;
 import package::shade::fog::{inside, reached};
@@ -20,7 +21,7 @@ import package::accumulator::layers::{Waiting, color, far, finish, near, pane_co
 import package::traversal::lane::LANES;
 import choice::traversal::walk;
 
-const CARRIED: u32 = 4u; // records of a pixel
+const CARRIED: u32 = 6u; // records of a pixel
 
 fn go_on(index: u32) {
     let at = index * CARRIED;
@@ -40,6 +41,14 @@ fn go_on(index: u32) {
         inside = fog.xyz;
         reached = fog.w;
     }
+    if HAS_REFRACTION {
+        let place = bitcast<vec4<f32>>(carried[at + 4u]);
+        let inside = bitcast<vec4<f32>>(carried[at + 5u]);
+        aside = place.xy;
+        blur_square = place.z;
+        bent = inside.xyz;
+        entered = inside.w;
+    }
 }
 
 fn carry(index: u32) {
@@ -51,6 +60,10 @@ fn carry(index: u32) {
     }
     if HAS_VOLUMES {
         carried[at + 3u] = bitcast<vec4<u32>>(vec4(inside, reached));
+    }
+    if HAS_REFRACTION {
+        carried[at + 4u] = bitcast<vec4<u32>>(vec4(aside, blur_square, 0.0));
+        carried[at + 5u] = bitcast<vec4<u32>>(vec4(bent, entered));
     }
 }
 
@@ -82,4 +95,8 @@ fn shade_layers(
     let texel = at.index * LAYER_TEXELS;
     textureStore(layers, record_texel(texel), vec4(bitcast<vec3<u32>>(color), walked));
     textureStore(layers, record_texel(texel + 1u), vec4(bitcast<vec3<u32>>(passed), 0u));
+    if HAS_REFRACTION {
+        let pixel = vec2<f32>(at.pixel) + 0.5;
+        textureStore(layers, record_texel(texel + 4u), bent_by(view, pixel, depth));
+    }
 }

@@ -1,12 +1,11 @@
 // shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
 // invocation per pixel of a band. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
-import package::bind::sampled::{casters, images, seen_pixels};
+import package::bind::sampled::{casters, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
 import package::features::{HAS_CAPSULES, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
-import package::hit::triangle::{triangle_uv, triangle_weights};
-import package::hit::texture::sample_texture;
+import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
 import package::records::capsule::capsule_of;
 import package::records::caster::{look_material, particle_object};
 import package::records::light::cluster_of;
@@ -47,10 +46,9 @@ fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, 
 fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> Point {
     let weights = triangle_weights(setup, pixel).xyz;
     let material = materials[setup_texel(setup, 4u).w];
-    var albedo = material.tint.rgb;
+    var albedo = material.tint.rgb * triangle_color(setup, weights).rgb;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
-        let uv = triangle_uv(setup, weights);
-        albedo *= sample_texture(images, material.texture, material.texture_size, uv).rgb;
+        albedo *= triangle_image(material.texture, material.texture_size, setup, pixel, weights).rgba.rgb;
     }
     let position = world_point(view, pixel, depth);
     let to_eye = normalize(eye() - position);
@@ -68,7 +66,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         material.roughness,
         0.0,
         1.0,
-        emission_at(material, setup, weights) + mirrored_around(material, albedo, normals.normal, to_eye),
+        emission_at(material, setup, pixel, weights) + mirrored_around(material, albedo, normals.normal, to_eye),
         material.metallic,
         pixel_number(pixel),
     );

@@ -170,7 +170,7 @@ impl Case {
                 let tilt = chance.within(-0.01, 0.01);
                 center * Vec3::new(1.0, 1.0, 0.98) + (Vec2::from_angle(angle) * radius).extend(tilt)
             });
-            Triangle { positions, normals: [Vec3::Z; 3], uvs: [Vec2::ZERO; 3], material: 0, id: 0 }
+            Triangle { normals: [Vec3::Z; 3], ..Triangle::flat(positions, 0) }
         };
         (0..self.casters).map(one).collect()
     }

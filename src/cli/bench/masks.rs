@@ -159,12 +159,7 @@ fn scene(
 /// Pane of a corner and two edges.
 fn rectangle([corner, right, up]: [Vec3; 3]) -> [Triangle; 2] {
     let (far, normal) = (corner + right + up, right.cross(up).normalize());
-    let half = |positions| Triangle {
-        positions,
-        normals: [normal; 3],
-        uvs: [Vec2::ZERO; 3],
-        material: 0,
-        id: 0,
-    };
+    let half =
+        |positions: [Vec3; 3]| Triangle { normals: [normal; 3], ..Triangle::flat(positions, 0) };
     [half([corner, corner + right, far]), half([corner, far, corner + up])]
 }

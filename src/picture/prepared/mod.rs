@@ -17,7 +17,7 @@ use super::{
 use crate::{
     error::Error,
     frame::Commands,
-    gpu::{Allocator, Memory, Timeline},
+    gpu::{Allocator, Memory, Timeline, array_view},
     model::Class,
     records::LATTICE_POINTS,
     shadows::{
@@ -133,9 +133,12 @@ impl Shadows {
         queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
         let mut targets = Targets::new(&mut allocator, size, lit_count, bricks.end, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
+        // With all their levels, of which maps read the first alone.
+        let images = array_view(&self.casters()?.images);
         let resources = self
             .casters()?
             .resources()
+            .with("images", &images)
             .and(&prepared.maps().look_up_resources())
             .and(&band.resources())
             .with("views", &views)
@@ -162,7 +165,10 @@ impl Shadows {
                 queue,
                 kernels,
                 features: ShadeFeatures::new(&lists, &lighting, cost, scene),
-                composite: composite(finish.as_ref().is_some_and(Finish::keeps_ambient)),
+                composite: composite(
+                    finish.as_ref().is_some_and(Finish::keeps_ambient),
+                    finish.as_ref().is_some_and(Finish::keeps_behind),
+                ),
                 lists: &lists,
                 rounds: capacity.rounds,
                 memory: &band,

@@ -2,7 +2,7 @@
 use crate::{
     model::{Environment, Scene, View},
     picture::band_memory::BandMemory,
-    records::{FormerSlots, Grid, LightRecords, OcclusionRadius},
+    records::{FormerSlots, Grid, ImageDetail, LightRecords, OcclusionRadius},
     shadows::{Prepared, masks::MaskTextures},
     stage::shade::PictureParams,
 };
@@ -36,6 +36,7 @@ impl PictureRequest<'_> {
         first_setup: u32,
     ) -> PictureParams {
         let Self { scene, camera, prepared, .. } = self;
+        let detail = ImageDetail::new(scene.samples, camera.sample_offset());
         let radius = OcclusionRadius::new(scene.occlusion, scene.camera.fov_y);
         PictureParams {
             world_from_view: camera.view_from_world.inverse(),
@@ -59,6 +60,10 @@ impl PictureRequest<'_> {
             first_area: records.first_area(),
             extinction: scene.air.map_or(Vec3::ZERO, |air| air.extinction),
             environment_size: scene.environment.as_ref().map_or(0, |sky| sky.size()),
+            image_reach: detail.reach,
+            cutout_threshold: detail.threshold,
+            pad_0: 0,
+            pad_1: 0,
             irradiance: scene.irradiance().map(|c| c.extend(0.0)),
         }
     }

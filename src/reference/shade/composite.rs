@@ -9,6 +9,7 @@ use crate::{
     records::{BACK_BIT, Footprint, TRIANGLE_BIT},
     reference::{
         caster_hit::{Hit, Target, metres_per_depth},
+        refraction::{Bend, GlassFace},
         shading::{Gloss, Point, PointKind},
         tile::{Tile, TileTexels},
     },
@@ -19,8 +20,7 @@ use glam::{Vec2, Vec3};
 const ENDS: usize = 256;
 
 impl Eye<'_> {
-    /// Blends translucent casters over the opaque surfaces of a tile: their light, and the surfaces' ambient light that
-    /// is left.
+    /// Blends translucent casters over the opaque surfaces of a tile.
     pub(super) fn composite(
         &self,
         blended: &Seen<'_>,
@@ -28,7 +28,7 @@ impl Eye<'_> {
         index: usize,
         tile: &Tile,
         surfaces: &TileTexels<Behind>,
-    ) -> TileTexels<(Vec3, Vec3)> {
+    ) -> TileTexels<Blended> {
         let mut pixels = TileTexels::filled(Pixel::empty(0.0));
         for (place, at) in tile.texels() {
             pixels[place] = Pixel::empty(metres_per_depth(&self.view, at));
@@ -51,7 +51,7 @@ impl Eye<'_> {
                     continue;
                 };
                 if footprint.caster & TRIANGLE_BIT != 0 {
-                    pixel.wait(self.layer(blended, footprint, material, &hit, at));
+                    pixel.wait(self.layer(blended, footprint, material, &hit, at, opaque));
                     continue;
                 }
                 pixel.lay_waiting(hit.depth);
@@ -74,7 +74,8 @@ impl Eye<'_> {
                 pixel.lay(covered * own * before.left + veil, passed);
             }
         }
-        let mut colors = TileTexels::filled((Vec3::ZERO, Vec3::ZERO));
+        let none = Blended { light: Vec3::ZERO, ambient: Vec3::ZERO, bend: None };
+        let mut colors = TileTexels::filled(none);
         for (place, at) in tile.texels() {
             let Behind { light: behind, own } = surfaces[place];
             let opaque = own.depth;
@@ -87,7 +88,14 @@ impl Eye<'_> {
                 let before = self.air_before(at, hit.depth);
                 color += passed * self.lighting.light(&point, None) * before.left;
             }
-            colors[place] = (color + pixel.passed * behind, pixel.passed * own.light);
+            let ray = std::mem::take(&mut pixel.ray);
+            let bend = ray.bend(&self.view, &self.world_from_view, at, opaque);
+            let (passed, pane) = (pixel.passed, pixel.nearest.unwrap_or(f32::INFINITY));
+            let bend = bend.map(|(aside, blur)| Bend { aside, blur, pane, passed });
+            // What is seen elsewhere is added there.
+            let straight = if bend.is_some() { Vec3::ZERO } else { passed };
+            let light = color + straight * behind;
+            colors[place] = Blended { light, ambient: straight * own.light, bend };
         }
         colors
     }
@@ -100,15 +108,16 @@ impl Eye<'_> {
         material: &'s Material,
         hit: &Hit,
         pixel: Vec2,
+        behind: f32,
     ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
         let (depth, opacity) = (hit.depth, hit.opacity);
         let before = self.air_before(pixel, depth);
         let setup = blended.setup(footprint);
         let met = setup.hit(pixel);
-        let emitted = opacity * blended.emission(material, met) * before.left;
+        let emitted = opacity * blended.emission(material, setup, pixel) * before.left;
         if material.transfer == Transfer::None {
             let own = emitted + opacity * seen_color(hit, material) * before.left;
-            return Layer { depth, own, passed: Vec3::ONE, face: None, pane: None };
+            return Layer { depth, own, passed: Vec3::ONE, face: None, glass: None, pane: None };
         }
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
         let [_, normal] = blended.normals(footprint, met, to_eye);
@@ -125,7 +134,11 @@ impl Eye<'_> {
             leaves: setup.ties & BACK_BIT != 0,
         };
         let own = emitted + before.light * (1.0 - passed);
-        Layer { depth, own, passed, face: Some(face), pane: Some((footprint, material, *hit)) }
+        let glass = material.refracts().then(|| {
+            GlassFace::new(&self.view, material, depth, behind, face.leaves, [normal, to_eye])
+        });
+        let pane = Some((footprint, material, *hit));
+        Layer { depth, own, passed, face: Some(face), glass, pane }
     }
 
     /// Point at which a pane's scattered and mirrored light is evaluated.
@@ -149,6 +162,16 @@ impl Eye<'_> {
             ..surface
         }
     }
+}
+
+/// A pixel behind all its layers.
+#[derive(Clone, Copy)]
+pub(super) struct Blended {
+    pub light: Vec3,
+    /// Ambient light of the opaque surface that is left.
+    pub ambient: Vec3,
+    /// Where the opaque surface is seen, unless straight.
+    pub bend: Option<Bend>,
 }
 
 /// Gloss of a pane, premultiplied: glass keeps its highlights where it is clear.

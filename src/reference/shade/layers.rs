@@ -1,4 +1,5 @@
 //! Layers of a pixel, blended front to back, and the volumes in between.
+use crate::reference::refraction::{GlassFace, Ray};
 use glam::Vec3;
 
 /// Panes that wait for nearer ones.
@@ -15,6 +16,8 @@ pub(super) struct Layer<P> {
     pub own: Vec3,
     pub passed: Vec3,
     pub face: Option<Face>,
+    /// Of a pane that shows what is behind it aside, or blurred.
+    pub glass: Option<GlassFace>,
     /// `None` for a layer that only emits.
     pub pane: Option<P>,
 }
@@ -28,6 +31,9 @@ pub(super) struct Pixel<P> {
     /// The nearest panes, each with the transmittance in front of it.
     pub lit: Vec<(P, Vec3)>,
     pub fog: Fog,
+    pub ray: Ray,
+    /// Light depth of the nearest pane, if there is any.
+    pub nearest: Option<f32>,
 }
 
 /// Volumes along the eye's ray, between the layers of a pixel.
@@ -80,7 +86,15 @@ impl<P: Copy> Pixel<P> {
     /// An empty pixel; `metres`: length of the ray per unit of light depth [m].
     pub(super) fn empty(metres: f32) -> Self {
         let (color, passed) = (Vec3::ZERO, Vec3::ONE);
-        Self { color, passed, waiting: Vec::new(), lit: Vec::new(), fog: Fog::new(metres) }
+        Self {
+            color,
+            passed,
+            waiting: Vec::new(),
+            lit: Vec::new(),
+            fog: Fog::new(metres),
+            ray: Ray::default(),
+            nearest: None,
+        }
     }
 
     pub(super) fn lay(&mut self, own: Vec3, passed: Vec3) {
@@ -92,6 +106,10 @@ impl<P: Copy> Pixel<P> {
         self.passed *= self.fog.to(layer.depth);
         if let Some(pane) = layer.pane.filter(|_| self.lit.len() < MAX_LIT) {
             self.lit.push((pane, self.passed));
+            self.nearest = self.nearest.or(Some(layer.depth));
+        }
+        if let Some(glass) = &layer.glass {
+            self.ray.cross(glass, layer.depth);
         }
         self.lay(layer.own, layer.passed);
         if let Some(face) = &layer.face {

@@ -15,6 +15,7 @@ use super::{
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
     occlusion::{Surroundings, occluded},
+    refraction::refracted_picture,
     shading::{Gloss, Lighting, Point, PointKind, Receiver, world_point},
     threads::each,
     tile::{Tile, TileTexels},
@@ -25,13 +26,13 @@ use crate::{
         black_body,
     },
     records::{
-        AirParams, Footprint, FormerSlots, GpuView, LATTICE_POINTS, MaskSlots, OcclusionRadius,
-        Picture, TRIANGLE_BIT, ViewMaps,
+        AirParams, Footprint, FormerSlots, GpuView, ImageDetail, LATTICE_POINTS, MaskSlots,
+        OcclusionRadius, Picture, TRIANGLE_BIT, ViewMaps,
     },
 };
 pub use mean_picture::MeanPicture;
 
-use composite::seen_color;
+use composite::{Blended, seen_color};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use seen::Seen;
 use std::ops::RangeInclusive;
@@ -42,12 +43,27 @@ pub const FAINT: f32 = 1.0 / 1024.0;
 /// The lit picture; `maps` of `views`: the shadow views of the scene's lights. `fit`: fits those of area lights'
 /// points.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps], fit: Fit<'_>) -> Picture {
+    render_samples(scene, views, maps, fit, None)
+}
+
+/// Like [`render_picture`]; `only`: the only sample of each pixel.
+pub fn render_samples(
+    scene: &Scene,
+    views: &[View],
+    maps: &[ViewMaps],
+    fit: Fit<'_>,
+    only: Option<u32>,
+) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     // All samples at once, since the maps of a light's points are rendered once.
     let light = mean_over_points(scene, views, maps, fit, |points| {
         let lighting = Lighting::of_points(scene, points);
-        let cameras = scene.sample_offsets().map(|offset| camera.clone().through(offset));
-        cameras.flat_map(|camera| render_sample(scene, &lighting, &camera)).collect()
+        let cameras = (0..).zip(View::of_samples(scene, &camera));
+        let cameras = cameras.filter(|&(sample, _)| only.is_none_or(|only| only == sample));
+        cameras
+            .map(|(_, camera)| camera)
+            .flat_map(|camera| render_sample(scene, &lighting, &camera))
+            .collect()
     });
     let mut mean = MeanPicture::new(scene);
     for sample in light.chunks(scene.camera.size.element_product() as usize) {
@@ -67,7 +83,7 @@ pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option
     let world_from_view = camera.view_from_world.inverse();
     let eye = Eye { view, world_from_view, lighting: &lighting, air: None, masks: None };
     let solid = OfClasses::new(scene, Class::SOLID);
-    eye.picture_masks(scene, &camera, &solid.seen(scene, &view))
+    eye.picture_masks(scene, &camera, &solid.seen(scene, &camera))
 }
 
 /// Linear light of one sample per pixel, row by row.
@@ -81,7 +97,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
         .map(|air| AirVolume::new(&view, &world_from_view, lighting, &air));
     let mut eye = Eye { view, world_from_view, lighting, air, masks: None };
     let [solid, blended] = [Class::SOLID, Class::BLENDED].map(|of| OfClasses::new(scene, of));
-    let [solid, blended] = [&solid, &blended].map(|casters| casters.seen(scene, &view));
+    let [solid, blended] = [&solid, &blended].map(|casters| casters.seen(scene, camera));
     let lit = Lit {
         casters: each(blended.casters.footprints.len(), |i| eye.light_caster(&blended, i)),
         lattices: each(blended.records.bricks.records.len(), |i| eye.light_brick(&blended, i)),
@@ -96,14 +112,19 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     });
     let count = size.element_product() as usize;
     let (mut light, mut seen) = (vec![Vec3::ZERO; count], vec![Surroundings::NONE; count]);
+    let (mut behind, mut bends) = (vec![(Vec3::ZERO, 1.0); count], vec![None; count]);
     for (index, (colors, surfaces)) in tiles.iter().enumerate() {
         for (place, pixel) in Tile::new(&view, index as u32).texels() {
             let at = pixel.as_uvec2();
             let at = (at.y * size.x + at.x) as usize;
-            let (color, ambient) = colors[place];
-            light[at] = color;
+            let Blended { light: color, ambient, bend } = colors[place];
+            (light[at], bends[at]) = (color, bend);
+            behind[at] = (surfaces[place].light, surfaces[place].own.depth);
             seen[at] = Surroundings { light: ambient, ..surfaces[place].own };
         }
+    }
+    if scene.materials.iter().any(Material::refracts) {
+        light = refracted_picture(size, &light, &behind, &bends);
     }
     match OcclusionRadius::new(scene.occlusion, scene.camera.fov_y) {
         Some(radius) => occluded(&view, &world_from_view, radius, &seen, &light),
@@ -155,11 +176,12 @@ impl OfClasses {
         Self { particles, gaussians, triangles, grids, strands }
     }
 
-    fn seen<'a>(&'a self, scene: &'a Scene, view: &GpuView) -> Seen<'a> {
+    fn seen<'a>(&'a self, scene: &'a Scene, camera: &View) -> Seen<'a> {
         let Self { particles, gaussians, triangles, grids, strands } = self;
+        let detail = ImageDetail::new(scene.samples, camera.sample_offset());
         let casters =
             Casters { particles, gaussians, triangles, grids, strands, ..scene.casters() };
-        Seen::new(casters, &scene.shadow, view)
+        Seen::new(casters, &scene.shadow, &camera.to_gpu(0, UVec2::ZERO, 0), detail)
     }
 }
 
@@ -404,7 +426,7 @@ impl Eye<'_> {
             albedo: seen_color(hit, material),
             roughness: material.roughness,
             gloss: Gloss::SOLID,
-            emission: seen.emission(material, met),
+            emission: seen.emission(material, setup, pixel),
             metallic: 0.0,
         }
     }

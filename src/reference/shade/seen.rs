@@ -1,7 +1,10 @@
 //! Casters visible to the camera, and the surfaces of their triangles at a hit.
 use crate::{
     model::{Casters, Material, ShadowSettings, TILE_SIZE},
-    records::{Footprint, GpuView, TRIANGLE_BIT, TriangleRecord, TriangleSetup, from_octahedral},
+    records::{
+        Footprint, GpuView, ImageDetail, TRIANGLE_BIT, TriangleRecord, TriangleSetup,
+        from_octahedral,
+    },
     reference::{
         bin::Bins,
         caster_hit::Records,
@@ -10,7 +13,7 @@ use crate::{
         project::ProjectParams,
     },
 };
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Casters visible to the camera.
 pub(super) struct Seen<'a> {
@@ -18,10 +21,16 @@ pub(super) struct Seen<'a> {
     pub(super) casters: ViewCasters,
     pub(super) bins: Bins,
     view: GpuView,
+    detail: ImageDetail,
 }
 
 impl<'a> Seen<'a> {
-    pub(super) fn new(casters: Casters<'a>, shadow: &ShadowSettings, view: &GpuView) -> Self {
+    pub(super) fn new(
+        casters: Casters<'a>,
+        shadow: &ShadowSettings,
+        view: &GpuView,
+        detail: ImageDetail,
+    ) -> Self {
         let records = SceneRecords::new(casters, shadow);
         let casters = records.project(
             view,
@@ -30,7 +39,7 @@ impl<'a> Seen<'a> {
         let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(TILE_SIZE);
         let sorted = depth_order(&casters.keys);
         let bins = casters.bins(&sorted, view, tile_count, u32::MAX);
-        Self { records, casters, bins, view: *view }
+        Self { records, casters, bins, view: *view, detail }
     }
 
     pub(super) fn records(&self) -> Records<'_> {
@@ -45,14 +54,16 @@ impl<'a> Seen<'a> {
             materials: self.records.materials,
             absorptions: &self.records.absorptions,
             images: &self.records.images,
+            detail: Some(self.detail),
         }
     }
 
     /// Emission of the surface where the ray meets it.
-    pub(super) fn emission(&self, material: &Material, met: Option<TriangleHit>) -> Vec3 {
-        let texture = material.emissive_texture.zip(met);
+    pub(super) fn emission(&self, material: &Material, setup: &TriangleSetup, pixel: Vec2) -> Vec3 {
+        let texture = material.emissive_texture.zip(setup.hit(pixel));
         texture.map_or(material.emission, |(texture, met)| {
-            material.emission * self.records.images[texture as usize].sample(met.uv).truncate()
+            let seen = self.records().seen_image(texture, setup, pixel, met.uv);
+            material.emission * seen.rgba.truncate()
         })
     }
 

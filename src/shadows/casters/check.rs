@@ -89,15 +89,17 @@ fn range_problem(material: &Material) -> Option<&'static str> {
     let is_color = |color: Vec3, most: f32| {
         color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(most)).all()
     };
-    let &Material { tint, reflectivity, cutoff, transmission, roughness, metallic, .. } = material;
-    let shares = [tint.w, reflectivity, cutoff, transmission, roughness, metallic];
+    let &Material {
+        tint, reflectivity, cutoff, transmission, roughness, metallic, frost, ior, ..
+    } = material;
+    let shares = [tint.w, reflectivity, cutoff, transmission, roughness, metallic, frost];
     let distance = material.attenuation_distance;
     [
         (is_color(tint.truncate(), material.transfer.max_color()), {
             "its tint must be 0 to 1; of `gain` 0 to 16"
         }),
         (shares.into_iter().all(is_share), {
-            "its alpha, reflectivity, cutoff, transmission, roughness and metallic must be 0 to 1"
+            "its alpha, reflectivity, cutoff, transmission, roughness, metallic and frost must be 0 to 1"
         }),
         (
             (1..=64).contains(&material.pattern_scale),
@@ -106,6 +108,7 @@ fn range_problem(material: &Material) -> Option<&'static str> {
         (is_color(material.emission, f32::MAX), "its emission must be finite and not negative"),
         (is_color(material.attenuation_color, 1.0), "its attenuation must be 0 to 1"),
         (distance > 0.0, "its attenuation distance must be above 0"),
+        ((1.0..=3.0).contains(&ior), "its index of refraction must be 1 to 3"),
     ]
     .into_iter()
     .find_map(|(is_met, problem)| (!is_met).then_some(problem))

@@ -3,10 +3,10 @@ use crate::{
     error::Error,
     gpu::Allocator,
     model::{Material, Texture},
-    records::{GpuMaterial, MAX_MATERIALS, ROW},
+    records::{GpuMaterial, MAX_MATERIALS, ROW, image_level_count, image_levels},
 };
 use bytemuck::Zeroable as _;
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use std::ops::Range;
 use wgpu::{
     TextureFormat::{Rgba8UnormSrgb, Rgba32Uint},
@@ -122,7 +122,11 @@ pub(super) fn upload_images(
             remedy,
         });
     }
-    let images = allocator.texture("images", Rgba8UnormSrgb, size, TextureUsages::COPY_DST)?;
+    // Maps read level 0 alone.
+    let largest = UVec2::new(width, height);
+    let levels = if cfg!(feature = "picture") { image_level_count(largest) } else { 1 };
+    let usage = TextureUsages::COPY_DST;
+    let images = allocator.texture_with_levels("images", Rgba8UnormSrgb, size, levels, usage)?;
     for (layer, texture) in textures.iter().enumerate() {
         upload_image(queue, &images, layer, texture);
     }
@@ -135,19 +139,28 @@ pub(super) fn upload_image(
     layer: usize,
     texture: &Texture,
 ) {
-    queue.write_texture(
-        wgpu::TexelCopyTextureInfo {
-            origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
-            ..images.as_image_copy()
-        },
-        &texture.rgba,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(texture.width * 4),
-            rows_per_image: None,
-        },
-        wgpu::Extent3d { width: texture.width, height: texture.height, depth_or_array_layers: 1 },
-    );
+    let write = |mip_level: u32, [width, height]: [u32; 2], rgba: &[u8]| {
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                mip_level,
+                origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
+                ..images.as_image_copy()
+            },
+            rgba,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(width * 4),
+                rows_per_image: None,
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+    };
+    write(0, [texture.width, texture.height], &texture.rgba);
+    if images.mip_level_count() > 1 {
+        for (number, level) in (1..).zip(image_levels(texture)) {
+            write(number, level.size.to_array(), &level.rgba);
+        }
+    }
 }
 
 pub(super) fn upload_materials(
