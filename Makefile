@@ -79,7 +79,7 @@ web:
 viewer: setup
 	sh tools/viewer.sh
 
-# The plugin of examples/bevy without a window: fails if its picture is flat.
+# The example of bevy_gobo (examples/bevy) without a window: fails if its picture is flat or grey.
 bevy: setup
 	sh tools/bevy.sh
 

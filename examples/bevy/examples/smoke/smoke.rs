@@ -1,5 +1,11 @@
 //! A particle effect, as bevy_hanabi makes them: spawned, moved and read on the device alone.
-use gobo::{CasterCount, CasterLoader, Error, HostCasters, Shadows, wgpu::{self, BufferUsages}};
+use bevy_gobo::{
+    ParticleSet,
+    gobo::{
+        CasterCount, CasterLoader, Error, HostCasters, Material, Shadows,
+        wgpu::{self, BufferUsages},
+    },
+};
 
 /// Particles that fly at a time.
 pub const CAPACITY: u32 = 12_000;
@@ -12,7 +18,6 @@ const STRIDE: u64 = 48;
 pub const STRUCT: &str = include_str!("smoke.wgsl");
 
 pub struct Smoke {
-    pub particles: wgpu::Buffer,
     alive: wgpu::Buffer,
     frame: wgpu::Buffer,
     number: u32,
@@ -22,15 +27,29 @@ pub struct Smoke {
     read: wgpu::BindGroup,
 }
 
+/// The particles, for whoever draws them.
+pub fn particles(device: &wgpu::Device) -> wgpu::Buffer {
+    buffer(device, "smoke", u64::from(CAPACITY) * STRIDE, BufferUsages::STORAGE)
+}
+
+fn buffer(
+    device: &wgpu::Device,
+    label: &str,
+    size: u64,
+    usage: BufferUsages,
+) -> wgpu::Buffer {
+    let (label, mapped_at_creation) = (Some(label), false);
+    device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
+}
+
 impl Smoke {
-    pub fn new(device: &wgpu::Device, shadows: &mut Shadows) -> Result<Self, Error> {
-        let buffer = |label, size, usage| {
-            let (label, mapped_at_creation) = (Some(label), false);
-            device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
-        };
-        let particles = buffer("smoke", u64::from(CAPACITY) * STRIDE, BufferUsages::STORAGE);
-        let alive = buffer("alive", 4, BufferUsages::STORAGE);
-        let frame = buffer("frame", 16, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+    pub fn new(
+        device: &wgpu::Device,
+        particles: &wgpu::Buffer,
+        shadows: &mut Shadows,
+    ) -> Result<Self, Error> {
+        let alive = buffer(device, "alive", 4, BufferUsages::STORAGE);
+        let frame = buffer(device, "frame", 16, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         let text = format!("{STRUCT}\n{}", include_str!("move.wgsl"));
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("move smoke"),
@@ -44,7 +63,7 @@ impl Smoke {
             compilation_options: Default::default(),
             cache: None,
         });
-        let own = bind(device, &pipeline.get_bind_group_layout(0), &[&particles, &alive, &frame]);
+        let own = bind(device, &pipeline.get_bind_group_layout(0), &[particles, &alive, &frame]);
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("smoke"),
             entries: &[wgpu::BindGroupLayoutEntry {
@@ -58,25 +77,30 @@ impl Smoke {
                 count: None,
             }],
         });
-        let read = bind(device, &layout, &[&particles]);
+        let read = bind(device, &layout, &[particles]);
         let text = format!("{STRUCT}\n{}", include_str!("load.wgsl"));
         let loader = shadows.caster_loader("load.wgsl", &text, &layout)?;
-        Ok(Self { particles, alive, frame, number: 0, pipeline, own, loader, read })
+        Ok(Self { alive, frame, number: 0, pipeline, own, loader, read })
+    }
+}
+
+impl ParticleSet for Smoke {
+    fn material(&self) -> Material {
+        Material::default()
     }
 
-    /// As gobo reads them.
-    pub fn casters(&self) -> HostCasters<'_> {
+    fn casters<'a>(&'a self, materials: &'a [u32]) -> HostCasters<'a> {
         let count = CasterCount::Indirect { buffer: &self.alive, offset: 0, capacity: CAPACITY };
-        HostCasters::new(&self.loader, &self.read, count, &[0]).least_alpha(0.002)
+        HostCasters::new(&self.loader, &self.read, count, materials).least_alpha(0.002)
     }
 
-    pub fn next_frame(&mut self, queue: &wgpu::Queue) {
+    fn prepare(&mut self, queue: &wgpu::Queue) {
         let words = [self.number, BORN, CAPACITY, 0];
         queue.write_buffer(&self.frame, 0, bytemuck::cast_slice(&words));
         self.number += 1;
     }
 
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+    fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.own, &[]);
@@ -85,7 +109,7 @@ impl Smoke {
 }
 
 /// In order, from binding 0 on.
-pub fn bind(
+fn bind(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
     buffers: &[&wgpu::Buffer],
