@@ -386,6 +386,12 @@ const KERNELS_OWN: &[&str] = &[
     "WIDER",
     "WIDEST",
     "MIDDLE_HEIGHT",
+    "FIRST_RING",
+    "LAST_RING",
+    "NEXT_RING",
+    "AROUND_COUNT",
+    "LEAST_ON_PLANE",
+    "ROUGH",
 ];
 
 /// Value of `const NAME: u32 = 0xffu;` or `f32`, rounded as in kernels.

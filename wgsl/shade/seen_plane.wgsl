@@ -39,44 +39,39 @@ fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32
 // or the inverse of it in a perspective view; `slack`: how much a surface on the plane may be off.
 fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_asked: bool) -> vec2<f32> {
     var found = vec2(0.0);
-    var ring = select(NO_SURFACE, FIRST_RING, is_asked);
-    // Loop counts are not constant, so that compilers do not unroll.
+    var ring = FIRST_RING;
+    // The loop count is not constant, so that compilers do not unroll.
     let around = select(0u, AROUND_COUNT, is_asked);
     if is_asked {
         loop {
             // The two texels in different directions whose surfaces are off least: what hides the surface is far off.
             var first = vec3(1.0, 0.0, NO_SURFACE);
             var second = vec3(0.0, 1.0, NO_SURFACE);
+            var by_texel = vec2(0.0);
+            var count = 0u;
+            // Three times around: for the first texel, for the second, and for all on their plane.
             var i = 0u;
             loop {
                 let seen = surface_around(view, center, at_point, around_offset(i & (AROUND_COUNT - 1u)) * ring);
-                let across = abs(first.x * seen.y - first.y * seen.x);
+                let is_first = i < around;
+                let is_second = !is_first && i < 2u * around;
                 // Of opposite texels it is at most `ring`.
-                let is_aside = i >= around && across > ring;
-                first = select(first, seen, i < around && abs(seen.z) < abs(first.z));
-                second = select(second, seen, is_aside && abs(seen.z) < abs(second.z));
+                let is_aside = abs(first.x * seen.y - first.y * seen.x) > ring;
+                first = select(first, seen, is_first && abs(seen.z) < abs(first.z));
+                second = select(second, seen, is_second && is_aside && abs(seen.z) < abs(second.z));
+                let across = first.x * second.y - first.y * second.x;
+                let is_whole = abs(across) > 1.0 && max(abs(first.z), abs(second.z)) < NO_SURFACE;
+                let turned = vec2(first.z * second.y - second.z * first.y, second.z * first.x - first.z * second.x);
+                by_texel = select(vec2(0.0), turned / select(1.0, across, is_whole), is_whole);
+                let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
+                let is_on = is_whole && abs(seen.z - dot(by_texel, seen.xy)) <= most_off;
+                count += select(0u, 1u, is_on && i >= 2u * around);
                 i += 1u;
-                if i >= 2u * around {
+                if i >= 3u * around {
                     break;
                 }
             }
-            let across = first.x * second.y - first.y * second.x;
-            let is_whole = abs(across) > 1.0 && max(abs(first.z), abs(second.z)) < NO_SURFACE;
-            let turned = vec2(first.z * second.y - second.z * first.y, second.z * first.x - first.z * second.x);
-            let by_texel = select(vec2(0.0), turned / select(1.0, across, is_whole), is_whole);
-            let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
-            var count = 0u;
-            i = 0u;
-            loop {
-                let seen = surface_around(view, center, at_point, around_offset(i) * ring);
-                let off = abs(seen.z - dot(by_texel, seen.xy));
-                count += select(0u, 1u, off <= most_off);
-                i += 1u;
-                if i >= around {
-                    break;
-                }
-            }
-            let is_plane = is_whole && count >= LEAST_ON_PLANE;
+            let is_plane = count >= LEAST_ON_PLANE;
             found = select(found, by_texel, is_plane);
             ring = select(ring * NEXT_RING, NO_SURFACE, is_plane);
             if ring > LAST_RING {

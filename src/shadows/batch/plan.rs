@@ -25,7 +25,7 @@ const MAX_TILES: u32 = 65536;
 /// Footprints of the host's casters that a frame has room for at once, 60 bytes each. Each view has room for all casters,
 /// whatever it sees: of more, it has room for fewer, and more views take more batches, not more memory.
 const HOST_FOOTPRINTS: u64 = 3 << 19;
-const FEWER_HOST_FOOTPRINTS: u64 = 1 << 19;
+const FEWER_HOST_FOOTPRINTS: u64 = 3 << 17;
 
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
 /// for the nearest casters and the rest.
