@@ -1,6 +1,5 @@
-// Part `plain` of kernels whose casters are all of one simple kind: splats of the `filter` transfer. The form of
-// `approach` (wgsl/hit/gaussian.wgsl) with what is linear in the texel's place set up once. CPU reference:
-// src/reference/gaussian.rs.
+// Part `plain` of kernels whose casters are all of one simple kind: splats of the `filter` transfer, whose hits have the
+// bits of wgsl/hit/gaussian.wgsl. CPU reference: src/reference/gaussian.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::hit::disc::Profile4;
@@ -13,40 +12,40 @@ struct Plain {
     center: vec2<f32>,    // [texels]; for one beside the view the map's centre
     whitening: vec3<f32>, // [1/texels]
     offset: vec2<f32>,    // of the whitened place; for one beside the view
-    ahead: vec3<f32>,     // e = x + y delta.x + z delta.y; in an orthographic view the light depth
+    tilt: vec2<f32>,      // as in the setup
+    start: vec3<f32>,     // e = x + tilt . (y u + z delta)
     spread: f32,
-    distance: f32,        // light depth of e = 1 less that of the eye
+    distance: f32,        // along the axis of e = 1 [m]; in an orthographic view the light depth
     reach: f32,           // squared [standard deviations]
-    slope: f32,           // opacity at the centre
-    absorbed: vec3<f32>,  // slope (1 - c)
+    amplitude: f32,       // opacity at the centre
+    slope: f32,           // 1; 0 where nothing is to be seen
+    absorbed: vec3<f32>,  // 1 - c
 }
 
 fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     let setup = gaussian_setup(footprint);
     let place = footprint.place;
     let beside = PERSPECTIVE && is_beside(place);
-    let w = setup.whitening;
-    var tilt = vec2(setup.tilt.x * w.x, setup.tilt.x * w.y + setup.tilt.y * w.z);
     var splat: Plain;
     splat.center = place.xy;
-    splat.whitening = w;
+    splat.whitening = setup.whitening;
+    splat.tilt = setup.tilt;
     splat.reach = place.z * place.z;
-    splat.slope = min(gaussian_amplitude(footprint), 1.0);
-    let blue = unpack2x16unorm(setup.color.y).x;
-    splat.absorbed = splat.slope * (1.0 - vec3(unpack2x16unorm(setup.color.x), blue));
+    splat.amplitude = gaussian_amplitude(footprint);
+    splat.slope = 1.0;
+    splat.absorbed = 1.0 - vec3(unpack2x16unorm(setup.color.x), unpack2x16unorm(setup.color.y).x);
+    splat.distance = place.w;
     if !PERSPECTIVE {
-        splat.ahead = vec3(place.w, -tilt);
         return splat;
     }
-    let range = view.far - view.near;
     splat.spread = setup.spread;
-    splat.ahead = vec3(1.0, tilt);
-    splat.distance = view.near / range + place.w;
+    splat.start = vec3(1.0, 1.0, 0.0);
+    splat.distance = view.near + place.w * (view.far - view.near);
     if beside {
         splat.center = view.size * 0.5;
         splat.offset = place.xy;
-        splat.ahead = vec3(place.w, setup.tilt);
-        splat.distance = 1.0 / range;
+        splat.start = vec3(place.w, 0.0, 1.0);
+        splat.distance = 1.0;
     }
     return splat;
 }
@@ -56,14 +55,16 @@ fn broadcast(splat: Plain, lane: u32) -> Plain {
     var other: Plain;
     other.center = subgroupShuffle(splat.center, lane);
     other.whitening = subgroupShuffle(splat.whitening, lane);
-    other.ahead = subgroupShuffle(splat.ahead, lane);
+    other.tilt = subgroupShuffle(splat.tilt, lane);
+    other.distance = subgroupShuffle(splat.distance, lane);
+    other.amplitude = subgroupShuffle(splat.amplitude, lane);
     other.reach = subgroupShuffle(splat.reach, lane);
     other.slope = subgroupShuffle(splat.slope, lane);
     other.absorbed = subgroupShuffle(splat.absorbed, lane);
     if PERSPECTIVE {
         other.offset = subgroupShuffle(splat.offset, lane);
         other.spread = subgroupShuffle(splat.spread, lane);
-        other.distance = subgroupShuffle(splat.distance, lane);
+        other.start = subgroupShuffle(splat.start, lane);
     }
     return other;
 }
@@ -75,18 +76,26 @@ fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f3
 
 // Profiles of four texels in a column, `dx` and `dy` from the centre.
 fn rows_profile(view: GpuView, splat: Plain, dx: f32, dy: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
-    let x = (splat.offset.x + splat.whitening.x * dx) + splat.whitening.y * dy;
-    let y = splat.offset.y + splat.whitening.z * dy;
+    // Operation by operation as `approach`: the same bits.
+    var x = splat.whitening.x * dx + splat.whitening.y * dy;
+    var y = splat.whitening.z * dy;
     var squared = x * x + y * y;
-    var depth = (splat.ahead.x + splat.ahead.y * dx) + splat.ahead.z * dy;
+    var depth = splat.distance - (splat.tilt.x * x + splat.tilt.y * y);
     if PERSPECTIVE {
-        let share = 1.0 / (depth * depth + splat.spread * squared);
-        squared *= share;
-        depth = splat.distance * depth * share - view.near / (view.far - view.near);
+        x += splat.offset.x;
+        y += splat.offset.y;
+        let along_x = splat.start.y * x + splat.start.z * dx;
+        let along_y = splat.start.y * y + splat.start.z * dy;
+        let ahead = splat.start.x + (splat.tilt.x * along_x + splat.tilt.y * along_y);
+        let across = x * x + y * y;
+        let all = ahead * ahead + splat.spread * across;
+        squared = across / all;
+        depth = (splat.distance * ahead / all - view.near) / (view.far - view.near);
     }
     let end = select(vec4(1.0), opaque, HAS_OPAQUE);
     let hits = (squared <= vec4(splat.reach)) & (depth >= vec4(0.0)) & (depth < end);
-    return Profile4(select(vec4(0.0), exp(-0.5 * squared), hits), depth);
+    let opacity = min(splat.amplitude * exp(-0.5 * squared), vec4(1.0));
+    return Profile4(select(vec4(0.0), opacity, hits), depth);
 }
 
 // Profiles of eight texels in a column; `first`: centre of the first.
