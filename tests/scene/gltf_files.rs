@@ -326,7 +326,6 @@ fn colours_of_vertices_are_read() {
                      \"type\": \"{kind}\", \"normalized\": {normalized}}}"
                 ),
             )
-            .replace("\"buffers\": [", "\"buffers\": [")
             .replace("\"corners.bin\"}]", &format!("\"corners.bin\"}}, {{\"byteLength\": {}, \"uri\": \"colors.bin\"}}]", if component == 5121 { 12 } else { 36 }))
     };
     let folder = Folder::new();
