@@ -46,7 +46,9 @@ impl Map {
         }
         let weighted = |i: &usize| self.direction(*i) * power(excess(*i));
         let direction = -disc.iter().map(weighted).sum::<Vec3>().normalize_or(toward);
-        let angle: f32 = disc.iter().map(|&i| self.solid_angle(i)).sum();
+        // A disc as bright as its brightest texel.
+        let brightest = power((self.texels[brightest] - sky).max(Vec3::ZERO));
+        let angle = power(irradiance) / brightest.max(f32::MIN_POSITIVE);
         let angle = 2.0 * (1.0 - angle / (2.0 * PI)).clamp(-1.0, 1.0).acos();
         disc.iter().for_each(|&i| self.texels[i] = sky);
         Some(ImageSun { direction, irradiance, angle: angle.max(SunDisc::USUAL_ANGLE) })

@@ -333,6 +333,7 @@ const KERNELS_OWN: &[&str] = &[
     "OVERFLOW_SLICES",
     "PARTIAL_TEXELS",
     "IS_LAST",
+    "REFRACTS",
     "PER_FOUR_PI",
     "PER_PI",
     "PER_TWO_PI",

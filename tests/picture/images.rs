@@ -18,7 +18,7 @@ const SIZE: u32 = 48;
 /// A chart of white and clear black texels in turn; `alpha` of the black ones.
 fn chart(edge: u32, alpha: u8) -> Texture {
     let texel = |i: u32| {
-        let is_white = (i % edge + i / edge) % 2 == 0;
+        let is_white = (i % edge + i / edge).is_multiple_of(2);
         if is_white { [255; 4] } else { [0, 0, 0, alpha] }
     };
     let rgba = (0..edge * edge).flat_map(texel).collect();
