@@ -1,5 +1,5 @@
 //! Bevy's meshes as gobo's casters, and its sun.
-use bevy::{prelude::*, render::extract_resource::ExtractResource, render::RenderApp};
+use bevy::{prelude::*, render::RenderApp, render::extract_resource::ExtractResource};
 use gobo::{Material, Transfer, Triangle};
 use std::sync::Arc;
 

@@ -104,8 +104,7 @@ impl Guest {
         }
         // glam's types are not the same in both: arrays are.
         let lights = [Light::directional(direction.to_array())];
-        let views =
-            gobo::light_views(0, &lights[0], settings.shadow.size, None, &settings.bounds)?;
+        let views = gobo::light_views(0, &lights[0], settings.shadow.size, None, &settings.bounds)?;
         let count = self.sets.len() as u32;
         let of_sets = self.sets.iter().map(|set| set.material());
         let materials: Vec<_> = of_sets.chain(scene.materials.iter().cloned()).collect();

@@ -13,7 +13,7 @@
 //!     mut meshes: ResMut<Assets<Mesh>>,
 //!     mut materials: ResMut<Assets<GoboMaterial>>,
 //! ) {
-//!     commands.spawn((Camera3d::default(), ColoredShadows, Transform::from_xyz(0.0, 2.0, 6.0)));
+//!     commands.spawn((Camera3d::default(), Msaa::Off, ColoredShadows, Transform::from_xyz(0.0, 2.0, 6.0)));
 //!     commands.spawn((DirectionalLight::default(), Transform::default().looking_to(Vec3::NEG_Y, Vec3::X)));
 //!     let ground = meshes.add(Plane3d::default().mesh().size(9.0, 9.0));
 //!     let white = materials.add(lit(StandardMaterial::default()));

@@ -44,8 +44,7 @@ pub fn lit(base: StandardMaterial) -> GoboMaterial {
 pub(crate) fn clear_mask(size: UVec2) -> Image {
     let size = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
     let (format, usage) = (TextureFormat::Rgba8Unorm, TextureUsages::COPY_DST);
-    let mut image =
-        Image::new_fill(size, TextureDimension::D2, &[255; 4], format, default());
+    let mut image = Image::new_fill(size, TextureDimension::D2, &[255; 4], format, default());
     image.texture_descriptor.usage |= usage;
     image
 }

@@ -55,7 +55,7 @@ impl Default for GoboPlugin {
 /// A camera that sees coloured shadows: one in an app.
 #[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]
 #[extract_app(RenderApp)]
-#[require(DepthPrepass, NormalPrepass, Msaa::Off)]
+#[require(DepthPrepass, NormalPrepass)]
 pub struct ColoredShadows;
 
 /// Systems of the render world.
@@ -156,7 +156,8 @@ fn mask(
         view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
     let inputs = [&*depths.texture.texture, &*normals.texture.texture];
     let encoder = context.command_encoder();
-    if let Err(error) = guest.record_mask(encoder, clip_from_world, inputs, &mask.texture, &settings)
+    if let Err(error) =
+        guest.record_mask(encoder, clip_from_world, inputs, &mask.texture, &settings)
     {
         error!("no coloured shadows: {error}");
     }

@@ -31,7 +31,7 @@ const SIZE: [u32; 2] = [960, 600];
 /// Of a picture that shows something.
 const FEWEST_COLORS: usize = 256;
 /// Places of the panes [m], red, green and blue.
-const PANES: [[f32; 3]; 3] = [[-1.9, 0.9, -1.2], [-0.9, 0.9, -1.9], [0.1, 0.9, -2.6]];
+const PANES: [[f32; 3]; 3] = [[-0.8, 0.9, 0.5], [0.2, 0.9, -0.2], [1.2, 0.9, -0.9]];
 /// The least that a pane's channel must be of the others behind it.
 const LEAST_COLORED: f32 = 1.4;
 
@@ -98,6 +98,7 @@ fn set_the_scene(
     commands.spawn((
         Camera3d::default(),
         ColoredShadows,
+        Msaa::Off,
         RenderTarget::from(target),
         Hdr,
         Tonemapping::Reinhard,
@@ -106,12 +107,8 @@ fn set_the_scene(
     commands.spawn((DirectionalLight { illuminance: 9000.0, ..default() }, Transform::default()));
     let mut matt = |color: Color| {
         let (perceptual_roughness, reflectance) = (0.9, 0.2);
-        let base = StandardMaterial {
-            base_color: color,
-            perceptual_roughness,
-            reflectance,
-            ..default()
-        };
+        let base =
+            StandardMaterial { base_color: color, perceptual_roughness, reflectance, ..default() };
         MeshMaterial3d(materials.add(lit(base)))
     };
     commands.spawn((
@@ -122,7 +119,7 @@ fn set_the_scene(
     commands.spawn((
         Mesh3d(meshes.add(Sphere::new(0.35))),
         matt(Color::srgb(0.85, 0.85, 0.85)),
-        Transform::from_xyz(-1.1, 0.35, 0.9),
+        Transform::from_xyz(-2.3, 0.35, -0.4),
         GoboCaster::Blocks,
     ));
     commands.spawn((

@@ -32,12 +32,7 @@ pub fn particles(device: &wgpu::Device) -> wgpu::Buffer {
     buffer(device, "smoke", u64::from(CAPACITY) * STRIDE, BufferUsages::STORAGE)
 }
 
-fn buffer(
-    device: &wgpu::Device,
-    label: &str,
-    size: u64,
-    usage: BufferUsages,
-) -> wgpu::Buffer {
+fn buffer(device: &wgpu::Device, label: &str, size: u64, usage: BufferUsages) -> wgpu::Buffer {
     let (label, mapped_at_creation) = (Some(label), false);
     device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
 }
