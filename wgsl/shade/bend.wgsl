@@ -3,7 +3,6 @@
 // thickness. CPU reference: src/reference/refraction.rs.
 
 import package::bind::uniform::materials;
-import package::records::material::GpuMaterial;
 import package::records::setup::{BACK_BIT, setup_texel};
 import package::records::view::GpuView;
 import package::shade::layer::NOWHERE;
