@@ -67,7 +67,7 @@ bitflags::bitflags! {
         /// Some triangles have colours at their corners.
         const HAS_VERTEX_COLORS = 1 << 34;
         /// Some pane shows what is behind it aside, or blurred.
-        const HAS_REFRACTION = 1 << 33;
+        const HAS_REFRACTION = 1 << 35;
     }
 }
 
@@ -155,5 +155,16 @@ impl Features {
         let flags = flags.map(|(name, flag)| (name, f64::from(u8::from(self.has(flag)))));
         let counts = [("NODES", f64::from(self.nodes)), ("MASKS", f64::from(self.masks_at_once))];
         flags.chain(counts).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Flags;
+
+    #[test]
+    fn each_flag_has_a_bit_of_its_own() {
+        let all = Flags::all().bits().count_ones() as usize;
+        assert_eq!(all, <Flags as bitflags::Flags>::FLAGS.len());
     }
 }

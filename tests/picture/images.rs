@@ -25,7 +25,8 @@ fn chart(edge: u32, alpha: u8) -> Texture {
     Texture { name: "chart".to_owned(), width: edge, height: edge, rgba }
 }
 
-/// A square of 2 m with the chart `times` over, seen from `eye`, in front of darkness.
+/// A square of 6 m, which fills the middle of the picture from aside too, with the chart `times` over in 2 m; seen from
+/// `eye`, in front of darkness.
 fn scene(of: Material, alpha: u8, times: f32, eye: Vec3) -> Scene {
     let mut scene = empty(vec![of]);
     scene.textures = vec![chart(64, alpha)];
@@ -34,7 +35,7 @@ fn scene(of: Material, alpha: u8, times: f32, eye: Vec3) -> Scene {
     (scene.ambient, scene.background) = (Vec3::ZERO, Vec3::ZERO);
     scene.lights.clear();
     let corner = |x: f32, y: f32| (Vec3::new(x, y, 0.0), Vec2::new(x, y) * 0.5 * times);
-    let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
+    let (a, b, c, d) = (corner(-3.0, -3.0), corner(3.0, -3.0), corner(3.0, 3.0), corner(-3.0, 3.0));
     scene.triangles = [[a, b, c], [a, c, d]]
         .map(|corners| Triangle {
             uvs: corners.map(|(_, uv)| uv),
@@ -57,7 +58,7 @@ fn light(scene: &Scene) -> Vec<f32> {
     for tier in TIERS {
         let picture = Renderer::on(gpu(tier)).unwrap().render(scene, &options).unwrap().picture;
         let pairs = picture.light.iter().flatten().zip(expected.iter().flatten());
-        let off = pairs.filter(|(a, b)| (*a - *b).abs() > 4e-3).count();
+        let off = pairs.filter(|(a, b)| a.is_nan() || (*a - *b).abs() > 4e-3).count();
         assert!(off <= 6, "{tier:?}: {off} of {} channels", 3 * expected.len());
     }
     expected.iter().map(|rgb| rgb[0]).collect()
@@ -90,7 +91,8 @@ fn small_texels_are_their_mean() {
 fn large_texels_are_as_sharp_as_they_are() {
     let near = scene(shining(Transfer::Opaque), 255, 0.05, Vec3::Z * 4.0);
     let light = light(&near);
-    assert!(middle(&light).any(|v| v == 1.0) && middle(&light).any(|v| v == 0.0));
+    // Light is bilinear between the texels' middles, and a pixel is a fifteenth of a texel.
+    assert!(middle(&light).any(|v| v > 0.93) && middle(&light).any(|v| v < 0.07));
 }
 
 /// Panes filter by the mean of their opacity, and cutouts cover the share of their texels.
@@ -132,6 +134,8 @@ fn colours_of_corners_multiply() {
     let mut scene = scene(Material { tint, ..material(Transfer::Opaque) }, 255, 1.0, Vec3::Z * 8.0);
     let colors = [Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 1.0, 0.0, 1.0), Vec4::ONE];
     for triangle in &mut scene.triangles {
+        // All of it is seen.
+        triangle.positions = triangle.positions.map(|position| position / 3.0);
         triangle.colors = colors.map(VertexColor::new);
     }
     scene.ambient = Vec3::ONE;

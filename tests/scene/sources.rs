@@ -123,11 +123,13 @@ fn what_is_no_filter_is_refused_with_a_remedy() {
 }
 
 #[test]
-fn samples_are_1_to_16() {
-    assert_eq!(read("[camera]\nsamples = 16\n").unwrap().samples, 16);
+fn samples_are_1_to_64() {
+    for samples in [1, 64] {
+        assert_eq!(read(&format!("[camera]\nsamples = {samples}\n")).unwrap().samples, samples);
+    }
     assert_eq!(read("[camera]\n").unwrap().samples, 4);
     assert_eq!(read("").unwrap().samples, 4);
-    for wrong in [0, 17] {
+    for wrong in [0, 65] {
         let error = read(&format!("[camera]\nsamples = {wrong}\n")).unwrap_err().to_string();
         assert!(error.contains("samples is"), "{error}");
     }

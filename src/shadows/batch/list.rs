@@ -106,8 +106,11 @@ impl List {
         let resources =
             context.resources(views).with("bin_params", &params).with("counters", &counters);
         // Of these kernels, only `project` and those of outlines depend on kinds.
-        let kinds =
-            plan.features.flags & (Flags::HAS_BRICKS | Flags::HAS_GAUSSIANS | Flags::HAS_CAPSULES);
+        const KINDS: Flags = Flags::HAS_BRICKS
+            .union(Flags::HAS_GAUSSIANS)
+            .union(Flags::HAS_CAPSULES)
+            .union(Flags::HAS_VERTEX_COLORS);
+        let kinds = plan.features.flags & KINDS;
         let features = Features::NONE.with(kinds, true);
         let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
             kernels.dispatch(desc, features, resources, groups)
