@@ -106,18 +106,6 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     tiers: Tier::ALL,
 };
 
-pub const SPLAT_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_splat_tiles",
-    with: &[IN_ORDER, PLAIN, SPLATS, MAPS, STORED, WALK, PLAIN_CANDIDATE],
-    ..DISC_TILES
-};
-
-pub const SPLAT_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_splat_segments",
-    with: &[PLAIN, SPLATS, MAPS, WALK, PLAIN_CANDIDATE, SUMS],
-    ..DISC_SEGMENTS
-};
-
 /// Kernels for casters that filter light.
 pub fn kernels(features: Features) -> WalkKernels {
     let curves = features.nodes > 0;
@@ -128,9 +116,8 @@ pub fn kernels(features: Features) -> WalkKernels {
         (true, _) => [&curve::TILES, &curve::SEGMENTS],
         (false, Some(kind)) if queued => llvmpipe::queue_kernels(kind),
         (false, Some(Simple::Discs)) => [&DISC_TILES, &DISC_SEGMENTS],
-        (false, Some(Simple::Splats)) => [&SPLAT_TILES, &SPLAT_SEGMENTS],
-        (false, None) if composed => [&TILES, &ORDERED],
-        (false, None) => [&TILES, &SEGMENTS],
+        (false, _) if composed => [&TILES, &ORDERED],
+        (false, _) => [&TILES, &SEGMENTS],
     };
     WalkKernels {
         tiles,

@@ -48,14 +48,14 @@ pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     tiers: &[Tier::Native],
 };
 
-/// Replaces [`SPLAT_TILES`](super::accumulate::SPLAT_TILES) where splats are collected in a queue.
+/// Splats that are collected in a queue; elsewhere they take the kernels of any casters.
 pub const SPLAT_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_tiles",
     with: &[INTERLEAVED, PLAIN, SPLATS, MAPS, FETCHED, QUEUE],
     ..DISC_QUEUE_TILES
 };
 
-/// Replaces [`SPLAT_SEGMENTS`](super::accumulate::SPLAT_SEGMENTS) where splats are collected in a queue.
+/// As [`SPLAT_QUEUE_TILES`], of segments.
 pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_segments",
     with: &[PLAIN, SPLATS, MAPS, QUEUE, SUMS],

@@ -129,8 +129,6 @@ pub const KERNELS: &[&KernelDesc] = &[
     &accumulate::ORDERED,
     &accumulate::DISC_TILES,
     &accumulate::DISC_SEGMENTS,
-    &accumulate::SPLAT_TILES,
-    &accumulate::SPLAT_SEGMENTS,
     &llvmpipe::DISC_QUEUE_TILES,
     &llvmpipe::DISC_QUEUE_SEGMENTS,
     &llvmpipe::SPLAT_QUEUE_TILES,
