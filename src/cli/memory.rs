@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use gobo::{
         glam::Vec3,
-        model::{Gaussian, StrandVertex},
+        model::{Gaussian, Material, StrandVertex},
     };
 
     #[test]
@@ -140,6 +140,7 @@ mod tests {
         for needs in [Needs::of(Backend::Auto), Needs::of(Backend::Cpu)] {
             let empty = needs.bytes(&Scene::empty());
             let mut splats = Scene::empty();
+            splats.materials = vec![Material::default()];
             splats.gaussians = vec![Gaussian::default(); 1000];
             assert!(needs.bytes(&splats) >= empty + 64 * 1000);
             let mut fur = Scene::empty();
