@@ -135,6 +135,55 @@ fn the_bound_holds() {
     }
 }
 
+/// Steps and ramps that overlap, some of them late: the error is at most the light lost in two neighbouring nodes.
+#[test]
+fn the_bound_holds_where_ramps_overlap() {
+    let mut chance = Chance::new(31);
+    let (mut depths, mut over_one) = (0, 0);
+    for ray in 0..320 {
+        let count = 9 + chance.below(120);
+        let mut ramps: Vec<_> = (0..count)
+            .map(|i| {
+                let start = chance.within(0.001, 0.95);
+                let length = [0.0, chance.within(0.0, 0.004), chance.within(0.0, 0.2)][i % 3];
+                let light = chance.vec3(0.2, 1.0).powf(8.0 / count as f32);
+                (start, (start + length).min(0.999), light)
+            })
+            .collect();
+        let late = [0.0, 0.002, 0.05][ray % 3];
+        let mut order: Vec<_> =
+            (0..count).map(|i| (ramps[i].0 + chance.within(0.0, late), i)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ramps = order.into_iter().map(|(_, i)| ramps[i]).collect();
+        let nodes = [4, 8, 16][ray % 3];
+        let mut curve = Streaming::new(nodes, false);
+        ramps.iter().for_each(|&(start, end, light)| curve.insert(start, end, light));
+        let packed: Vec<_> = curve.pack().collect();
+        let behind = |i: usize| light_at(&packed[..i], 2.0, false);
+        let losses: Vec<_> =
+            (0..packed.len()).map(|i| (behind(i) - behind(i + 1)).max_element()).collect();
+        let one = losses.iter().copied().fold(0.0, f32::max);
+        let two = losses.windows(2).map(|pair| pair[0] + pair[1]).fold(0.0, f32::max);
+        for z in (0..997).map(|i| (i as f32 + 0.5) / 997.0) {
+            if ramps.iter().any(|&(start, ..)| (z - start).abs() <= 2.0 * DEPTH_ROUNDING) {
+                continue;
+            }
+            let exact: Vec3 = ramps
+                .iter()
+                .map(|&(start, end, light)| {
+                    let share = ((z - start) / (end - start).max(1e-9)).clamp(0.0, 1.0);
+                    Vec3::ONE.lerp(light, share)
+                })
+                .product();
+            let worst = (light_at(&packed, z, false) - exact).abs().max_element();
+            depths += 1;
+            over_one += usize::from(worst > one + 2.0 * LIGHT_ROUNDING);
+            assert!(worst <= two + 2.0 * LIGHT_ROUNDING, "ray {ray}, {z}: {worst} > {two}");
+        }
+    }
+    println!("{over_one} of {depths} depths past the light of one node");
+}
+
 #[test]
 fn light_never_grows_with_depth() {
     let mut hits = random_hits(200, 9);
