@@ -24,7 +24,7 @@ static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 const FRAMES: usize = 400;
 const PARTICLES: u32 = 200_000;
 /// Frames in which all views move.
-const MOVING: usize = 25;
+const MOVING: usize = 100;
 /// The most that recording a frame may take [us].
 const BUDGET: f64 = 60.0;
 /// Numbers of moving spots, and the most that `prepare_with` and `bind_lights` may take together [us].
