@@ -13,6 +13,18 @@ fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     return prepare_disc(view, footprint);
 }
 
+// The same, or one that nothing is to be seen of.
+fn only_if(is_there: bool, plain: Plain) -> Plain {
+    var disc = plain;
+    disc.slope *= select(0.0, 1.0, is_there);
+    disc.absorbed *= select(0.0, 1.0, is_there);
+    return disc;
+}
+
+fn presence(plain: Plain, profile: vec4<f32>) -> vec4<f32> {
+    return profile * plain.slope;
+}
+
 // That of lane `lane` of the subgroup.
 fn broadcast(plain: Plain, lane: u32) -> Plain {
     return broadcast_disc(plain, lane);

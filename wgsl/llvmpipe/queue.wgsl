@@ -11,7 +11,7 @@ import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::subgroup_block::Block;
-import choice::plain::{Plain, broadcast, plain_touches, prepare};
+import choice::plain::{Plain, broadcast, only_if, plain_touches, prepare};
 
 // Tiles have many casters.
 override DENSE: bool = true;
@@ -94,9 +94,7 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
 
 fn prepare_lane(view: GpuView, id: u32, waits: bool) -> Prepared {
     let footprint = load_footprint(id);
-    var plain = prepare(view, footprint);
-    plain.slope *= select(0.0, 1.0, waits);
-    plain.absorbed *= select(0.0, 1.0, waits);
+    let plain = only_if(waits, prepare(view, footprint));
     return Prepared(plain, key_depth(subgroupShuffle(footprint_key(footprint), QUEUE - 1u)));
 }
 
