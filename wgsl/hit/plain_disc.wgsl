@@ -9,6 +9,9 @@ import package::records::view::GpuView;
 
 alias Plain = Disc;
 
+// A visit is so short that the search for the nearest depth repays a loop of its own.
+const SEEKS_APART: bool = true;
+
 fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     return prepare_disc(view, footprint);
 }

@@ -11,7 +11,10 @@ import package::records::view::{GpuView, is_beside};
 
 // Root of log2(e) / 2: exp(-q^2 / 2) is the power of two of -(ROOT_LOG q)^2.
 const ROOT_LOG: f32 = 0.84932184;
-const NOTHING: f32 = -200.0; // logarithm to base 2 of no opacity
+const UNSEEN_LOG: f32 = -200.0; // logarithm to base 2 of an opacity that is 0 everywhere
+
+// The search for the nearest depth is a small share of a visit: a loop without it costs more than it saves.
+const SEEKS_APART: bool = false;
 
 struct Plain {
     center: vec2<f32>,    // [texels]; for one beside the view the map's centre
@@ -62,7 +65,7 @@ fn prepare(view: GpuView, footprint: Footprint) -> Plain {
 // The same, or one that nothing is to be seen of.
 fn only_if(is_there: bool, plain: Plain) -> Plain {
     var splat = plain;
-    splat.amplitude = select(select(NOTHING, 0.0, PERSPECTIVE), splat.amplitude, is_there);
+    splat.amplitude = select(select(UNSEEN_LOG, 0.0, PERSPECTIVE), splat.amplitude, is_there);
     return splat;
 }
 

@@ -11,7 +11,7 @@ import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::subgroup_block::Block;
-import choice::plain::{Plain, broadcast, only_if, plain_touches, prepare};
+import choice::plain::{Plain, SEEKS_APART, broadcast, only_if, plain_touches, prepare};
 
 // Tiles have many casters.
 override DENSE: bool = true;
@@ -121,7 +121,7 @@ struct Crowd {
 
 // Visits casters, eight at a time, while texels want all that is `needed`.
 fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32) -> Crowd {
-    let seeks = (needed & SEEKS) != 0u;
+    let seeks = !SEEKS_APART || (needed & SEEKS) != 0u;
     var crowd = first;
     loop {
         if goes_on(crowd.queue, end, crowd.wanted, needed) {
@@ -146,6 +146,10 @@ fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32)
 
 fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
     let crowd = Crowd(Queue(vec3(0u), 0u, first), CHANGES | SEEKS);
+    if !SEEKS_APART {
+        _ = visit_crowd(view, crowd, end, block, CHANGES);
+        return;
+    }
     let rest = visit_crowd(view, crowd, end, block, CHANGES | SEEKS);
     // All texels have their nearest depth.
     _ = visit_crowd(view, rest, end, block, CHANGES);
