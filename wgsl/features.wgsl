@@ -33,6 +33,8 @@ override HAS_SMALL: bool = false;
 override PERSPECTIVE: bool = false;
 // The batch's views are orthographic ones, as far as Gaussians are concerned.
 override PARALLEL: bool = false;
+// Setups of splats have the numbers of their footprints.
+override SETUPS_IN_ORDER: bool = false;
 // The views have opaque casters.
 override HAS_OPAQUE: bool = true;
 // Some caster's opacity is so small that products of transmittances lose it to rounding.

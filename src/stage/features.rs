@@ -32,6 +32,8 @@ bitflags::bitflags! {
         const PERSPECTIVE = 1 << 14;
         /// The views are orthographic ones; for lists with Gaussians only.
         const PARALLEL = 1 << 36;
+        /// Setups have the numbers of their footprints; for splats alone.
+        const SETUPS_IN_ORDER = 1 << 37;
         /// There are opaque casters as well; for casters of one simple kind only.
         const HAS_OPAQUE = 1 << 15;
         /// Tiles have many casters; for casters of one simple kind only.
