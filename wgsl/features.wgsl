@@ -31,6 +31,10 @@ override HAS_DITHER: bool = true;
 override HAS_SMALL: bool = false;
 // The batch's views are perspective ones.
 override PERSPECTIVE: bool = false;
+// The batch's views are orthographic ones, as far as Gaussians are concerned.
+override PARALLEL: bool = false;
+// Setups of splats have the numbers of their footprints.
+override SETUPS_IN_ORDER: bool = false;
 // The views have opaque casters.
 override HAS_OPAQUE: bool = true;
 // Some caster's opacity is so small that products of transmittances lose it to rounding.

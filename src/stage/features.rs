@@ -30,6 +30,10 @@ bitflags::bitflags! {
         const HAS_SMALL = 1 << 13;
         /// The views are perspective ones; for casters of one simple kind only.
         const PERSPECTIVE = 1 << 14;
+        /// The views are orthographic ones; for lists with Gaussians only.
+        const PARALLEL = 1 << 36;
+        /// Setups have the numbers of their footprints; for splats alone.
+        const SETUPS_IN_ORDER = 1 << 37;
         /// There are opaque casters as well; for casters of one simple kind only.
         const HAS_OPAQUE = 1 << 15;
         /// Tiles have many casters; for casters of one simple kind only.
@@ -139,6 +143,7 @@ impl Features {
     pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
         let is_simple = self.simple().is_some();
         self.with(Flags::PERSPECTIVE, is_simple && perspective)
+            .with(Flags::PARALLEL, !perspective && self.has(Flags::HAS_GAUSSIANS))
             .with(Flags::HAS_OPAQUE, is_simple && opaque)
     }
 

@@ -67,7 +67,9 @@ fn in_curve_mode(mut scene: Scene) -> Scene {
 /// One medium: the fitted ramp, whatever its optical depth.
 #[test]
 fn a_medium_is_its_fitted_ramp() {
-    for (density, bound) in [(0.4, 0.035), (2.0, 0.085), (20.0, 0.1)] {
+    for (density, bound) in
+        [(0.4, 0.035), (2.0, 0.062), (4.0, 0.062), (10.0, 0.062), (200.0, 0.075)]
+    {
         for kind in kinds() {
             let mut scene = in_curve_mode(lit_by(kind, vec![medium(density)], 1));
             let gaussian = &mut scene.gaussians[0];

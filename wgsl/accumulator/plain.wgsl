@@ -9,7 +9,7 @@ import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::faint::keep4;
 import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
-import choice::plain::{Plain, broadcast, column_profile, plain_touches, prepare};
+import choice::plain::{Plain, broadcast, column_profile, plain_touches, prepare, presence};
 
 const ROWS: u32 = 8u; // texels that an invocation holds, in a column
 
@@ -62,7 +62,7 @@ fn multiply(plain: Plain, profile: vec4<f32>, i: u32) {
 }
 
 fn seek_nearest(plain: Plain, met: Profile4, i: u32) {
-    let seen = met.profile * plain.slope >= vec4(VISIBLE_PRESENCE);
+    let seen = presence(plain, met.profile) >= vec4(VISIBLE_PRESENCE);
     let nearer = seen & (met.depth < nearest[i]);
     nearest[i] = select(nearest[i], met.depth, nearer);
 }

@@ -9,8 +9,23 @@ import package::records::view::GpuView;
 
 alias Plain = Disc;
 
+// A visit is so short that the search for the nearest depth repays a loop of its own.
+const SEEKS_APART: bool = true;
+
 fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     return prepare_disc(view, footprint);
+}
+
+// The same, or one that nothing is to be seen of.
+fn only_if(is_there: bool, plain: Plain) -> Plain {
+    var disc = plain;
+    disc.slope *= select(0.0, 1.0, is_there);
+    disc.absorbed *= select(0.0, 1.0, is_there);
+    return disc;
+}
+
+fn presence(plain: Plain, profile: vec4<f32>) -> vec4<f32> {
+    return profile * plain.slope;
 }
 
 // That of lane `lane` of the subgroup.

@@ -11,7 +11,7 @@ import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::subgroup_block::Block;
-import choice::plain::{Plain, broadcast, plain_touches, prepare};
+import choice::plain::{Plain, SEEKS_APART, broadcast, only_if, plain_touches, prepare};
 
 // Tiles have many casters.
 override DENSE: bool = true;
@@ -94,9 +94,7 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
 
 fn prepare_lane(view: GpuView, id: u32, waits: bool) -> Prepared {
     let footprint = load_footprint(id);
-    var plain = prepare(view, footprint);
-    plain.slope *= select(0.0, 1.0, waits);
-    plain.absorbed *= select(0.0, 1.0, waits);
+    let plain = only_if(waits, prepare(view, footprint));
     return Prepared(plain, key_depth(subgroupShuffle(footprint_key(footprint), QUEUE - 1u)));
 }
 
@@ -123,7 +121,7 @@ struct Crowd {
 
 // Visits casters, eight at a time, while texels want all that is `needed`.
 fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32) -> Crowd {
-    let seeks = (needed & SEEKS) != 0u;
+    let seeks = !SEEKS_APART || (needed & SEEKS) != 0u;
     var crowd = first;
     loop {
         if goes_on(crowd.queue, end, crowd.wanted, needed) {
@@ -148,6 +146,10 @@ fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32)
 
 fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
     let crowd = Crowd(Queue(vec3(0u), 0u, first), CHANGES | SEEKS);
+    if !SEEKS_APART {
+        _ = visit_crowd(view, crowd, end, block, CHANGES);
+        return;
+    }
     let rest = visit_crowd(view, crowd, end, block, CHANGES | SEEKS);
     // All texels have their nearest depth.
     _ = visit_crowd(view, rest, end, block, CHANGES);

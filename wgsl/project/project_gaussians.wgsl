@@ -5,6 +5,7 @@ import package::bind::read::chunks;
 import package::bind::sampled::casters;
 import package::bind::stored::{footprints, keys, rects, setups};
 import package::bind::uniform::{materials, project_params, views};
+import package::features::PARALLEL;
 import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach_squared};
 import package::project::outline_of::{has_outline, outline_of};
 import package::records::caster::look_material;
@@ -81,9 +82,9 @@ fn project_gaussians(
     let longest = max(max(sigma.x, sigma.y), sigma.z);
     var amplitude = color.a * select(1.0, OPACITY_SCALE * ROOT_TAU, is_medium);
     let squared = reach_squared(amplitude * select(1.0, longest, is_medium));
-    let is_beside = view.perspective > 0.0 && center.z <= MIN_COSINE * length(center);
+    let is_beside = !PARALLEL && view.perspective > 0.0 && center.z <= MIN_COSINE * length(center);
     var placed: Placed;
-    if is_beside {
+    if !PARALLEL && is_beside {
         placed = gaussian_beside(view, center, axes, sigma, squared);
     } else {
         placed = gaussian_within(view, center, axes, squared);

@@ -48,9 +48,16 @@ fn outline_at(lean: i32, width: i32, height: i32) -> vec2<i32> {
     return vec2((lean * v) >> 15u, (width * across) >> 15u);
 }
 
+// Height at which the ellipse reaches farthest to the right [2^-24].
+fn outline_farthest(outline: Outline) -> i32 {
+    let lean = extractBits(bitcast<i32>(outline.lean_width), 0u, 16u);
+    let width = i32(outline.lean_width >> 16u);
+    return ((lean << 15u) / max(integer_root(lean * lean + width * width), 1)) << 9u;
+}
+
 // First column that the ellipse touches in a row of tiles, and the one behind its last, among those of a
-// rectangle's `corners`; none if they are equal.
-fn outlined_columns(outline: Outline, row: u32, corners: u32) -> vec2<u32> {
+// rectangle's `corners`; none if they are equal. `farthest`: where it reaches farthest to the right.
+fn outlined_columns(outline: Outline, farthest: i32, row: u32, corners: u32) -> vec2<u32> {
     let step = i32(outline.step_shift & 0x7ffffffu);
     let shift = outline.step_shift >> 27u;
     let lean = extractBits(bitcast<i32>(outline.lean_width), 0u, 16u);
@@ -59,8 +66,6 @@ fn outlined_columns(outline: Outline, row: u32, corners: u32) -> vec2<u32> {
     let high = outline.first + below * step;
     // Texel centres of a tile are 15/16 of it apart, and a 64th of a texel of slack on both sides.
     let low = high + step - (step >> 4u) + (step >> 9u) + 512;
-    let half = max(integer_root(lean * lean + width * width), 1);
-    let farthest = ((lean << 15u) / half) << 9u;
     let left = outline_at(lean, width, min(max(-farthest, high), low));
     let right = outline_at(lean, width, min(max(farthest, high), low));
     let middle = bitcast<i32>(outline.row_middle) >> 8u;
@@ -73,7 +78,7 @@ fn outlined_columns(outline: Outline, row: u32, corners: u32) -> vec2<u32> {
 
 // Whether a tile of a rectangle is within its outline.
 fn is_within(outline: Outline, rect: vec2<u32>, place: vec2<u32>) -> bool {
-    let columns = outlined_columns(outline, place.y, rect.x);
+    let columns = outlined_columns(outline, outline_farthest(outline), place.y, rect.x);
     return place.x >= columns.x && place.x < columns.y;
 }
 
@@ -81,12 +86,13 @@ fn is_within(outline: Outline, rect: vec2<u32>, place: vec2<u32>) -> bool {
 // for none. Rows without a tile are left out.
 fn outlined_tiles(outline: Outline, rect: vec2<u32>) -> vec2<u32> {
     let left = rect.x & 255u;
+    let farthest = outline_farthest(outline);
     var top = 255u;
     var bottom = 0u;
     var count = 0u;
     var mask = 0u;
     for (var row = (rect.x >> 8u) & 255u; row <= (rect.x >> 24u); row += 1u) {
-        let columns = outlined_columns(outline, row, rect.x);
+        let columns = outlined_columns(outline, farthest, row, rect.x);
         let wide = columns.y - columns.x;
         if wide > 0u {
             top = min(top, row);

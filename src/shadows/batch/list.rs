@@ -105,11 +105,12 @@ impl List {
         };
         let resources =
             context.resources(views).with("bin_params", &params).with("counters", &counters);
-        // Of these kernels, only `project` and those of outlines depend on kinds.
+        // Of these kernels, only `project` and those of outlines depend on kinds of casters and views.
         const KINDS: Flags = Flags::HAS_BRICKS
             .union(Flags::HAS_GAUSSIANS)
             .union(Flags::HAS_CAPSULES)
-            .union(Flags::HAS_VERTEX_COLORS);
+            .union(Flags::HAS_VERTEX_COLORS)
+            .union(Flags::PARALLEL);
         let kinds = plan.features.flags & KINDS;
         let features = Features::NONE.with(kinds, true);
         let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {

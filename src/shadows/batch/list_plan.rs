@@ -170,7 +170,7 @@ impl ListPlan {
                 BRICK_SEGMENT
             }
             Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            features if features.is_plain() => profile.disc_segment,
+            features if features.has(Flags::QUEUED) || features.is_plain() => profile.disc_segment,
             _ => SEGMENT_LENGTH,
         }
     }

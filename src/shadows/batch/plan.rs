@@ -11,7 +11,7 @@ use crate::{
     model::{Class, View},
     records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
-        features::{Features, Flags},
+        features::{Features, Flags, Simple},
         profile::Profile,
         project::Chunk,
     },
@@ -217,6 +217,9 @@ impl Plan {
         }
         let dense = filtering.footprint_count >= DENSE * tile_count;
         let features = filtering.features.of_walk(dense, config.toggles.queued);
+        // Those of the host's are behind all uploaded ones.
+        let in_order = features.simple() == Some(Simple::Splats) && filtering.host.is_none();
+        let features = features.with(Flags::SETUPS_IN_ORDER, in_order);
         let nodes = config.nodes();
         let softening = config.settings.soften && nodes > 0;
         let features = Features { nodes, ..features.with(Flags::HAS_SOFTENING, softening) };
