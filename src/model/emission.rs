@@ -1,6 +1,6 @@
 //! Emitters with the looks of their particles, and what they have sent out at a moment.
 use super::{
-    Bounds, Particle,
+    Bounds, Particle, Strand, StrandVertex,
     emitter::{EmittedParticle, Flock, Forces, STEP, STEPS_PER_SECOND},
     fluid::Fluid,
     hash::pcg,
@@ -35,6 +35,19 @@ pub struct Emitter {
     pub color: Vec<Vec3>,
     /// Alphas, likewise.
     pub alpha: Vec<f32>,
+    /// What each particle drags; `None` without.
+    pub trail: Option<Trail>,
+}
+
+/// A strand through the last places of a particle, as it looked there, tapering to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trail {
+    /// How old its end is [s].
+    pub seconds: f32,
+    /// Its capsules, of equal times.
+    pub segments: u32,
+    /// Index into [`crate::model::Scene::materials`], of a material whose shape is [`super::Shape::Capsule`].
+    pub material: u32,
 }
 
 impl Emitter {
@@ -69,6 +82,64 @@ impl Emitter {
             }
         }
         left_out
+    }
+
+    /// Moments of each particle that a frame needs: the present one, and those of its trail.
+    pub fn moments(&self) -> u32 {
+        1 + self.trail.map_or(0, |trail| trail.segments)
+    }
+
+    /// Most vertices of its trails: those of its moments, and where the particle started.
+    pub fn most_vertices(&self) -> u64 {
+        let most = u64::from(self.forces.most_until(self.steps));
+        self.trail.map_or(0, |trail| most * u64::from(trail.segments + 2))
+    }
+
+    /// Adds what the particles `now` drag. `past`: a flock for each moment of the trail.
+    pub fn drag(
+        &self,
+        past: &mut [Flock],
+        seconds: f64,
+        farthest: f32,
+        now: &[Particle],
+        strands: &mut Vec<Strand>,
+    ) {
+        let Some(trail) = self.trail else { return };
+        let whole = f64::from(trail.seconds);
+        let vertex = |particle: &Particle, ago: f64| StrandVertex {
+            position: particle.center,
+            radius: particle.radius * (1.0 - ago / whole) as f32,
+            color: particle.color,
+        };
+        let number = |id: u32| id.wrapping_sub(self.first_id);
+        let begun = |particle: &Particle| Strand {
+            vertices: vec![vertex(particle, 0.0)],
+            material: trail.material,
+            id: particle.id,
+        };
+        let mut dragged: Vec<Strand> = now.iter().map(begun).collect();
+        let mut then = Vec::new();
+        for (i, flock) in (1..).zip(past) {
+            let ago = whole * f64::from(i) / f64::from(trail.segments);
+            then.clear();
+            self.send(flock, seconds - ago, farthest, &mut then);
+            for strand in &mut dragged {
+                let found = then.binary_search_by_key(&number(strand.id), |p| number(p.id));
+                strand.vertices.extend(found.ok().map(|at| vertex(&then[at], ago)));
+            }
+        }
+        for strand in &mut dragged {
+            let number = number(strand.id);
+            let started = f64::from(self.forces.starts_in(number)) / STEPS_PER_SECOND;
+            let ago = seconds - self.start - started;
+            if ago < whole {
+                let first = self.particle(&self.forces.start(number), 0.0);
+                strand.vertices.extend(first.map(|first| vertex(&first, ago)));
+            }
+        }
+        // One of a particle that rests is a point.
+        dragged.retain(|strand| strand.problem(f32::INFINITY).is_none());
+        strands.append(&mut dragged);
     }
 
     /// A few of the live particles, evenly chosen, as if they were not a fluid: enough to see how far they

@@ -168,7 +168,9 @@ impl SplatsTable {
 #[derive(Clone, Debug)]
 pub(super) struct EmitterTable {
     pub material: String,
-    /// Without its material and ids.
+    /// Of its trail, if it has one of its own.
+    pub trail_material: Option<String>,
+    /// Without its materials and ids.
     pub emitter: Emitter,
 }
 

@@ -1,4 +1,4 @@
-//! `[[emitter]]`: particles that are emitted, move and fade.
+//! `[[emitter]]`: particles that are emitted, move and fade, and what they drag.
 use super::{
     Scene, SceneError,
     document::{EmitterTable, Numbers, Shades},
@@ -9,8 +9,8 @@ use super::{
 };
 use crate::{
     model::{
-        Motion,
-        emission::{Emission, Emitter, MAX_STOPS},
+        Motion, StrandVertex,
+        emission::{Emission, Emitter, MAX_STOPS, Trail},
         emitter::{EmittedParticle, EmitterShape, Flock, Forces, MAX_BOXES, STEPS_PER_SECOND},
         fluid::Fluid,
         moved,
@@ -31,15 +31,17 @@ const MAX_FLOWN: u64 = 1 << 32;
 /// Most particle steps of samples of all emitters: a second or two.
 const MAX_SAMPLED: usize = 1 << 24;
 
-/// All emitters of a scene; their particles come after all others.
+/// All emitters of a scene; their particles and trails come after all others.
 #[derive(Clone)]
 struct Emitters {
     first_particle: usize,
+    first_strand: usize,
     emitters: Vec<Arc<Emitter>>,
     /// Those that a device simulates.
     on_device: Vec<bool>,
-    /// State after the last frame, from which the next one continues. It depends on the time alone.
-    flocks: Arc<Mutex<Vec<Flock>>>,
+    /// States of each after the last frame, at the moments that it needs, from which the next one continues. They depend on
+    /// the time alone.
+    flocks: Arc<Mutex<Vec<Vec<Flock>>>>,
 }
 
 impl fmt::Debug for Emitters {
@@ -50,25 +52,37 @@ impl fmt::Debug for Emitters {
 }
 
 impl Emitters {
-    fn new(first_particle: usize, emitters: Vec<Arc<Emitter>>, on_device: Vec<bool>) -> Self {
-        Self { first_particle, emitters, on_device, flocks: Arc::default() }
+    /// Those that come after all that the scene has, on the CPU.
+    fn new(scene: &Scene, emitters: Vec<Arc<Emitter>>) -> Self {
+        Self {
+            first_particle: scene.particles.len(),
+            first_strand: scene.strands.len(),
+            on_device: vec![false; emitters.len()],
+            emitters,
+            flocks: Arc::default(),
+        }
     }
 }
 
 impl Motion for Emitters {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         scene.particles.truncate(self.first_particle);
+        scene.strands.truncate(self.first_strand);
         scene.emissions.clear();
         let mut flocks = self.flocks.lock().unwrap_or_else(PoisonError::into_inner);
         let mut left_out = 0;
-        flocks.resize(self.emitters.len(), Flock::default());
-        for ((emitter, flock), on_device) in
+        flocks.resize_with(self.emitters.len(), Vec::new);
+        for ((emitter, flocks), on_device) in
             self.emitters.iter().zip(flocks.iter_mut()).zip(&self.on_device)
         {
             if *on_device {
                 scene.emissions.push(Emission::at(emitter, seconds));
             } else {
-                left_out += emitter.send(flock, seconds, FARTHEST, &mut scene.particles);
+                flocks.resize_with(emitter.moments() as usize, Flock::default);
+                let Scene { particles, strands, .. } = scene;
+                let first = particles.len();
+                left_out += emitter.send(&mut flocks[0], seconds, FARTHEST, particles);
+                emitter.drag(&mut flocks[1..], seconds, FARTHEST, &particles[first..], strands);
             }
         }
         if left_out > 0 {
@@ -81,7 +95,7 @@ impl Motion for Emitters {
             Arc::new(Emitter { forces: emitter.forces.moved(by), ..(**emitter).clone() })
         };
         let emitters = self.emitters.iter().map(moved).collect();
-        Some(Arc::new(Self::new(self.first_particle, emitters, self.on_device.clone())))
+        Some(Arc::new(Self { emitters, flocks: Arc::default(), ..self.clone() }))
     }
 
     fn moves_particles(&self) -> bool {
@@ -97,11 +111,17 @@ impl Motion for Emitters {
         self.emitters.iter().map(most).sum()
     }
 
+    fn most_capsules(&self) -> u64 {
+        self.emitters.iter().map(|emitter| emitter.most_vertices()).sum()
+    }
+
     fn on_device(&self, most: u64) -> Option<(Arc<dyn Motion>, Vec<String>)> {
         let reason = |emitter: &Arc<Emitter>| {
             let count = emitter.forces.most_until(emitter.steps);
             if emitter.fluid.is_some() {
                 Some("its particles are a fluid".to_owned())
+            } else if emitter.trail.is_some() {
+                Some("its particles have trails".to_owned())
             } else if u64::from(count) > most {
                 Some(format!("{count} particles, and a buffer of the device holds {most}"))
             } else if !EmitterParams::has_room(&emitter.forces) {
@@ -112,7 +132,7 @@ impl Motion for Emitters {
         };
         let reasons: Vec<_> = self.emitters.iter().map(reason).collect();
         let on_device = reasons.iter().map(Option::is_none).collect();
-        let moved = Self::new(self.first_particle, self.emitters.clone(), on_device);
+        let moved = Self { on_device, flocks: Arc::default(), ..self.clone() };
         let named = |(i, reason)| format!("emitter {i} is simulated on the CPU: {reason}");
         let reasons = reasons.into_iter().enumerate().filter_map(|(i, reason)| Some((i, reason?)));
         Some((Arc::new(moved), reasons.map(named).collect()))
@@ -122,21 +142,25 @@ impl Motion for Emitters {
 /// Particle steps for a frame on its own, at time 0 or, without a fluid, at any time.
 fn flown(emitter: &Emitter) -> u64 {
     let (most, longest) = (emitter.forces.most(), emitter.forces.longest());
-    let Some(fluid) = &emitter.fluid else { return u64::from(most) * u64::from(longest) };
+    let moments = u64::from(emitter.moments());
+    let Some(fluid) = &emitter.fluid else {
+        return (u64::from(most) * u64::from(longest)).saturating_mul(moments);
+    };
     // A fluid is simulated from its first step on. Of a particle's neighbours, twice as many as at rest, twice.
     let past = (-emitter.start * STEPS_PER_SECOND).max(0.0);
     let pairs = 4.0 * f64::from(fluid.reach / fluid.spacing).powi(3);
-    (f64::from(most) * past.max(f64::from(longest)) * pairs.max(1.0)) as u64
+    ((f64::from(most) * past.max(f64::from(longest)) * pairs.max(1.0)) as u64)
+        .saturating_mul(moments)
 }
 
 impl Loader<'_> {
-    /// Loads the emitters, whose particles come after all others.
+    /// Loads the emitters, whose particles and trails come after all others.
     pub(super) fn emitters(&mut self, tables: &[Spanned<EmitterTable>]) -> Result<(), SceneError> {
         if tables.is_empty() {
             return Ok(());
         }
-        let first_particle = self.scene.particles.len();
-        let (mut have, mut all_flown) = (first_particle, 0_u64);
+        let (mut have, mut have_vertices) = (self.scene.particles.len(), self.capsules());
+        let (mut all_flown, mut bytes) = (0_u64, 0);
         let mut emitters = Vec::with_capacity(tables.len());
         for table in tables {
             let emitter = self.emitter(table)?;
@@ -156,30 +180,34 @@ impl Loader<'_> {
                 return Err(self.error(&table.span(), "rate", &message, &help));
             }
             have += most as usize;
+            let vertices = emitter.most_vertices() as usize;
+            self.check_limit(Limit::Capsules, have_vertices, vertices, (&table.span(), "trail"))?;
+            have_vertices += vertices;
+            // A particle with a step, twice while it flies.
+            let states = 2 * size_of::<(EmittedParticle, u32)>() * most as usize;
+            bytes += states * emitter.moments() as usize + vertices * size_of::<StrandVertex>();
             self.next_id = self.next_id.wrapping_add(1 << 24);
             emitters.push(Arc::new(emitter));
         }
-        self.ask_for(have - first_particle)?;
-        let on_device = vec![false; emitters.len()];
+        let emitters = Emitters::new(&self.scene, emitters);
+        self.ask_for(have - self.scene.particles.len(), bytes as u64)?;
         if self.sends_out {
-            let emitters = Emitters::new(first_particle, emitters, on_device);
             emitters.apply(&mut self.scene, 0.0);
             self.scene.motions.push(Arc::new(emitters));
         } else {
-            let steps = MAX_SAMPLED / emitters.len();
-            let sample = emitters.iter().flat_map(|emitter| emitter.sample(0.0, FARTHEST, steps));
+            let all = &emitters.emitters;
+            let steps = MAX_SAMPLED / all.len();
+            let sample = all.iter().flat_map(|emitter| emitter.sample(0.0, FARTHEST, steps));
             self.scene.particles.extend(sample);
-            self.resting = Some(Arc::new(Emitters::new(first_particle, emitters, on_device)));
+            self.resting = Some(Arc::new(emitters));
         }
         Ok(())
     }
 
-    /// Asks for the memory of the most particles that are alive at a time.
-    fn ask_for(&mut self, most: usize) -> Result<(), SceneError> {
+    /// Asks for the memory of the most particles that are alive at a time, and so many bytes of emitters' own.
+    fn ask_for(&mut self, most: usize, bytes: u64) -> Result<(), SceneError> {
         let path = self.source.path();
         limits::reserve(&mut self.scene.particles, most, "particles", path)?;
-        // Emitters keep theirs with a step each, twice while they fly.
-        let bytes = (2 * size_of::<(EmittedParticle, u32)>() * most) as u64;
         if limits::has_memory(bytes) {
             return Ok(());
         }
@@ -187,22 +215,31 @@ impl Loader<'_> {
         Err(SceneError::memory(path, message))
     }
 
-    fn emitter(&self, table: &Spanned<EmitterTable>) -> Result<Emitter, SceneError> {
-        let EmitterTable { material, emitter } = table.get_ref();
-        let material = self.material(&table.span(), material)?;
-        let most = self.scene.materials[material as usize].transfer.max_color();
+    fn emitter(&mut self, table: &Spanned<EmitterTable>) -> Result<Emitter, SceneError> {
+        let EmitterTable { material: name, trail_material, emitter } = table.get_ref();
+        let material = self.material(&table.span(), name)?;
+        let mut most = self.scene.materials[material as usize].transfer.max_color();
+        let mut trail = emitter.trail;
+        if let Some(trail) = &mut trail {
+            let of_trail =
+                self.strand_material(&table.span(), trail_material.as_ref().unwrap_or(name))?;
+            most = most.min(of_trail.transfer.max_color());
+            trail.material = self.add_material(of_trail, (&table.span(), "trail"))?;
+        }
         let channels = emitter.color.iter().flat_map(Vec3::as_ref);
         if let Some(value) = channels.into_iter().find(|value| !(0.0..=most).contains(*value)) {
             let (message, help) =
                 (format!("color is {value}"), format!("color must be 0 to {most}"));
             return Err(self.error(&table.span(), "color", &message, &help));
         }
-        Ok(Emitter { material, first_id: self.next_id, ..emitter.clone() })
+        Ok(Emitter { material, trail, first_id: self.next_id, ..emitter.clone() })
     }
 }
 
 pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
     let fluid = keys.one("fluid", fluid)?.map(Spanned::into_inner);
+    let trail = keys.one("trail", trail)?.map(Spanned::into_inner);
+    let (trail, trail_material) = trail.map_or((None, None), |(trail, name)| (Some(trail), name));
     let boxes = keys.many("boxes", solid_box)?;
     if boxes.len() > MAX_BOXES {
         let message = format!("{} boxes", boxes.len());
@@ -277,8 +314,20 @@ pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
         radius: stops("radius", 0.05, 1e-6..=1e5)?,
         color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
         alpha: stops("alpha", 1.0, 0.0..=1.0)?,
+        trail,
     };
-    Ok(EmitterTable { material, emitter })
+    Ok(EmitterTable { material, trail_material, emitter })
+}
+
+/// A trail, and the name of its own material.
+fn trail(keys: &Keys<'_>) -> Result<(Trail, Option<String>), SceneError> {
+    let seconds = keys.number("seconds", 0.02..=60.0, "0.02 to 60 s")?;
+    let trail = Trail {
+        seconds: keys.need("seconds", seconds)?,
+        segments: keys.whole("segments", 8, 1..=64, "1 to 64 capsules a trail")?,
+        material: 0,
+    };
+    Ok((trail, keys.given("material")?))
 }
 
 fn fluid(keys: &Keys<'_>) -> Result<Fluid, SceneError> {

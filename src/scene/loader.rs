@@ -134,7 +134,6 @@ impl<'a> Loader<'a> {
         for table in &document.splats {
             self.splats(table, is_keyed)?;
         }
-        self.emitters(&document.emitter)?;
         for table in &document.shape {
             self.shape(table)?;
         }
@@ -164,7 +163,7 @@ impl<'a> Loader<'a> {
         for table in &document.strands {
             self.strands(table, is_keyed)?;
         }
-        Ok(())
+        self.emitters(&document.emitter)
     }
 
     fn lights(&mut self, document: &Document) -> Result<(), SceneError> {

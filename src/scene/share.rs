@@ -3,7 +3,7 @@ use super::Scene;
 use crate::model::Class;
 
 /// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables and Gaussians are dealt in
-/// blocks; triangles, grids and emitted particles belong to the first share. Casters that block light belong to all, since they end rays.
+/// blocks; triangles, grids, strands and emitted particles belong to the first share. Casters that block light belong to all, since they end rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {
     index: u32,
@@ -61,7 +61,7 @@ impl Share {
         }
         let emitted = scene.motions.iter().filter_map(|motion| motion.first_particle()).min();
         let first = emitted.unwrap_or(scene.particles.len());
-        let Scene { particles, triangles, grids, around, .. } = scene;
+        let Scene { particles, triangles, grids, strands, around, .. } = scene;
         let mut numbers = 0..;
         particles.retain(|particle| {
             let is_tables = numbers.next().is_some_and(|number| number < first);
@@ -83,6 +83,13 @@ impl Share {
             let kept = stays(grid.material);
             if !kept {
                 *around = around.with(&grid.bounds());
+            }
+            kept
+        });
+        strands.retain(|strand| {
+            let kept = stays(strand.material);
+            if !kept {
+                *around = around.with(&strand.bounds());
             }
             kept
         });

@@ -22,18 +22,8 @@ impl Loader<'_> {
         is_keyed: bool,
     ) -> Result<(), SceneError> {
         let (span, given) = (&table.span(), table.get_ref());
-        let index = self.material(span, &given.material)?;
-        let named = &self.scene.materials[index as usize];
-        let problem = [
-            (named.is_volume(), "strands have no volume", "remove its attenuation"),
-            (named.texture.is_some(), "strands have no texture", "remove it"),
-            (named.reflectivity > 0.0, "strands have no reflectivity", "remove it"),
-        ];
-        if let Some((_, message, help)) = problem.into_iter().find(|problem| problem.0) {
-            return Err(self.error(span, "material", message, help));
-        }
+        let material = self.strand_material(span, &given.material)?;
         let key = if given.file.is_some() { "file" } else { "generate" };
-        let material = Material { shape: Shape::Capsule, ..named.clone() };
         let id = self.scene.materials.len() as u32;
         let strands = match (&given.file, &given.generate) {
             (Some(file), None) => {
@@ -59,11 +49,10 @@ impl Loader<'_> {
                 return Err(self.error(span, "file", message, "give one of the two"));
             }
         };
-        self.check_limit(Limit::Materials, self.scene.materials.len(), 1, (span, key))?;
         let more = strands.iter().map(|strand| strand.vertices.len()).sum();
         self.check_limit(Limit::Capsules, self.capsules(), more, (span, key))?;
         let (world, most) = (given.placement.at(0.0), material.transfer.max_color());
-        self.scene.materials.push(material);
+        self.add_material(material, (span, key))?;
         let (first_strand, mut local) = (self.scene.strands.len(), Vec::new());
         for strand in strands {
             let placed = strand.placed(&world);
@@ -83,7 +72,38 @@ impl Loader<'_> {
         self.place("strands", span, given.name.as_ref(), 0..0, moving)
     }
 
-    fn capsules(&self) -> usize {
+    /// The material of that name, for strands.
+    pub(super) fn strand_material(
+        &self,
+        span: &Range<usize>,
+        name: &str,
+    ) -> Result<Material, SceneError> {
+        let named = &self.scene.materials[self.material(span, name)? as usize];
+        let problem = [
+            (named.is_volume(), "strands have no volume", "remove its attenuation"),
+            (named.texture.is_some(), "strands have no texture", "remove it"),
+            (named.reflectivity > 0.0, "strands have no reflectivity", "remove it"),
+        ];
+        if let Some((_, message, help)) = problem.into_iter().find(|problem| problem.0) {
+            return Err(self.error(span, "material", message, help));
+        }
+        Ok(Material { shape: Shape::Capsule, ..named.clone() })
+    }
+
+    /// Adds a material that the file does not name; its index.
+    pub(super) fn add_material(
+        &mut self,
+        material: Material,
+        place: (&Range<usize>, &str),
+    ) -> Result<u32, SceneError> {
+        let index = self.scene.materials.len();
+        self.check_limit(Limit::Materials, index, 1, place)?;
+        self.scene.materials.push(material);
+        Ok(index as u32)
+    }
+
+    /// Vertices of all strands.
+    pub(super) fn capsules(&self) -> usize {
         self.scene.strands.iter().map(|strand| strand.vertices.len()).sum()
     }
 

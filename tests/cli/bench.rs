@@ -1,4 +1,5 @@
 //! `gobo bench` on a tiny case.
+use super::commands::Folder;
 use serde_json::Value;
 use std::{
     path::PathBuf,
@@ -97,6 +98,45 @@ fn single_cases_are_not_combined() {
     let of = |row| ["casters", "footprint", "opacity"].map(|name| number(row, name));
     let rows: Vec<_> = value["rows"].as_array().unwrap().iter().map(of).collect();
     assert_eq!(rows, [[1000.0, 6.0, 0.02], [2000.0, 3.0, 0.5]]);
+}
+
+/// The maps that the scene has, with values replaced.
+#[test]
+fn a_scene_is_measured() {
+    let folder = Folder::new("bench-scene");
+    std::fs::write(
+        folder.0.join("own.toml"),
+        "[shadow]\nreceiver = 'curve'\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0, -1, 0]\n\
+         [[light]]\nname = 'lamp'\nkind = 'point'\nposition = [0, 1, 0]\nsize = 16\n\
+         [[volume]]\ngenerate = { kind = 'plume', voxels = 16 }\n",
+    )
+    .unwrap();
+    let path = folder.0.join("own.toml");
+    let (path, json) = (path.to_str().unwrap(), folder.0.join("results.json"));
+    let to = ["--json", json.to_str().unwrap(), "--runs", "2"];
+    let output = bench(&[&["--scene", path, "--set", "light.sun.size=32"][..], &to].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let row = &value["rows"][0];
+    let number = |name: &str| row[name].as_u64().unwrap_or_else(|| panic!("{name} in {row}"));
+    assert_eq!((number("views"), number("texels")), (7, 32 * 32 + 6 * 16 * 16));
+    assert!(number("visible") > 8 && number("runs") == 2);
+    assert!(row["compute_ms"].as_f64().unwrap() > 0.0);
+    assert!(row["stages"]["accumulate"].as_f64().unwrap() > 0.0);
+    assert!(row["bytes"]["curves"].as_u64().is_some() && row["bytes"]["voxels"].as_u64().is_some());
+    assert!(String::from_utf8(output.stdout).unwrap().contains("7 views"));
+    for bad in [
+        &["--scene", path, "--casters", "2k"][..],
+        &["--scene", path, "--receiver", "nearest"],
+        &["--set", "light.sun.size=32"],
+        &["--scene", path, "--set", "light.sun.size=0"],
+        &["--scene", path, "--set", "light.sun.casts=false", "--set", "light.lamp.casts=false"],
+        &["--scene", "missing.toml"],
+    ] {
+        let output = bench(bad);
+        assert_eq!(output.status.code(), Some(2), "{bad:?}");
+        assert!(!output.stderr.is_empty(), "{bad:?}");
+    }
 }
 
 #[test]

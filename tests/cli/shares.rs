@@ -2,7 +2,7 @@
 use super::commands::{Folder, files};
 use std::{fs, path::Path};
 
-/// Particles of several blocks behind and before panes, a blocking box, and a lamp of each kind that has one view.
+/// Particles of several blocks behind and before panes, fur, a blocking box, and a lamp of each kind that has one view.
 const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0.2, -1, 0.1]\n\
     [[light]]\nname = 'spot'\nkind = 'spot'\nposition = [1, 4, 1]\ndirection = [-0.2, -1, -0.2]\nangle = 60\n\
     [[material]]\nname = 'smoke'\ntint = [0.9, 0.5, 0.3, 0.05]\n[[material]]\nname = 'puff'\nshape = 'puff'\n\
@@ -11,7 +11,9 @@ const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'direc
     [[particles]]\nmaterial = 'smoke'\ngenerate = { kind = 'cloud', count = 4000, radius = 0.06, center = [0, 1, 0] }\n\
     [[particles]]\nmaterial = 'puff'\ngenerate = { kind = 'dust', count = 1500, radius = 0.05, min = [-1, 0, -1], max = [1, 2, 1] }\n\
     [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 1.5, 0]\nrotation = [90, 0, 0]\n\
-    [[shape]]\nkind = 'box'\nmaterial = 'solid'\nscale = [0.5, 0.5, 0.5]\n";
+    [[shape]]\nkind = 'box'\nmaterial = 'solid'\nscale = [0.5, 0.5, 0.5]\n\
+    [[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'glass'\ntranslation = [0.4, 0.8, 0]\nscale = [0.4, 0.4, 0.4]\n\
+    [[strands]]\nmaterial = 'glass'\ngenerate = { kind = 'fur', on = 'ball', count = 150, length = 0.2, radius = 0.01 }\n";
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);

@@ -24,5 +24,6 @@ mod sources;
 mod splat_files;
 mod splats;
 mod strands;
+mod trails;
 mod vdb;
 mod volumes;

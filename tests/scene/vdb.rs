@@ -119,6 +119,8 @@ fn the_field_of_the_bricks_is_that_of_the_file() {
     for kind in ["Tree_float_5_4_3", "Tree_float_5_4_3_HalfFloat"] {
         for (version, packing, masked, has_offsets) in [
             (219, Packing::Zip, false, true),
+            (220, Packing::Zip, false, true),
+            (220, Packing::Plain, false, true),
             (221, Packing::Plain, false, true),
             (221, Packing::Zip, false, false),
             (222, Packing::Zip, true, true),

@@ -7,9 +7,8 @@ import package::hit::caster_hit::caster_hit;
 import package::hit::hit::presence_of;
 import package::hit::crossing::{added_light, crossing};
 import package::hit::hash::unit_float;
-import package::records::caster::particle_object;
+import package::hit::object::object_of;
 import package::records::footprint::{Footprint, caster_of};
-import package::records::record::TRIANGLE_BIT;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::faint::absorbed_tau;
 import package::sums::merge::merge;
@@ -41,8 +40,11 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
         return;
     }
     // Dithered rounding, so that a million equal casters don't add up their rounding errors.
-    let own = particle_object(caster_of(footprint) & ~TRIANGLE_BIT);
-    let chance = spread(select(own, caster_of(footprint), footprint.is_triangle));
+    var seed = caster_of(footprint);
+    if !footprint.is_triangle {
+        seed = object_of(footprint);
+    }
+    let chance = spread(seed);
     var own_tau = absorbed_tau(hit.absorbed);
     if HAS_OVER {
         // Out of order: as if it were the only caster.

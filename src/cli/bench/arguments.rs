@@ -1,5 +1,5 @@
 //! Command line arguments of `gobo bench`.
-use crate::cli::arguments::BackendName;
+use crate::cli::arguments::{BackendName, key_value};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -20,6 +20,12 @@ pub(crate) struct BenchArguments {
     /// The splats of a file instead, scaled to fill the map
     #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "occlude", "casters", "footprint", "opacity", "cases", "layout"])]
     pub(super) splats: Option<PathBuf>,
+    /// The maps of a scene's first frame instead, with its own settings
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["casters", "footprint", "opacity", "shape", "splats", "cases", "layout", "lights", "size", "vs", "occlude", "stage", "receiver", "nodes", "html"])]
+    pub(super) scene: Option<PathBuf>,
+    /// Replace a value of that scene file: light.sun.size=512
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value, requires = "scene")]
+    pub(super) set: Vec<(String, String)>,
     /// Single cases instead of every combination of the three above; opacity 0.02 where not given
     #[arg(
         long = "case",

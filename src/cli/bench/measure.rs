@@ -47,12 +47,19 @@ impl Times {
 pub(super) struct Row {
     #[serde(flatten)]
     pub(super) case: Case,
+    #[serde(flatten)]
+    pub(super) compute: Measured,
+    #[serde(flatten)]
+    pub(super) raster: Option<RasterRow>,
+}
+
+/// Results of the maps.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Measured {
     pub(super) runs: u32,
     pub(super) compute_ms: f64,
     pub(super) compute_min: f64,
     pub(super) compute_max: f64,
-    #[serde(flatten)]
-    pub(super) raster: Option<RasterRow>,
     /// Stage and its time [ms]; each was waited for, so their sum is more than a frame's.
     #[serde(serialize_with = "as_map")]
     pub(super) stages: Vec<(&'static str, f64)>,
@@ -205,15 +212,21 @@ impl Bench {
         compute: Times,
         raster: Option<RasterRow>,
     ) -> Result<Row, Failure> {
+        Ok(Row { case, compute: self.measured(prepared, compute)?, raster })
+    }
+
+    pub(super) fn measured(
+        &mut self,
+        prepared: &Prepared,
+        compute: Times,
+    ) -> Result<Measured, Failure> {
         let stages = self.stages(prepared)?;
         let counters = prepared.counters()?;
-        Ok(Row {
-            case,
+        Ok(Measured {
             runs: self.runs,
             compute_ms: compute.median,
             compute_min: compute.min,
             compute_max: compute.max,
-            raster,
             stages,
             bytes: prepared.memory().0.clone(),
             pairs: counters.pairs,

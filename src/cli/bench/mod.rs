@@ -8,6 +8,7 @@ mod measure;
 mod occlude;
 mod page;
 mod report;
+mod scene;
 mod shares;
 
 #[path = "../../../benches/raster/mod.rs"]
@@ -41,6 +42,9 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget)?;
     if arguments.receiver == ReceiverName::Curve {
         bench.set_nodes(arguments.nodes);
+    }
+    if let Some(path) = &arguments.scene {
+        return scene::run(arguments, bench, path);
     }
     let mut report = Report::new(&bench, arguments);
     files::print(&report.heading())?;

@@ -17,9 +17,13 @@ const CHARACTER: f64 = 6.5;
 pub(super) fn page(report: &Report) -> String {
     let Report { adapter, driver, tier, clock, rows, .. } = report;
     let heading = escape(&format!("{adapter}, {driver}, tier {tier}, {clock} clock"));
-    let shares = |row: &Row| row.stages.clone();
+    let shares = |row: &Row| row.compute.stages.clone();
     let memory = |row: &Row| {
-        row.bytes.iter().map(|&(name, bytes)| (name, bytes as f64 / f64::from(1 << 20))).collect()
+        row.compute
+            .bytes
+            .iter()
+            .map(|&(name, bytes)| (name, bytes as f64 / f64::from(1 << 20)))
+            .collect()
     };
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>gobo bench</title>\n\
@@ -89,7 +93,9 @@ const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
 fn times(rows: &[Row]) -> String {
     let (left, top, width, height) = (60.0, 24.0, 530.0, 380.0);
     let (x_low, x_high) = decades(rows.iter().map(|row| f64::from(row.case.casters)));
-    let ms = |row: &Row| [Some(row.compute_ms), row.raster.as_ref().map(|raster| raster.raster_ms)];
+    let ms = |row: &Row| {
+        [Some(row.compute.compute_ms), row.raster.as_ref().map(|raster| raster.raster_ms)]
+    };
     let (y_low, y_high) = decades(rows.iter().flat_map(ms).flatten());
     let x_of = |casters: f64| {
         left + width * (casters.log10() - f64::from(x_low)) / f64::from(x_high - x_low)
@@ -260,10 +266,10 @@ fn table(rows: &[Row]) -> String {
              <td>{}</td><td>{}</td></tr>",
             row.case.casters,
             escape(&series(row)),
-            row.compute_ms,
-            row.pairs,
-            row.scattered,
-            row.overflowed,
+            row.compute.compute_ms,
+            row.compute.pairs,
+            row.compute.scattered,
+            row.compute.overflowed,
         );
     }
     table + "</table>\n"

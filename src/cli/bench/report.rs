@@ -2,13 +2,13 @@
 use super::{
     arguments::{BenchArguments, ShapeName},
     case::Case,
-    measure::{Bench, Row},
+    measure::{Bench, Measured, Row},
 };
 use serde::Serialize;
 use std::fmt;
 
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Report {
+pub(super) struct Report<R = Row> {
     version: &'static str,
     pub(super) adapter: String,
     pub(super) driver: String,
@@ -16,12 +16,12 @@ pub(super) struct Report {
     reason: String,
     /// `wall` [submit to done] or `timestamps`.
     pub(super) clock: &'static str,
-    /// Kind of the casters: `particles`, `splats`, or opaque `triangles`.
+    /// Kind of the casters: `particles`, `splats`, opaque `triangles`, or those of a `scene`.
     casters: &'static str,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<R>,
 }
 
-impl Report {
+impl<R: Serialize> Report<R> {
     pub(super) fn new(bench: &Bench, arguments: &BenchArguments) -> Self {
         let gpu = &bench.gpu;
         Self {
@@ -32,6 +32,7 @@ impl Report {
             reason: gpu.tier_reason.clone(),
             clock: bench.clock.name(),
             casters: match arguments.shape {
+                _ if arguments.scene.is_some() => "scene",
                 _ if arguments.occlude => "triangles",
                 _ if arguments.splats.is_some() => "splats",
                 ShapeName::Gaussian => "splats",
@@ -45,12 +46,17 @@ impl Report {
         serde_json::to_string_pretty(self).expect("plain data is JSON") + "\n"
     }
 
+    pub(super) fn adapter_and_clock(&self) -> String {
+        let Self { adapter, driver, reason, clock, .. } = self;
+        format!("{adapter} ({driver}), {reason}, {clock} clock")
+    }
+
     /// Adapter and clock, and the names of the columns.
     pub(super) fn heading(&self) -> String {
-        let Self { adapter, driver, reason, clock, .. } = self;
         format!(
-            "{adapter} ({driver}), {reason}, {clock} clock\n{:>8} {:>9} {:>7} {:>6} {:>6} {:>5} \
+            "{}\n{:>8} {:>9} {:>7} {:>6} {:>6} {:>5} \
              {:>25} {:>25} {:>9} {:>6}",
+            self.adapter_and_clock(),
             "casters",
             "footprint",
             "opacity",
@@ -68,32 +74,46 @@ impl Report {
 /// A row of the table, and below it the stages.
 pub(super) fn line(row: &Row) -> String {
     let Case { casters, footprint, opacity, layout, lights, size, .. } = row.case;
-    let times = |median: f64, min: f64, max: f64| format!("{median:.2} ({min:.2}..{max:.2})");
-    let compute = times(row.compute_ms, row.compute_min, row.compute_max);
     let mut line = format!(
-        "{:>8} {footprint:>9} {opacity:>7} {:>6} {lights:>6} {size:>5} {compute:>25}",
+        "{:>8} {footprint:>9} {opacity:>7} {:>6} {lights:>6} {size:>5} {:>25}",
         short(casters),
         layout.name(),
+        times(&row.compute),
     );
     if let Some(raster) = &row.raster {
-        let times = times(raster.raster_ms, raster.raster_min, raster.raster_max);
+        let times = spread(raster.raster_ms, raster.raster_min, raster.raster_max);
         let two_pass = raster.raster_two_pass_ms.map_or("-".to_owned(), |ms| format!("{ms:.2}"));
         line += &format!(" {times:>25} {two_pass:>9} {:>6.2}", raster.ratio);
     }
-    let stages: Vec<_> = row.stages.iter().map(|(name, ms)| format!("{name} {ms:.2}")).collect();
-    let bytes: u64 = row.bytes.iter().map(|(_, bytes)| bytes).sum();
-    line += &format!(
-        "\n{:>9}{}; {} pairs, {:.1} MiB",
+    line + "\n" + &below(&row.compute)
+}
+
+/// Median, least and largest [ms].
+fn spread(median: f64, min: f64, max: f64) -> String {
+    format!("{median:.2} ({min:.2}..{max:.2})")
+}
+
+pub(super) fn times(compute: &Measured) -> String {
+    spread(compute.compute_ms, compute.compute_min, compute.compute_max)
+}
+
+/// Stages, pairs and memory.
+pub(super) fn below(compute: &Measured) -> String {
+    let stages: Vec<_> =
+        compute.stages.iter().map(|(name, ms)| format!("{name} {ms:.2}")).collect();
+    let bytes: u64 = compute.bytes.iter().map(|(_, bytes)| bytes).sum();
+    let mut line = format!(
+        "{:>9}{}; {} pairs, {:.1} MiB",
         "",
         stages.join(", "),
-        row.pairs,
+        compute.pairs,
         bytes as f64 / f64::from(1 << 20)
     );
-    if row.scattered > 0 {
-        line += &format!("; {} scattered", row.scattered);
+    if compute.scattered > 0 {
+        line += &format!("; {} scattered", compute.scattered);
     }
-    if row.overflowed > 0 {
-        line += &format!(", {} of them past the pair capacity", row.overflowed);
+    if compute.overflowed > 0 {
+        line += &format!(", {} of them past the pair capacity", compute.overflowed);
     }
     line
 }

@@ -1,7 +1,7 @@
 //! Cases with more casters than one list holds: a map is made of each share of them, as sums, and these are added.
 use super::{
     case::Case,
-    measure::{Bench, Row},
+    measure::{Bench, Measured, Row},
 };
 use crate::cli::failure::Failure;
 use gobo::{
@@ -65,13 +65,11 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     samples
         .check(|x, y| sums[first + y as usize * width + x as usize])
         .map_err(|wrong| Failure::Wrong(format!("{case}: the map is wrong: {wrong}")))?;
-    Ok(Row {
-        case,
+    let compute = Measured {
         runs: 1,
         compute_ms: all,
         compute_min: all,
         compute_max: all,
-        raster: None,
         stages: vec![("casters", of_casters), ("maps", of_maps)],
         bytes,
         pairs: 0,
@@ -79,7 +77,8 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
         segments: 0,
         scattered: u64::from(case.casters) * views.len() as u64,
         overflowed: 0,
-    })
+    };
+    Ok(Row { case, compute, raster: None })
 }
 
 /// Texels whose optical depth is worked out in 64 bits, caster by caster.
