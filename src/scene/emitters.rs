@@ -97,6 +97,10 @@ impl Motion for Emitters {
         self.emitters.iter().map(most).sum()
     }
 
+    fn most_steps(&self) -> u64 {
+        self.emitters.iter().map(|emitter| flown(emitter)).sum()
+    }
+
     fn on_device(&self, most: u64) -> Option<(Arc<dyn Motion>, Vec<String>)> {
         let reason = |emitter: &Arc<Emitter>| {
             let count = emitter.forces.most_until(emitter.steps);
