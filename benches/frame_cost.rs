@@ -7,6 +7,9 @@
 //! allocator takes a lock for each.
 //!
 //! `cargo run --release -p gobo-benches --example frame_cost`
+#[path = "../examples/common/particles.rs"]
+mod particles;
+
 use gobo::{
     Bounds, CasterCount, Casters, Gpu, HostCasters, HostInputs, Light, Material, Particle,
     Prepared, Receiver, ShadowSettings, Shadows, View,
@@ -260,19 +263,7 @@ fn smoke(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout) {
         usage: BufferUsages::STORAGE,
         mapped_at_creation: false,
     });
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("smoke"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    });
+    let layout = particles::layout(device);
     (smoke, layout)
 }
 

@@ -3,6 +3,11 @@
 //! same bits.
 //!
 //! `cargo run --example gpu_particles`
+#[path = "common/kernel.rs"]
+mod kernel;
+#[path = "common/particles.rs"]
+mod particles;
+
 use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Material, Particle, Prepared,
     Receiver, ShadowSettings, Shadows, Support, Tier, View,
@@ -10,6 +15,7 @@ use gobo::{
     host::PointBuffers,
     wgpu::{self, BufferUsages, util::DeviceExt as _},
 };
+use kernel::{Kernel, bind};
 use std::{error::Error, time::Instant};
 
 const CAPACITY: u32 = 20_000;
@@ -24,12 +30,6 @@ struct Frame { number: u32, born: u32, capacity: u32 }
 @group(0) @binding(0) var<storage, read_write> smoke: array<Smoke>;
 @group(0) @binding(1) var<storage, read_write> alive: array<u32>;
 @group(0) @binding(2) var<uniform> frame: Frame;
-
-fn chance(seed: u32) -> f32 { // of pcg (Jarzynski and Olano 2020)
-    let state = seed * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return f32((word >> 22u) ^ word) / 4294967296.0;
-}
 
 @compute @workgroup_size(64)
 fn move_smoke(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -82,22 +82,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let smoke = buffer("smoke", u64::from(CAPACITY) * 32, storage | BufferUsages::COPY_SRC);
     let alive = buffer("alive", 4, storage | BufferUsages::COPY_SRC);
     let frame = buffer("frame", 16, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-    let simulation = Simulation::new(&device, [&smoke, &alive, &frame]);
+    let text = [include_str!("common/chance.wgsl"), SIMULATION].concat();
+    let simulation = Kernel::new(&device, text, &[&smoke, &alive, &frame]);
 
     // The smoke, as gobo reads it.
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("smoke"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    });
+    let layout = particles::layout(&device);
     let bindings = bind(&device, &layout, &[&smoke]);
     let mut shadows = Shadows::on_tier(&device, &queue, &adapter.get_info(), tier)?;
     let loader = shadows.caster_loader("smoke.wgsl", LOADER, &layout)?;
@@ -122,7 +111,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for number in 0..FRAMES {
         queue.write_buffer(&frame, 0, bytemuck::bytes_of(&[number, 400, CAPACITY, 0]));
         let mut encoder = device.create_command_encoder(&Default::default());
-        simulation.record(&mut encoder);
+        simulation.record(&mut encoder, CAPACITY);
         let start = Instant::now();
         prepared.record(&mut encoder)?;
         recording += start.elapsed().as_secs_f64() * 1e6 / f64::from(FRAMES);
@@ -168,48 +157,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("uploaded, the same smoke casts the same shadow, bit for bit");
     Ok(())
-}
-
-struct Simulation(wgpu::ComputePipeline, wgpu::BindGroup);
-
-impl Simulation {
-    fn new(device: &wgpu::Device, buffers: [&wgpu::Buffer; 3]) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("simulation"),
-            source: wgpu::ShaderSource::Wgsl(SIMULATION.into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("simulation"),
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        let bindings = bind(device, &pipeline.get_bind_group_layout(0), &buffers);
-        Self(pipeline, bindings)
-    }
-
-    fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&self.0);
-        pass.set_bind_group(0, &self.1, &[]);
-        pass.dispatch_workgroups(CAPACITY.div_ceil(64), 1, 1);
-    }
-}
-
-/// Bind group of buffers, from binding 0 on.
-fn bind(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    buffers: &[&wgpu::Buffer],
-) -> wgpu::BindGroup {
-    let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
-    let entries: Vec<_> = (0..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
 /// Share of each light at a grid of points on the floor.

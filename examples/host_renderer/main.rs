@@ -3,6 +3,8 @@
 //! 20 must be, byte for byte, the one with smoke and solids uploaded by the CPU.
 //!
 //! `cargo run --example host_renderer` writes pictures to `out/host_renderer/`
+#[path = "../common/kernel.rs"]
+mod kernel;
 mod output;
 mod raster;
 
@@ -14,8 +16,9 @@ use gobo::{
     host::LightBindings,
     wgpu::{self, BufferUsages},
 };
+use kernel::{Kernel, bind};
 use output::{read, read_picture, save};
-use raster::{HostLight, MAP, Raster, Vertex, bind, layout_of};
+use raster::{HostLight, MAP, Raster, Vertex, layout_of};
 use std::error::Error;
 
 const FRAMES: u32 = 60;
@@ -43,7 +46,7 @@ fn main() -> Result<()> {
         let target = raster.target();
         host.queue.write_buffer(&host.number, 0, bytemuck::bytes_of(&[number, BORN, CAPACITY, 0]));
         let mut encoder = host.device.create_command_encoder(&Default::default());
-        host.simulate(&mut encoder);
+        host.simulation.record(&mut encoder, CAPACITY);
         raster.draw_depths(&mut encoder, &frame.depth_matrices());
         frame.prepared.record(&mut encoder)?;
         let alive = CAPACITY.min((number + 1) * BORN);
@@ -125,7 +128,7 @@ struct Host {
     smoke: wgpu::Buffer,
     alive: wgpu::Buffer,
     number: wgpu::Buffer,
-    simulation: (wgpu::ComputePipeline, wgpu::BindGroup),
+    simulation: Kernel,
     bindings: wgpu::BindGroup,
     /// Depth maps, once there are lights.
     depths: Option<wgpu::Texture>,
@@ -181,20 +184,8 @@ impl Host {
             buffer(u64::from(CAPACITY) * 32, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
         let alive = buffer(4, BufferUsages::STORAGE);
         let number = buffer(16, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("smoke"),
-            source: wgpu::ShaderSource::Wgsl(include_str!("smoke.wgsl").into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("smoke"),
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        let layout = pipeline.get_bind_group_layout(0);
-        let simulation = (pipeline, bind(&device, &layout, &[&smoke, &alive, &number]));
+        let text = [include_str!("../common/chance.wgsl"), include_str!("smoke.wgsl")].concat();
+        let simulation = Kernel::new(&device, text, &[&smoke, &alive, &number]);
         let layout = layout_of(&device, wgpu::BufferBindingType::Storage { read_only: true });
         let bindings = bind(&device, &layout, &[&smoke]);
         let shadows = Shadows::on_tier(&device, &queue, &adapter.get_info(), tier)?;
@@ -244,13 +235,6 @@ impl Host {
         let bound = prepared.bind_lights(lights, &chosen)?;
         self.prepared_count += 1;
         Ok(Frame { lights: lights.to_vec(), views, prepared, bound, since: 0 })
-    }
-
-    fn simulate(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&self.simulation.0);
-        pass.set_bind_group(0, &self.simulation.1, &[]);
-        pass.dispatch_workgroups(CAPACITY.div_ceil(64), 1, 1);
     }
 
     /// Compares the picture with the one of uploaded casters, and with the one without any.

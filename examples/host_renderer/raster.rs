@@ -1,4 +1,5 @@
 //! The host's own renderer: rasterized depth maps, and a forward pass that evaluates gobo's light.
+use crate::kernel::bind;
 use bytemuck::{Pod, Zeroable};
 use gobo::{
     glam::{Mat3, Mat4, Vec3, Vec4},
@@ -76,19 +77,6 @@ pub(crate) fn layout_of(
         label: None,
         entries: &[buffer_entry(ty)],
     })
-}
-
-pub(crate) fn bind(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    buffers: &[&wgpu::Buffer],
-) -> wgpu::BindGroup {
-    let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
-    let entries: Vec<_> = (0..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
 impl Raster {

@@ -10,13 +10,6 @@ struct Smoke {
 @group(0) @binding(1) var<storage, read_write> alive: array<u32>;
 @group(0) @binding(2) var<uniform> frame: vec4<u32>; // number, born in a frame, capacity
 
-// pcg (Jarzynski and Olano 2020)
-fn chance(seed: u32) -> f32 {
-    let state = seed * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return f32((word >> 22u) ^ word) / 4294967296.0;
-}
-
 @compute @workgroup_size(64)
 fn move_smoke(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;

@@ -96,6 +96,11 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         0
     }
 
+    /// Most steps of particles that a frame on its own takes.
+    fn most_steps(&self) -> u64 {
+        0
+    }
+
     /// Index of its first particle in the scene, if it sends any out.
     fn first_particle(&self) -> Option<usize> {
         None

@@ -115,6 +115,10 @@ impl Motion for Emitters {
         self.emitters.iter().map(|emitter| emitter.most_vertices()).sum()
     }
 
+    fn most_steps(&self) -> u64 {
+        self.emitters.iter().map(|emitter| flown(emitter)).sum()
+    }
+
     fn on_device(&self, most: u64) -> Option<(Arc<dyn Motion>, Vec<String>)> {
         let reason = |emitter: &Arc<Emitter>| {
             let count = emitter.forces.most_until(emitter.steps);

@@ -12,6 +12,8 @@ pub struct Summary {
     pub splats: usize,
     /// Most particles of emitters at a time.
     pub emitted: u64,
+    /// Most steps of particles that a frame on its own takes, with those of neighbours in fluids.
+    pub steps: u64,
     /// Triangles.
     pub triangles: usize,
     /// Grids of voxels.
@@ -43,6 +45,7 @@ impl Scene {
             particles: first_emitted.unwrap_or(self.particles.len()),
             splats: self.gaussians.len(),
             emitted: self.motions.iter().map(|motion| motion.most_particles()).sum(),
+            steps: self.motions.iter().map(|motion| motion.most_steps()).sum(),
             triangles: self.triangles.len(),
             grids: self.grids.len(),
             bricks: self.grids.iter().map(|grid| grid.bricks.len()).sum(),
@@ -60,7 +63,8 @@ impl Scene {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { particles, splats, emitted, triangles, grids, bricks, materials, .. } = self;
+        let Self { particles, splats, emitted, steps, triangles, grids, bricks, materials, .. } =
+            self;
         let Self { strands, textures, lights, views, .. } = self;
         writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
         if *splats > 0 {
@@ -73,7 +77,10 @@ impl fmt::Display for Summary {
             writeln!(f, "strands    {strands}")?;
         }
         if *emitted > 0 {
-            writeln!(f, "emitters   at most {emitted} particles at a time")?;
+            writeln!(
+                f,
+                "emitters   at most {emitted} particles at a time, {steps} steps of them for a frame"
+            )?;
         }
         writeln!(f, "materials  {materials}, with {textures} textures")?;
         writeln!(f, "lights     {lights}, with {views} shadow views")?;

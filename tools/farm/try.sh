@@ -53,16 +53,18 @@ by_template() {
 
 "$venv/bin/openjd" check "$here/gobo.openjd.yaml"
 
-# Without any option the picture is that of the scene, here one that is exposed otherwise than usual. Its model, image and
-# environment travel in an archive.
+# Without any option the picture is that of the scene, here one that is exposed otherwise than usual and moves. Its model,
+# image and environment travel in an archive.
 mkdir "$folder/scene"
 cp data/gallery/wine* data/gallery/room.hdr "$folder/scene"
 sed 's/^size = \[.*/size = [48, 32]/; s/^size = 2048/size = 64/' data/gallery/wine.toml >"$folder/scene/wine.toml"
-"$gobo" render "$folder/scene/wine.toml" -o "$folder/wine" >/dev/null
+printf '[[animate]]\ntarget = "camera.eye"\ntimes = [0, 0.1]\nvalues = [[0, 0.3, 1], [0.4, 0.5, 0.8]]\n' \
+	>>"$folder/scene/wine.toml"
+"$gobo" render "$folder/scene/wine.toml" -o "$folder/wine" --frame 1 >/dev/null
 files "$folder/wine" >"$folder/wine.sums"
 "$gobo" pack "$folder/scene/wine.toml" -o "$folder/wine.zip" >/dev/null
 mv "$folder/scene" "$folder/away"
-by_template --job-param "Gobo=$gobo" --job-param "Scene=$folder/wine.zip" --job-param Frames=0..1 --job-param Shards=1
+by_template --job-param "Gobo=$gobo" --job-param "Scene=$folder/wine.zip" --job-param Frames=1..2 --job-param Shards=1
 same "$folder/template" wine
 say "Open Job Description, from an archive: $("$gobo" verify "$folder/template")"
 

@@ -3,12 +3,6 @@ struct Frame { number: u32, born: u32, capacity: u32 }
 @group(0) @binding(1) var<storage, read_write> alive: array<u32>;
 @group(0) @binding(2) var<uniform> frame: Frame;
 
-fn chance(seed: u32) -> f32 { // of pcg (Jarzynski and Olano 2020)
-    let state = seed * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return f32((word >> 22u) ^ word) / 4294967296.0;
-}
-
 /// One of three chimneys, by turns.
 fn spawn(number: u32) -> Smoke {
     let chimney = number % 3u;

@@ -1,4 +1,9 @@
 //! A particle effect, as bevy_hanabi makes them: spawned, moved and read on the device alone.
+#[path = "../../../common/kernel.rs"]
+mod kernel;
+#[path = "../../../common/particles.rs"]
+mod particles;
+
 use bevy_gobo::{
     ParticleSet,
     gobo::{
@@ -6,6 +11,7 @@ use bevy_gobo::{
         wgpu::{self, BufferUsages},
     },
 };
+use kernel::{Kernel, bind};
 
 /// Particles that fly at a time.
 pub const CAPACITY: u32 = 12_000;
@@ -21,8 +27,7 @@ pub struct Smoke {
     alive: wgpu::Buffer,
     frame: wgpu::Buffer,
     number: u32,
-    pipeline: wgpu::ComputePipeline,
-    own: wgpu::BindGroup,
+    kernel: Kernel,
     loader: CasterLoader,
     read: wgpu::BindGroup,
 }
@@ -45,37 +50,14 @@ impl Smoke {
     ) -> Result<Self, Error> {
         let alive = buffer(device, "alive", 4, BufferUsages::STORAGE);
         let frame = buffer(device, "frame", 16, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let text = format!("{STRUCT}\n{}", include_str!("move.wgsl"));
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("move smoke"),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("move smoke"),
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        let own = bind(device, &pipeline.get_bind_group_layout(0), &[particles, &alive, &frame]);
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("smoke"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Storage { read_only: true },
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
+        let chance = include_str!("../../../common/chance.wgsl");
+        let text = [STRUCT, chance, include_str!("move.wgsl")].concat();
+        let kernel = Kernel::new(device, text, &[particles, &alive, &frame]);
+        let layout = particles::layout(device);
         let read = bind(device, &layout, &[particles]);
         let text = format!("{STRUCT}\n{}", include_str!("load.wgsl"));
         let loader = shadows.caster_loader("load.wgsl", &text, &layout)?;
-        Ok(Self { alive, frame, number: 0, pipeline, own, loader, read })
+        Ok(Self { alive, frame, number: 0, kernel, loader, read })
     }
 }
 
@@ -96,23 +78,6 @@ impl ParticleSet for Smoke {
     }
 
     fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.own, &[]);
-        pass.dispatch_workgroups(CAPACITY.div_ceil(64), 1, 1);
+        self.kernel.record(encoder, CAPACITY);
     }
-}
-
-/// In order, from binding 0 on.
-fn bind(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    buffers: &[&wgpu::Buffer],
-) -> wgpu::BindGroup {
-    let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
-    let entries: Vec<_> = (0..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
