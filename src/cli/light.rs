@@ -9,7 +9,6 @@ use super::{
 use gobo::{
     Scene,
     glam::Vec3,
-    host::Backend,
     model::ReceiverPoint,
     render::{PointLookUp, Receivers, Renderer},
     scene,
@@ -44,21 +43,12 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
         Points::new(BufReader::new(file), length).map_err(refused)
     };
     // All are read before light is looked up for the first, which may take long.
-    let (mut receivers, mut without, mut rows) = (Receivers::default(), 0_u64, 0);
+    let (mut receivers, mut rows) = (Receivers::default(), 0);
     for point in open()? {
-        let ReceiverPoint { position, normal } = point.map_err(refused)?;
-        receivers.add(position);
-        without += u64::from(normal == Vec3::ZERO);
+        receivers.add(point.map_err(refused)?.position);
         rows += 1;
     }
     files::warn(&scene.notes);
-    let is_cpu = arguments.backend() == Backend::Cpu;
-    if is_cpu && without > 0 && scene.lights.iter().any(|light| light.area().is_some()) {
-        tracing::warn!(
-            "{without} points have no normal: where they lie on a surface, it shadows them in rings under a light with a \
-             source on the CPU; give rows of a position and a unit normal"
-        );
-    }
     scene.set_time(f64::from(arguments.frame) / arguments.fps);
     let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
     tracing::info!("looking light up with {}", renderer.device());

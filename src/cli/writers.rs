@@ -18,6 +18,15 @@ const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
     binding_array: BoundsCheckPolicy::Restrict,
 };
 
+/// The same where devices check buffers and images, as wgpu has it on Vulkan: checks of a load's place would double
+/// the code of some kernels.
+const ROBUST: BoundsCheckPolicies = BoundsCheckPolicies {
+    index: BoundsCheckPolicy::Restrict,
+    buffer: BoundsCheckPolicy::Unchecked,
+    image_load: BoundsCheckPolicy::Unchecked,
+    binding_array: BoundsCheckPolicy::Restrict,
+};
+
 #[derive(Debug, serde::Serialize)]
 pub(crate) struct BufferSizes {
     slot: u8,
@@ -37,7 +46,7 @@ pub(super) fn spirv(
         lang_version: (1, 3),
         // With names, by which those are found that stay open.
         flags: back::spv::WriterFlags::LABEL_VARYINGS | back::spv::WriterFlags::DEBUG,
-        bounds_check_policies: BOUNDS,
+        bounds_check_policies: ROBUST,
         // naga's own zeroing stores each word: some compilers take minutes for that.
         zero_initialize_workgroup_memory: back::spv::ZeroInitializeWorkgroupMemoryMode::Native,
         ..Default::default()

@@ -185,7 +185,7 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         bloom: keys.share("bloom", 0.0)?,
         shutter: keys.share("shutter", 0.0)?,
         lens: Lens {
-            radius: keys.number("lens", 0.0..=1e4, "a radius from 0 [m]")?.unwrap_or(0.0),
+            radius: keys.number("lens", 0.0..=1e4, "a radius from 0 to 10000 [m]")?.unwrap_or(0.0),
             focus: keys.number("focus", ABOVE_ZERO..=1e7, "a distance above 0")?,
         },
         tone: keys.value("tone", Tone::Neutral)?,

@@ -113,22 +113,38 @@ fn points_that_are_none_are_refused() {
     assert_eq!(npy(&folder.0.join("l.npy")).unwrap(), (vec![0, 2, 3], vec![]));
 }
 
+/// Under an area light the map tells the surface, and nothing is warned of.
 #[test]
-fn points_without_a_normal_under_an_area_light_are_warned_of_on_the_cpu() {
+fn points_on_a_surface_need_no_normal() {
     let folder = Folder::new("light-normals");
-    let light = ["light", "scene.toml", "--points", "p.npy", "-o", "l.npy", "--backend", "cpu"];
-    let soft = ["--set", "light.lamp.source={ kind = \"sphere\", radius = 0.1 }"];
-    let told_by = |light: &[&str], columns: usize, more: &[&str]| {
-        fs::write(folder.0.join("p.npy"), array("<f4", columns, &floats(&POINTS))).unwrap();
-        let output = folder.gobo(&[light, more].concat());
-        assert_eq!(output.status.code(), Some(0));
-        String::from_utf8(output.stderr).unwrap()
+    // Aslant, so that a floor without a slope would be an occluder of itself.
+    let soft = [
+        "light.lamp.source={ kind = \"sphere\", radius = 0.1 }",
+        "light.lamp.position=[1.5, 1.2, 0]",
+        "light.lamp.size=64",
+    ];
+    let places = (0..144).map(|i: u8| [i % 12, i / 12].map(|v| f32::from(v) * 0.15 - 0.8));
+    let points = |columns: usize| -> Vec<f32> {
+        let row = |[x, z]: [f32; 2]| [x, 0.0, z, 0.0, 1.0, 0.0][..columns].to_vec();
+        places.clone().flat_map(row).collect()
     };
-    let told = |columns: usize, more: &[&str]| told_by(&light, columns, more);
-    assert!(told(3, &soft).contains("10 points have no normal"));
-    // One of five has a normal.
-    assert!(told(6, &soft).contains("4 points have no normal"));
-    assert!(!told(3, &[]).contains("normal"));
-    // Devices find the surface.
-    assert!(!told_by(&light[..6], 3, &soft).contains("normal"));
+    for backend in ["auto", "cpu"] {
+        let [bare, with] = [3, 6].map(|columns| {
+            fs::write(folder.0.join("p.npy"), array("<f4", columns, &floats(&points(columns))))
+                .unwrap();
+            let light = ["light", "scene.toml", "--points", "p.npy", "-o", "l.npy"];
+            let set = soft.iter().flat_map(|value| ["--set", value]);
+            let all: Vec<_> = light.into_iter().chain(["--backend", backend]).chain(set).collect();
+            let output = folder.gobo(&all);
+            let told = String::from_utf8(output.stderr).unwrap();
+            assert!(output.status.success() && !told.contains("normal"), "{told}");
+            npy(&folder.0.join("l.npy")).unwrap().1
+        });
+        let of_lamp = |i: &usize| i % 6 < 3;
+        let apart = (0..bare.len()).filter(of_lamp).map(|i| (bare[i] - with[i]).abs());
+        let mean = apart.sum::<f32>() / (3 * 144) as f32;
+        assert!(mean < 0.002, "{backend}: {mean}");
+        let shaded = (0..bare.len()).filter(of_lamp).filter(|&i| bare[i] < 0.9).count();
+        assert!((20..400).contains(&shaded), "{backend}: {shaded}");
+    }
 }

@@ -30,7 +30,7 @@ use gobo::{
             project::{BRICK_NEAR, MIN_COSINE, SLACK},
             refraction,
             resolve::BLACK,
-            shading::{self, receive, taps},
+            shading::{self, receive, seen_plane, taps},
         },
         shadows::cull::frustum,
         stage::{
@@ -106,6 +106,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("LIST_COUNT", shade::LIST_COUNT),
         ("LIST_HEAD", shade::LIST_HEAD),
         ("LIST_ROWS", shade::LIST_ROWS),
+        ("LEAST_ON_PLANE", seen_plane::LEAST_ON_PLANE),
         ("LEVELED_TEXELS", LEVELED_TEXELS),
         ("LEVELS_AROUND", LEVELS),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),
@@ -238,6 +239,10 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("DISTANCE_ROUNDING", brick::DISTANCE_ROUNDING),
         ("GAUSS", brick::GAUSS),
         ("HEAD_ON", shading::HEAD_ON),
+        ("FIRST_RING", seen_plane::FIRST_RING),
+        ("LAST_RING", seen_plane::LAST_RING),
+        ("NEXT_RING", seen_plane::NEXT_RING),
+        ("ROUGH", seen_plane::ROUGH),
         ("LEAST_WAY", brick::LEAST_WAY),
         ("SERIES", brick_light::SERIES),
         ("SQUARE", brick::SQUARE),
@@ -387,12 +392,7 @@ const KERNELS_OWN: &[&str] = &[
     "WIDER",
     "WIDEST",
     "MIDDLE_HEIGHT",
-    "FIRST_RING",
-    "LAST_RING",
-    "NEXT_RING",
     "AROUND_COUNT",
-    "LEAST_ON_PLANE",
-    "ROUGH",
 ];
 
 /// Value of `const NAME: u32 = 0xffu;` or `f32`, rounded as in kernels.

@@ -260,7 +260,7 @@ fn maps_stay_where_nothing_of_the_hosts_changed() {
     assert_eq!(rendered(None), 0);
 }
 
-/// Each view may see all casters of the host; memory for that is a batch's, not the frame's.
+/// Each view may see all casters of the host; memory for that is a batch's, not the frame's, and so it is for large maps.
 #[test]
 fn many_views_of_many_casters_take_little_memory() {
     let gpu = gpu(TIERS[0]);
@@ -269,9 +269,10 @@ fn many_views_of_many_casters_take_little_memory() {
     let loader = host.loader(&shadows);
     let materials = materials();
     let casters = Casters { materials: &materials, ..Casters::default() };
-    let settings = ShadowSettings { size: 128, ..ShadowSettings::default() };
+    let small = ShadowSettings { size: 128, ..ShadowSettings::default() };
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
-    let mut bytes = |capacity, count: usize| {
+    // Of curves, and of all but the maps and casters [MiB].
+    let mut memory = |settings: &ShadowSettings, capacity, count: usize| {
         let count_buffer = count_buffer(&gpu, 4);
         let sets =
             [HostCasters::new(&loader, &host.bindings, counted(&count_buffer, capacity), &[0])];
@@ -281,13 +282,23 @@ fn many_views_of_many_casters_take_little_memory() {
         };
         let views = vec![view.clone(); count];
         let inputs = HostInputs::new().casters(&sets);
-        let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs).unwrap();
-        let maps = ["filters", "nearests", "opaques", "casters"];
-        let others = prepared.memory().0.iter().filter(|(name, _)| !maps.contains(name));
-        others.map(|(_, bytes)| bytes).sum::<u64>() >> 20
+        let prepared = shadows.prepare_with(&casters, &views, settings, &inputs).unwrap();
+        let memory = &prepared.memory().0;
+        let of = |named: &dyn Fn(&str) -> bool| {
+            memory.iter().filter(|(name, _)| named(name)).map(|(_, bytes)| bytes).sum::<u64>() >> 20
+        };
+        let maps = ["filters", "nearests", "opaques", "casters", "curves"];
+        (of(&|name| name == "curves"), of(&|name| !maps.contains(&name)))
     };
-    let (many, alone) = (bytes(100_000, 64), bytes(1_000_000, 1));
+    let ((_, many), (_, alone)) = (memory(&small, 100_000, 64), memory(&small, 1_000_000, 1));
     println!("{many} MiB for 64 views of 100,000, {alone} MiB for one of a million");
     assert!(many < 42, "{many} MiB for 64 views of 100,000 casters");
-    assert!(bytes(1_000_000, 4) < alone + alone / 8, "{alone} MiB for one view of a million");
+    let (_, four) = memory(&small, 1_000_000, 4);
+    assert!(four < alone + alone / 8, "{alone} MiB for one view of a million, {four} for four");
+    let large = ShadowSettings { size: 2048, receiver: Receiver::Curve, nodes: 4, ..small };
+    let ((curves, one), (all_curves, three)) = (memory(&large, 1000, 1), memory(&large, 1000, 3));
+    println!("{curves} and {one} MiB for a map of 2048, {all_curves} and {three} for three");
+    // Eight bytes a node and texel.
+    assert_eq!([curves, all_curves], [4 * 32, 3 * 4 * 32]);
+    assert!(three < one + one / 8, "{one} MiB beside a map of 2048, {three} beside three");
 }

@@ -15,7 +15,7 @@ use gobo::{
         records::ViewMaps,
         reference::{
             self,
-            curve::{MAX_NODES, Streaming, light_at},
+            curve::{DEPTHS, MAX_NODES, Streaming, light_at},
         },
         view::shadow_views,
     },
@@ -133,6 +133,59 @@ fn the_bound_holds() {
             assert!(worst > 0.0);
         }
     }
+}
+
+/// Steps and ramps that overlap, some of them late: at each depth the error is at most the light lost in the node there
+/// and in the next.
+#[test]
+fn the_bound_holds_where_ramps_overlap() {
+    let mut chance = Chance::new(31);
+    let (mut depths, mut past_one) = (0, 0);
+    for ray in 0..320 {
+        let count = 9 + chance.below(120);
+        let mut ramps: Vec<_> = (0..count)
+            .map(|i| {
+                let start = chance.within(0.001, 0.95);
+                let length = [0.0, chance.within(0.0, 0.004), chance.within(0.0, 0.2)][i % 3];
+                let light = chance.vec3(0.2, 1.0).powf(8.0 / count as f32);
+                (start, (start + length).min(0.999), light)
+            })
+            .collect();
+        let late = [0.0, 0.002, 0.05][ray % 3];
+        let mut order: Vec<_> =
+            (0..count).map(|i| (ramps[i].0 + chance.within(0.0, late), i)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ramps = order.into_iter().map(|(_, i)| ramps[i]).collect();
+        let nodes = [4, 8, 16][ray % 3];
+        let mut curve = Streaming::new(nodes, false);
+        ramps.iter().for_each(|&(start, end, light)| curve.insert(start, end, light));
+        let packed: Vec<_> = curve.pack().collect();
+        let behind = |i: usize| light_at(&packed[..i], 2.0, false);
+        let loss = |i: usize| (behind(i) - behind((i + 1).min(packed.len()))).max_element();
+        for z in (0..997).map(|i| (i as f32 + 0.5) / 997.0) {
+            if ramps.iter().any(|&(start, ..)| (z - start).abs() <= 2.0 * DEPTH_ROUNDING) {
+                continue;
+            }
+            let exact: Vec3 = ramps
+                .iter()
+                .map(|&(start, end, light)| {
+                    let share = ((z - start) / (end - start).max(1e-9)).clamp(0.0, 1.0);
+                    Vec3::ONE.lerp(light, share)
+                })
+                .product();
+            let worst = (light_at(&packed, z, false) - exact).abs().max_element();
+            // The node in or behind whose start the depth is, and the next; unused ones come first.
+            let begun = |node: &[u32; 2]| ((node[0] >> 16) as f32) < z * DEPTHS;
+            let next = packed.iter().take_while(|node| begun(node)).count();
+            let around = [next.checked_sub(1).map_or(0.0, loss), loss(next)];
+            depths += 1;
+            past_one += usize::from(worst > around[0].max(around[1]) + 2.0 * LIGHT_ROUNDING);
+            let both = around[0] + around[1];
+            assert!(worst <= both + 2.0 * LIGHT_ROUNDING, "ray {ray}, {z}: {worst} > {both}");
+        }
+    }
+    println!("{past_one} of {depths} depths are off by more than the light lost in one node");
+    assert!(past_one > 0, "one node bounds them all: the page says too much");
 }
 
 #[test]

@@ -221,20 +221,23 @@ fn without_a_size_the_bits_are_those_of_a_point() {
     }
 }
 
-/// Mean and 99th of 100 errors at points of a ground, without normals and with them.
-fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[f64; 2]; 2] {
+/// Mean and 99th of 100 errors at points of a ground: of kernels and of the CPU reference, without normals and with them.
+fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 2] {
     let truth: Vec<_> = points
         .iter()
         .map(|p| area_truth::share(scene, &scene.lights[0], p.position, p.normal))
         .collect();
     let bare = points.iter().map(|&p| ReceiverPoint { normal: Vec3::ZERO, ..p }).collect();
-    [bare, points.to_vec()].map(|points| {
-        let found = on_gpu(scene, &points);
-        let apart = |(a, b): (&Vec3, &DVec3)| (a.as_dvec3() - b).abs().to_array();
-        let mut errors: Vec<f64> = found.iter().zip(&truth).flat_map(apart).collect();
-        errors.sort_by(f64::total_cmp);
-        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-        [mean, errors[errors.len() * 99 / 100]]
+    let points = [bare, points.to_vec()];
+    [on_gpu, on_cpu].map(|shares| {
+        points.each_ref().map(|points| {
+            let apart = |(a, b): (&Vec3, &DVec3)| (a.as_dvec3() - b).abs().to_array();
+            let found = shares(scene, points);
+            let mut errors: Vec<f64> = found.iter().zip(&truth).flat_map(apart).collect();
+            errors.sort_by(f64::total_cmp);
+            let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+            [mean, errors[errors.len() * 99 / 100]]
+        })
     })
 }
 
@@ -250,9 +253,10 @@ fn points_without_normals_are_lit_as_their_surface() {
     let points: Vec<_> = (0..26 * 26)
         .map(|i| floor((i % 26) as f32 * 0.13 - 1.6, (i / 26) as f32 * 0.13 + 0.1))
         .collect();
-    let [bare, with] = errors_on_ground(&scene, &points);
-    println!("without normals {bare:.4?}, with {with:.4?}");
-    assert!(bare[0] < 0.012 && bare[1] < 0.08, "{bare:?}");
+    for [bare, with] in errors_on_ground(&scene, &points) {
+        println!("without normals {bare:.4?}, with {with:.4?}");
+        assert!(bare[0] < 0.012 && bare[1] < 0.08, "{bare:?}");
+    }
 }
 
 /// Under each kind of light, below boxes and a lattice.
@@ -265,13 +269,17 @@ fn surfaces_are_found_under_each_kind_of_light() {
     });
     for (name, source) in sources() {
         scene.lights = vec![source];
-        let [bare, with] = errors_on_ground(&scene, &points);
-        println!("{name}: without normals {bare:.4?}, with {with:.4?}");
-        assert!(bare[0] < 1.3 * with[0] && bare[1] < 1.5 * with[1], "{name}: {bare:?} {with:?}");
+        for [bare, with] in errors_on_ground(&scene, &points) {
+            println!("{name}: without normals {bare:.4?}, with {with:.4?}");
+            assert!(
+                bare[0] < 1.3 * with[0] && bare[1] < 1.5 * with[1],
+                "{name}: {bare:?} {with:?}"
+            );
+        }
     }
 }
 
-/// Largest mean difference between look-up and reference in maps of 128 texels a side; 0.0221 was measured.
+/// Largest mean difference between look-up and reference in maps of 128 texels a side; 0.0243 was measured.
 const IN_THE_AIR: f32 = 0.0265;
 
 /// All sources at once, with cascades, at points on the ground and in the air: tiers differ by rounding.

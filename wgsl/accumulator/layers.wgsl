@@ -117,7 +117,10 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     if HAS_REFRACTION && !adds {
         bend(view, corner + 0.5, pane.setup, pane.depth, opaque_depth, normals.normal, to_eye);
     }
-    let emission = emission_at(material, pane.setup, corner + 0.5, weights);
+    // The sign is 0: the compiler reads the setup again instead of keeping it while an image is sampled.
+    let again = pane.setup + (bitcast<u32>(hit.opacity) >> 31u);
+    let at = triangle_weights(again, corner + 0.5).xyz;
+    let emission = emission_at(materials[hit.material], again, corner + 0.5, at);
     let own = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
     lay(view, pane.depth, own, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {

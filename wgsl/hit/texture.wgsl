@@ -69,16 +69,15 @@ fn sample_area(
     let level = clamp(log2(long / taps), 0.0, last);
     let low = i32(level);
     let part = level - f32(low);
-    let low_size = level_size(size, low);
-    let high_size = level_size(size, low + 1);
+    // One place that samples: GPUs hold little code, and a pane has images of two kinds.
+    let steps = select(1, 2, part > 0.0);
     var rgba = vec4(0.0);
     for (var tap = 0.5; tap < taps; tap += 1.0) {
         let at = uv + along * (tap / taps - 0.5);
-        var own = sample_level(images, layer, low_size, at, low);
-        if part > 0.0 {
-            own = mix(own, sample_level(images, layer, high_size, at, low + 1), part);
+        for (var step = 0; step < steps; step += 1) {
+            let share = select(part, 1.0 - part, step == 0);
+            rgba += share * sample_level(images, layer, level_size(size, low + step), at, low + step);
         }
-        rgba += own;
     }
     return Sampled(rgba / taps, level);
 }

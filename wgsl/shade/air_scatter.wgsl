@@ -95,11 +95,10 @@ struct Stretch {
 fn stretch_of(light: GpuLight, column: Column) -> Stretch {
     let origin = eye_position() - light.position;
     let metres = length(column.direction);
-    let lit = select(
-        column.ends,
-        in_cone(light, origin, column.direction, column.ends),
-        light.kind == LIGHT_SPOT,
-    );
+    var lit = column.ends;
+    if light.kind == LIGHT_SPOT {
+        lit = in_cone(light, origin, column.direction, column.ends);
+    }
     let nearest = dot(origin, column.ray);
     let low = lit.x * metres + nearest;
     let high = lit.y * metres + nearest;

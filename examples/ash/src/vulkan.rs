@@ -84,14 +84,18 @@ impl Vulkan {
                 .queue_family_index(family)
                 .queue_priorities(&[1.0])];
             // `rg32uint` as storage is one of the extended formats.
-            let features =
-                vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);
+            let features = vk::PhysicalDeviceFeatures::default()
+                .shader_storage_image_extended_formats(true)
+                .robust_buffer_access(true);
+            let mut robust =
+                vk::PhysicalDeviceImageRobustnessFeatures::default().robust_image_access(true);
             let mut zeroed = vk::PhysicalDeviceZeroInitializeWorkgroupMemoryFeatures::default()
                 .shader_zero_initialize_workgroup_memory(true);
             let info = vk::DeviceCreateInfo::default()
                 .queue_create_infos(&queues)
                 .enabled_features(&features)
-                .push_next(&mut zeroed);
+                .push_next(&mut zeroed)
+                .push_next(&mut robust);
             let device = instance.create_device(physical, &info, None)?;
             let queue = device.get_device_queue(family, 0);
             let info = vk::CommandPoolCreateInfo::default().queue_family_index(family);

@@ -1,6 +1,7 @@
 //! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
 //! its reflection to the camera.
 pub mod receive;
+pub mod seen_plane;
 pub mod taps;
 mod tone;
 

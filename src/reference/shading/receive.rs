@@ -1,5 +1,5 @@
 //! CPU reference of `wgsl/shade/receive.wgsl`: share of a light that the shadow maps let through to a point.
-use super::{Lighting, Receiver, incoming, taps::beyond_spline};
+use super::{Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline};
 use crate::{
     model::Receives,
     records::{GpuLight, GpuView, PART_FACE, PART_WINDOW, SPLINE_REACH},
@@ -33,6 +33,8 @@ pub const MIN_INCIDENCE: f32 = 0.0625;
 struct Plane {
     point: Vec3,
     normal: Vec3,
+    /// Whether the map told the normal.
+    is_seen: bool,
 }
 
 /// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
@@ -45,7 +47,14 @@ impl Plane {
         Self {
             point: view.view_from_world.transform_point3(surface.point),
             normal: view.view_from_world.transform_vector3(surface.normal),
+            is_seen: false,
         }
+    }
+
+    /// Light depth of the receiver, which is at `z`, along the ray through `texel`: a surface that the map tells is no
+    /// occluder of itself.
+    fn depth_along(&self, view: &GpuView, texel: Vec2, z: f32) -> f32 {
+        if self.is_seen { self.meets(view, texel).min(z) } else { z }
     }
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
@@ -59,10 +68,12 @@ impl Plane {
         bias: f32,
         receiver: Receiver,
     ) -> f32 {
-        if !receiver.solid {
-            return z - bias;
-        }
-        let Self { point, normal } = *self;
+        if receiver.solid { self.meets(view, texel) + TOUCH * bias } else { z - bias }
+    }
+
+    /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth along it.
+    fn meets(&self, view: &GpuView, texel: Vec2) -> f32 {
+        let Self { point, normal, .. } = *self;
         let slope = (texel - view.size * 0.5) / view.scale;
         let perspective = view.perspective > 0.0;
         // Rays start at the eye, or in the eye's plane.
@@ -71,7 +82,7 @@ impl Plane {
         let meets = normal.dot(ray);
         let is_edge_on = meets.abs() < EDGE_ON * ray.length();
         let along = if is_edge_on { -point.z } else { normal.dot(point - start) / meets };
-        (along - view.near) / (view.far - view.near) + TOUCH * bias
+        (along - view.near) / (view.far - view.near)
     }
 }
 
@@ -87,6 +98,7 @@ impl Lighting<'_> {
     ) -> Vec3 {
         let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0);
+        let z = plane.depth_along(&self.views[view], at + 0.5, z);
         let tint_z = plane.tint_depth(&self.views[view], at + 0.5, z, bias, receiver);
         let at = at.as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
@@ -124,7 +136,12 @@ impl Lighting<'_> {
     ) -> Vec3 {
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.views[index];
-        let (plane, bias) = (Plane::new(view, surface), bias / (view.far - view.near));
+        let mut plane = Plane::new(view, surface);
+        if surface.normal == Vec3::ZERO && light.area().is_some() {
+            plane.normal = seen_normal(view, self.maps[index], plane.point, bias);
+            plane.is_seen = plane.normal != Vec3::ZERO;
+        }
+        let bias = bias / (view.far - view.near);
         let mut sum = Vec3::ZERO;
         for (texel, weight) in taps.of(light, receiver.turn) {
             sum += weight * self.receive_texel(index, texel, taps.z, plane, bias, receiver);

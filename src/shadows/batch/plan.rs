@@ -19,8 +19,9 @@ use crate::{
 };
 use std::ops::RangeInclusive;
 
-/// Most tiles of a batch: one map of 4096x4096 texels, whose sums just fit a storage binding.
-const MAX_TILES: u32 = 65536;
+/// Tiles from which a batch takes no further view: one map of 2048x2048 texels occupies any device, and its sums, pairs
+/// and segments are memory that the next one uses, too.
+const MAX_TILES: u32 = 16384;
 
 /// Footprints of the host's casters that a frame has room for at once, 60 bytes each. Each view has room for all casters,
 /// whatever it sees: of more, it has room for fewer, and more views take more batches, not more memory.
