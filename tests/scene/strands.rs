@@ -88,6 +88,7 @@ fn strands_follow_keys() {
     assert_eq!(scene.strands[1].vertices[1].position, before[1].vertices[1].position);
     assert_eq!(scene.strands[1].vertices[1].color.w, 0.0);
     assert_eq!(scene.skipped.get("strand moved too far"), Some(&1));
+    assert!(apart(before[0].vertices[1].position, Vec3::X) < 1e-3);
     scene.set_time(0.0);
     assert_eq!(scene.strands, before);
     let unknown = key("none.scale", "[[1, 1, 1], [1, 1, 1]]");
