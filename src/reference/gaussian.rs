@@ -391,7 +391,8 @@ pub const FARTHEST_TAIL: f32 = 8.0;
 /// Start and end of the linear ramp that is nearest to the transmittance in a medium of a whole optical depth
 /// [standard deviations from the closest approach]: fitted, at most 0.06 off up to 16, 0.073 up to 10,000.
 fn ramp(tau: f32) -> [f32; 2] {
-    let z = 1.0 / (1.0 + 0.138_629_4 * (1.0 + tau).log2());
+    // The ends meet at an optical depth of 3e6.
+    let z = (1.0 / (1.0 + 0.138_629_4 * (1.0 + tau).log2())).max(0.3);
     let start = ((((-18.819_27 * z + 63.405_76) * z - 75.229_3) * z + 32.823_1) * z + 3.391_87) * z
         - 7.176_147;
     let end = ((((1.586_83 * z - 110.837_7) * z + 269.022_9) * z - 240.302_7) * z + 101.281_8) * z
