@@ -92,15 +92,17 @@ impl Loader<'_> {
     }
 
     fn bricks_announced(&self, document: &Document) -> Vec<Part> {
-        let mut known: HashMap<PathBuf, u64> = HashMap::new();
+        let mut known: HashMap<(PathBuf, bool), u64> = HashMap::new();
         let of_table = |table: &Spanned<VolumeTable>| match table.get_ref() {
             VolumeTable { generate: Some(cloud), .. } => {
                 Part::new(table.span(), "generate", cloud.most_bricks())
             }
             given @ VolumeTable { file: Some(file), .. } => {
-                let content = Content::of_file(self.folder.join(file), given);
+                let content = Content::of_file(self.folder.join(file), given, 0);
                 let path = content.path(0.0);
-                let count = *known.entry(path).or_insert_with_key(|path| content.announced(path));
+                let is_colored = given.color_grid.is_some();
+                let entry = known.entry((path, is_colored));
+                let count = *entry.or_insert_with_key(|(path, _)| content.announced(path));
                 Part::new(table.span(), "file", count)
             }
             _ => Part::new(table.span(), "file", 0),

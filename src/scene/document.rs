@@ -261,6 +261,8 @@ pub(super) struct VolumeTable {
     pub factor: Option<f32>,
     /// Extinction by channel, relative to `factor`.
     pub color: Vec3,
+    /// Name of a grid of colours in the file, which multiply it.
+    pub color_grid: Option<String>,
     pub albedo: Vec3,
     /// `g` of Henyey and Greenstein 1941.
     pub anisotropy: f32,
@@ -291,6 +293,7 @@ impl VolumeTable {
             grid,
             factor,
             color: color("color")?,
+            color_grid: keys.given("color_grid")?,
             albedo: color("albedo")?,
             anisotropy: keys
                 .number("anisotropy", -0.95..=0.95, "from -0.95 to 0.95")?

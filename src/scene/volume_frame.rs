@@ -6,11 +6,14 @@ use super::{
     error::quoted,
     plain::nearest,
     read,
-    vdb::{Bricks, Fault, Vdb},
+    vdb::{Bricks, Fault, Tree, Vdb, VdbGrid},
 };
 use crate::model::{Brick, Scene, Skipped};
 use glam::DAffine3;
 use std::path::{Path, PathBuf};
+
+/// Channels of a grid of colours.
+pub(super) const CHANNELS: usize = 3;
 
 /// What a volume shows at any time.
 #[derive(Clone, Debug)]
@@ -21,6 +24,8 @@ pub(super) enum Content {
         frames: Option<[u32; 2]>,
         /// Name of the grid of densities.
         grid: Option<String>,
+        /// Grid of colours, and the channel that multiplies densities.
+        color: Option<(String, usize)>,
         /// Grid of temperatures, and the temperature of a value of 1 [K].
         hot: Option<(String, f32)>,
     },
@@ -44,12 +49,14 @@ pub(super) struct Frame {
 }
 
 impl Content {
-    pub(super) fn of_file(path: PathBuf, table: &VolumeTable) -> Self {
+    /// `channel`: of a file with a grid of colours.
+    pub(super) fn of_file(path: PathBuf, table: &VolumeTable, channel: usize) -> Self {
         let hot = table.emission.as_ref().map(|emission| {
             let grid = emission.grid.clone().unwrap_or_else(|| "temperature".to_owned());
             (grid, emission.kelvin.unwrap_or(1.0))
         });
-        Self::File { path, frames: table.frames, grid: table.grid.clone(), hot }
+        let color = table.color_grid.clone().map(|name| (name, channel));
+        Self::File { path, frames: table.frames, grid: table.grid.clone(), color, hot }
     }
 
     /// Whether it changes with time.
@@ -74,21 +81,25 @@ impl Content {
 
     /// Nodes with voxels in a file, or 0 if it cannot be read.
     pub(super) fn announced(&self, path: &Path) -> u64 {
-        let Self::File { grid, .. } = self else { return 0 };
+        let Self::File { grid, color, .. } = self else { return 0 };
+        let channels = if color.is_some() { CHANNELS as u64 } else { 1 };
         let grid = open(path).and_then(|vdb| {
             let i = chosen(&vdb, grid.as_deref())?;
             vdb.read(i, false)
         });
-        grid.map_or(0, |grid| (grid.tree.leaves.len() + grid.tree.tiles.len()) as u64)
+        let nodes = |tree: &Tree| (tree.leaves.len() + tree.tiles.len()) as u64;
+        grid.map_or(0, |grid| nodes(&grid.tree) * channels)
     }
 
     pub(super) fn at(&self, seconds: f64) -> Result<Frame, SceneError> {
         match self {
-            Self::File { grid, hot, .. } => {
+            Self::File { grid, color, hot, .. } => {
                 let path = self.path(seconds);
                 read::check(&path)?;
                 let of_file = |Fault { message, help }| SceneError::invalid(&path, message, help);
-                frame(&path, grid.as_deref(), hot.as_ref()).map_err(of_file)
+                let names = [grid.as_deref(), color.as_ref().map(|(name, _)| &**name)];
+                let channel = color.as_ref().map_or(0, |&(_, channel)| channel);
+                frame(&path, names, channel, hot.as_ref()).map_err(of_file)
             }
             Self::Cloud { cloud, kelvin } => {
                 let (bricks, volume_from_index) = cloud.bricks(seconds, *kelvin);
@@ -119,7 +130,7 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
     if let Some(i) = vdb.names().position(|known| known == wanted) {
         return Ok(i);
     }
-    let mut known: Vec<&str> = vdb.names().collect();
+    let known: Vec<&str> = vdb.names().collect();
     if known.is_empty() {
         let message = format!("no grid of numbers is there; {}", vdb.unread.join("; "));
         return Err(Fault::new(message, "write a grid of floats or halves, as for fog"));
@@ -127,17 +138,43 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
     if name.is_none() {
         return Ok(0);
     }
+    Err(unknown("grid", wanted, known))
+}
+
+/// Place of a grid of colours in the file.
+fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, Fault> {
+    if let Some(i) = vdb.color_names().position(|known| known == name) {
+        return Ok(i);
+    }
+    let known: Vec<&str> = vdb.color_names().collect();
+    if known.is_empty() {
+        let message = format!("no grid of colours is there, and so no {}", quoted(name));
+        return Err(Fault::new(
+            message,
+            "remove color_grid, or write colours as vectors of floats",
+        ));
+    }
+    Err(unknown("grid of colours", name, known))
+}
+
+fn unknown(kind: &str, wanted: &str, mut known: Vec<&str>) -> Fault {
     known.truncate(8);
     let of = known.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
     let near = nearest(wanted, known).unwrap_or_default();
-    let message = format!("there is no grid {}, but {of}; {near}", quoted(wanted));
-    Err(Fault::new(message.trim_end_matches("; "), "name one of the file's grids"))
+    let message = format!("there is no {kind} {}, but {of}; {near}", quoted(wanted));
+    Fault::new(message.trim_end_matches("; "), "name one of the file's grids")
 }
 
-fn frame(path: &Path, name: Option<&str>, hot: Option<&(String, f32)>) -> Result<Frame, Fault> {
+/// `names`: of the grids of densities and of colours.
+fn frame(
+    path: &Path,
+    [name, color]: [Option<&str>; 2],
+    channel: usize,
+    hot: Option<&(String, f32)>,
+) -> Result<Frame, Fault> {
     let vdb = open(path)?;
     let i = chosen(&vdb, name)?;
-    let grid = vdb.read(i, true)?;
+    let mut grid = vdb.read(i, true)?;
     let chosen = vdb.names().nth(i).unwrap_or_default();
     if grid.class == "level set" {
         let message = format!("the grid {} is a level set, not a density", quoted(chosen));
@@ -152,18 +189,32 @@ fn frame(path: &Path, name: Option<&str>, hot: Option<&(String, f32)>) -> Result
         let background = grid.background;
         notes.push(note(&format!("the background of {background} counts as nothing")));
     }
-    let Bricks { mut bricks, scale, mut negative, mut not_finite } = grid.tree.into_bricks()?;
+    let is_elsewhere = |other: &VdbGrid, name: &str| {
+        let names = [chosen, name].map(quoted);
+        let message = format!("the grids {} and {} differ in place or scale", names[0], names[1]);
+        (other.world_from_index != grid.world_from_index)
+            .then(|| Fault::new(message, "resample one to the other"))
+    };
+    for other in vdb.color_names().filter(|&other| Some(other) != color) {
+        notes.push(note(&format!(
+            "the colours of grid {} are not used: color_grid names one",
+            quoted(other)
+        )));
+    }
+    let mut heat = None;
     if let Some((name, kelvin)) = hot {
-        let heat = vdb.read(self::chosen(&vdb, Some(name))?, true)?;
-        if heat.world_from_index != grid.world_from_index {
-            let message = format!(
-                "the grids {} and {} differ in place or scale",
-                quoted(chosen),
-                quoted(name)
-            );
-            return Err(Fault::new(message, "resample one to the other"));
-        }
-        let [below, wrong] = heat.tree.heat(&mut bricks, *kelvin);
+        let own = vdb.read(self::chosen(&vdb, Some(name))?, true)?;
+        is_elsewhere(&own, name).map_or(Ok(()), Err)?;
+        heat = Some((own, *kelvin));
+    }
+    if let Some(name) = color {
+        let colors = vdb.read_color(chosen_color(&vdb, name)?, channel)?;
+        is_elsewhere(&colors, name).map_or(Ok(()), Err)?;
+        grid.tree = grid.tree.times(&colors.tree, colors.background)?;
+    }
+    let Bricks { mut bricks, scale, mut negative, mut not_finite } = grid.tree.into_bricks()?;
+    if let Some((heat, kelvin)) = heat {
+        let [below, wrong] = heat.tree.heat(&mut bricks, kelvin);
         (negative, not_finite) = (negative + below, not_finite + wrong);
     }
     let counts = [("voxel below 0", negative), ("voxel not finite", not_finite)];

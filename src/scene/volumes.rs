@@ -8,7 +8,7 @@ use super::{
     loader_files::add_skipped,
     particles::FARTHEST,
     read,
-    volume_frame::{Content, Frame, numbered},
+    volume_frame::{CHANNELS, Content, Frame, numbered},
 };
 use crate::model::{Density, Grid, Material, Motion, Scene, Shape, moved};
 use glam::{Affine3A, DMat4, IVec3, UVec3, Vec3};
@@ -110,13 +110,16 @@ pub(super) const USUAL_THICKNESS: f64 = 4.0;
 impl Loader<'_> {
     pub(super) fn volume(&mut self, table: &Spanned<VolumeTable>) -> Result<(), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
-        let (key, content) = match (&given.file, &given.generate) {
+        let is_bare = given.frames.is_none() && given.grid.is_none() && given.color_grid.is_none();
+        let (key, contents) = match (&given.file, &given.generate) {
             (Some(file), None) => ("file", self.of_file(table, file)?),
-            (None, Some(cloud)) if given.frames.is_none() && given.grid.is_none() => {
-                ("generate", self.of_cloud(table, *cloud)?)
-            }
+            (None, Some(cloud)) if is_bare => ("generate", vec![self.of_cloud(table, *cloud)?]),
             (None, Some(_)) => {
-                let key = if given.frames.is_some() { "frames" } else { "density" };
+                let key = match given {
+                    VolumeTable { frames: Some(_), .. } => "frames",
+                    VolumeTable { grid: Some(_), .. } => "density",
+                    _ => "color_grid",
+                };
                 let help = "remove it: a generated volume has no files";
                 return Err(self.error(span, key, "frames or a grid of what has no file", help));
             }
@@ -131,29 +134,37 @@ impl Loader<'_> {
         let is_alone =
             given.file.as_ref().is_some_and(|file| self.folder.join(file) == self.source.path());
         let named = |error| if is_alone { error } else { self.named_by(span, key, error) };
-        let start = content.at(0.0).map_err(named)?;
+        let starts = contents.iter().map(|content| content.at(0.0));
+        let starts = starts.collect::<Result<Vec<_>, _>>().map_err(named)?;
         let have = self.scene.grids.iter().map(|grid| grid.bricks.len()).sum();
-        self.check_limit(Limit::Bricks, have, start.bricks.len(), (span, key))?;
+        let bricks = starts.iter().map(|start| start.bricks.len()).sum();
+        self.check_limit(Limit::Bricks, have, bricks, (span, key))?;
         let world_from_volume = given.placement.at(0.0).as_dmat4();
-        let mut grid = Grid {
-            extinction: given.color,
-            material: materials as u32,
-            anisotropy: given.anisotropy,
-            emission: given.emission.as_ref().map_or(0.0, |emission| emission.factor),
-            ..Grid::default()
-        };
-        put(&mut grid, start.clone(), world_from_volume, 1.0);
-        if let Some(problem) = grid.problem() {
-            let help = "change the scale, or the transform of the file";
-            return Err(self.error(span, "scale", &format!("the volume: {problem}"), help));
-        }
-        if !is_near(&grid) {
-            let help = "move it towards the origin or make it smaller";
-            let message = "the volume reaches beyond 1e7 m";
-            return Err(self.error(span, "translation", message, help));
+        let mut grids = Vec::new();
+        for (channel, start) in starts.iter().enumerate() {
+            // Of a grid of colours each channel is a grid that takes no other.
+            let axis = if contents.len() == 1 { Vec3::ONE } else { Vec3::AXES[channel] };
+            let mut grid = Grid {
+                extinction: given.color * axis,
+                material: materials as u32,
+                anisotropy: given.anisotropy,
+                emission: given.emission.as_ref().map_or(0.0, |emission| emission.factor),
+                ..Grid::default()
+            };
+            put(&mut grid, start.clone(), world_from_volume, 1.0);
+            if let Some(problem) = grid.problem() {
+                let help = "change the scale, or the transform of the file";
+                return Err(self.error(span, "scale", &format!("the volume: {problem}"), help));
+            }
+            if !is_near(&grid) {
+                let help = "move it towards the origin or make it smaller";
+                let message = "the volume reaches beyond 1e7 m";
+                return Err(self.error(span, "translation", message, help));
+            }
+            grids.push(grid);
         }
         let factor = given.factor.unwrap_or_else(|| {
-            let thickness = thickness(&grid);
+            let thickness = grids.iter().map(thickness).fold(0.0, f64::max);
             if !is_alone || thickness <= 0.0 {
                 return 1.0;
             }
@@ -164,7 +175,6 @@ impl Loader<'_> {
             ));
             factor.min(MOST_FACTOR)
         });
-        grid.factor *= factor;
         self.scene.materials.push(Material {
             name: format!("volume {}", self.scene.grids.len()),
             shape: Shape::Brick,
@@ -173,14 +183,18 @@ impl Loader<'_> {
             visible: given.visible,
             ..Material::default()
         });
-        add_skipped(&mut self.scene.skipped, &start.skipped);
-        self.scene.notes.extend_from_slice(&start.notes);
-        if content.moves() {
-            let (index, start) = (self.scene.grids.len(), Arc::new(start));
-            let moving = Moving { index, content, world_from_volume, factor, start };
-            self.scene.motions.push(Arc::new(moving));
+        // What a file leaves out is the same for all channels.
+        self.scene.notes.extend_from_slice(&starts[0].notes);
+        for ((content, start), mut grid) in contents.into_iter().zip(starts).zip(grids) {
+            grid.factor *= factor;
+            add_skipped(&mut self.scene.skipped, &start.skipped);
+            if content.moves() {
+                let (index, start) = (self.scene.grids.len(), Arc::new(start));
+                let moving = Moving { index, content, world_from_volume, factor, start };
+                self.scene.motions.push(Arc::new(moving));
+            }
+            self.scene.grids.push(grid);
         }
-        self.scene.grids.push(grid);
         Ok(())
     }
 
@@ -197,17 +211,24 @@ impl Loader<'_> {
         Ok(Content::Cloud { cloud, kelvin: Some(kelvin) })
     }
 
-    /// A file, or all of a sequence, which must be there.
-    fn of_file(&self, table: &Spanned<VolumeTable>, file: &Path) -> Result<Content, SceneError> {
+    /// A file, or all of a sequence, which must be there; of each channel if it has a grid of colours.
+    fn of_file(
+        &self,
+        table: &Spanned<VolumeTable>,
+        file: &Path,
+    ) -> Result<Vec<Content>, SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
         let path = self.folder.join(file);
         let is_sequence = numbered(&path, 0).is_some();
+        let channels = if given.color_grid.is_some() { CHANNELS } else { 1 };
+        let contents =
+            (0..channels).map(|channel| Content::of_file(path.clone(), given, channel)).collect();
         let Some([first, last]) = given.frames else {
             if is_sequence && !path.exists() {
                 let help = "add `frames = [first, last]`";
                 return Err(self.error(span, "file", "a sequence of files without frames", help));
             }
-            return Ok(Content::of_file(path, given));
+            return Ok(contents);
         };
         if !is_sequence {
             let help = "write %04d where the number of four digits stands";
@@ -217,6 +238,6 @@ impl Loader<'_> {
             let path: PathBuf = numbered(&path, frame).unwrap_or_default();
             read::check(&path).map_err(|error| self.named_by(span, "file", error))?;
         }
-        Ok(Content::of_file(path, given))
+        Ok(contents)
     }
 }

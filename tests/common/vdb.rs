@@ -39,6 +39,8 @@ pub(crate) struct VdbGrid {
     pub(crate) name: &'static str,
     /// `Tree_float_5_4_3`, with `_HalfFloat` for halves.
     pub(crate) kind: &'static str,
+    /// Numbers of a value, per value: three of a colour.
+    pub(crate) channels: &'static [f32],
     pub(crate) class: &'static str,
     pub(crate) instance_of: &'static str,
     /// Name and bytes of the map.
@@ -55,6 +57,7 @@ impl Default for VdbGrid {
         Self {
             name: "density",
             kind: "Tree_float_5_4_3",
+            channels: &[1.0],
             class: "fog volume",
             instance_of: "",
             transform: scaled(0.5),
@@ -108,7 +111,7 @@ impl VdbGrid {
 
 /// Bytes of a file with these grids.
 pub(crate) fn file(format: Format, grids: &[VdbGrid]) -> Vec<u8> {
-    let mut out = Out { format, stored: 4, bytes: Vec::new() };
+    let mut out = Out { format, stored: 4, channels: &[1.0], bytes: Vec::new() };
     out.put(0x5644_4220u64.to_le_bytes());
     out.number(format.version);
     out.put([11, 0, 0, 0, 0, 0, 0, 0, u8::from(format.has_offsets)]);
@@ -128,6 +131,7 @@ struct Out {
     format: Format,
     /// Bytes of a stored number.
     stored: usize,
+    channels: &'static [f32],
     bytes: Vec<u8>,
 }
 
@@ -138,6 +142,10 @@ impl Out {
 
     fn number(&mut self, number: u32) {
         self.put(number.to_le_bytes());
+    }
+
+    fn value(&mut self, value: f32) {
+        self.channels.iter().for_each(|channel| self.bytes.extend((value * channel).to_le_bytes()));
     }
 
     fn text(&mut self, text: &str) {
@@ -168,6 +176,7 @@ impl Out {
         self.text(grid.transform.0);
         self.put(&grid.transform.1);
         if grid.instance_of.is_empty() {
+            self.channels = grid.channels;
             self.stored = if grid.kind.ends_with("_HalfFloat") { 2 } else { 4 };
             self.tree(grid);
         }
@@ -185,13 +194,13 @@ impl Out {
             leaves.chain(tiles.map(move |&(tile, _)| floor_to(tile, edge))).collect::<BTreeSet<_>>()
         };
         self.number(1);
-        self.put(grid.background.to_le_bytes());
+        self.value(grid.background);
         let (uppers, lowers) = (within(4096), within(128));
         self.number(tiles_of(4096).count() as u32);
         self.number(uppers.len() as u32);
         for (&(tile, _), &(value, is_active)) in tiles_of(4096) {
             self.place(tile);
-            self.put(value.to_le_bytes());
+            self.value(value);
             self.put([u8::from(is_active)]);
         }
         let mut leaves = Vec::new();
@@ -280,7 +289,7 @@ impl Out {
             5 => 2,
             _ => 0,
         };
-        inactive.iter().take(given).for_each(|value| self.put(value.to_le_bytes()));
+        inactive.iter().take(given).for_each(|&value| self.value(value));
         if (3..=5).contains(&kind) {
             let second = inactive[1];
             let is_second = |value: &Option<(f32, bool)>| value.is_some_and(|(v, _)| v == second);
@@ -293,17 +302,18 @@ impl Out {
     }
 
     fn packed(&mut self, values: &[f32]) {
-        let number = |&value: &f32| match self.stored {
+        let number = |value: f32| match self.stored {
             2 => half::f16::from_f32(value).to_le_bytes().to_vec(),
             _ => value.to_le_bytes().to_vec(),
         };
-        let plain: Vec<u8> = values.iter().flat_map(number).collect();
+        let numbers = values.iter().flat_map(|value| self.channels.iter().map(move |c| value * c));
+        let plain: Vec<u8> = numbers.flat_map(number).collect();
         let packed = match self.format.packing {
             _ if self.stored == 2 && values.is_empty() => return,
             Packing::Plain => return self.put(plain),
             _ if values.is_empty() => Vec::new(),
             Packing::Zip => zipped(&plain),
-            Packing::Blosc => blosc(&plain, self.stored),
+            Packing::Blosc => blosc(&plain, self.stored * self.channels.len()),
         };
         if packed.len() >= plain.len() {
             self.put((-(plain.len() as i64)).to_le_bytes());

@@ -26,4 +26,5 @@ mod splats;
 mod strands;
 mod trails;
 mod vdb;
+mod volume_colors;
 mod volumes;

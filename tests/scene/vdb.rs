@@ -304,7 +304,7 @@ fn grids_are_chosen_and_named() {
     let mut smoke = VdbGrid::default();
     smoke.set(IVec3::ONE, 3.0);
     let points = VdbGrid { name: "dots", kind: "Tree_ptdataidx32_5_4_3", ..VdbGrid::default() };
-    let colour = VdbGrid { name: "Cd", kind: "Tree_vec3s_5_4_3", ..VdbGrid::default() };
+    let colour = VdbGrid { name: "Cd", kind: "Tree_vec3i_5_4_3", ..VdbGrid::default() };
     let copy = VdbGrid { name: "copy", instance_of: "density", ..VdbGrid::default() };
     let all = [heat.clone(), points.clone(), colour, smoke.clone(), copy];
     let bytes = file(Format::default(), &all);
@@ -316,7 +316,7 @@ fn grids_are_chosen_and_named() {
     assert_eq!(density, 3.0);
     let notes = notes.join("\n");
     for word in
-        ["`dots`", "points", "`Cd`", "`Tree_vec3s_5_4_3`", "`copy`", "instance of `density`"]
+        ["`dots`", "points", "`Cd`", "`Tree_vec3i_5_4_3`", "`copy`", "instance of `density`"]
     {
         assert!(notes.contains(word), "{notes}");
     }

@@ -28,14 +28,14 @@ const EDGES: [i32; 3] = [LEAF_EDGE, 128, UPPER_EDGE];
 
 /// Where the voxels of a brick's place come from.
 #[derive(Clone, Copy)]
-enum Source<'a> {
+pub(super) enum Source<'a> {
     /// Values of a leaf, z first.
     Leaf(&'a [f32]),
     Constant(f32),
 }
 
 impl Source<'_> {
-    fn at(self, voxel: IVec3) -> f32 {
+    pub(super) fn at(self, voxel: IVec3) -> f32 {
         match self {
             Self::Leaf(values) => values[((voxel.x * 8 + voxel.y) * 8 + voxel.z) as usize],
             Self::Constant(value) => value,
@@ -44,29 +44,32 @@ impl Source<'_> {
 }
 
 /// The voxels of a tree by their places.
-struct Places<'a> {
+pub(super) struct Places<'a> {
     tree: &'a Tree,
+    /// Value of voxels that nothing sets.
+    unset: f32,
     leaves: HashMap<IVec3, usize>,
     tiles: HashMap<(i32, IVec3), f32>,
 }
 
 impl<'a> Places<'a> {
-    fn new(tree: &'a Tree) -> Self {
+    pub(super) fn new(tree: &'a Tree, unset: f32) -> Self {
         Self {
             tree,
+            unset,
             leaves: tree.leaves.iter().copied().zip(0..).collect(),
             tiles: tree.tiles.iter().map(|tile| ((tile.edge, tile.origin), tile.value)).collect(),
         }
     }
 
     /// Source of the 8^3 voxels from `origin` on.
-    fn source(&self, origin: IVec3) -> Source<'a> {
+    pub(super) fn source(&self, origin: IVec3) -> Source<'a> {
         if let Some(&leaf) = self.leaves.get(&origin) {
             return Source::Leaf(&self.tree.values[leaf * LEAF_VOXELS..][..LEAF_VOXELS]);
         }
         let tile =
             |&edge: &i32| self.tiles.get(&(edge, origin.div_euclid(IVec3::splat(edge)) * edge));
-        Source::Constant(EDGES.iter().find_map(tile).copied().unwrap_or(0.0))
+        Source::Constant(EDGES.iter().find_map(tile).copied().unwrap_or(self.unset))
     }
 
     /// Sources of the 8^3 voxels from `origin` on and of their upper neighbours.
@@ -149,7 +152,7 @@ impl Tree {
             let message = format!("no memory for {} bricks ({} MiB)", origins.len(), bytes >> 20);
             return Err(Fault::new(message, "use a smaller grid, or a machine with more memory"));
         }
-        let places = Places::new(&self);
+        let places = Places::new(&self, 0.0);
         let mut bricks = Vec::new();
         for origin in origins {
             match places.brick(IVec3::from(origin)) {
@@ -173,7 +176,7 @@ impl Tree {
             }
             *value = (*value * kelvin).min(f16::MAX.to_f32());
         }
-        let places = Places::new(&self);
+        let places = Places::new(&self, 0.0);
         for brick in bricks.iter_mut().filter(|brick| brick.voxels().is_some()) {
             let temperatures = voxels(&places.sources(brick.origin));
             let is_hot = temperatures.bits().iter().any(|&bits| bits != 0);

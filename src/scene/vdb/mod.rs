@@ -1,7 +1,8 @@
 //! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"), versions 218
-//! to 225: grids of numbers. Memory is at most some twenty times the file's size.
+//! to 225: grids of numbers, and of colours. Memory is at most some twenty times the file's size.
 mod bricks;
 mod input;
+mod product;
 mod tree;
 mod values;
 
@@ -21,8 +22,10 @@ pub(in crate::scene) struct Vdb {
     version: u32,
     /// Whether values are packed by zlib, in versions where this is the file's.
     zip: bool,
-    /// Grids that can be read.
+    /// Grids of numbers.
     heads: Vec<Head>,
+    /// Grids of colours.
+    colors: Vec<Head>,
     /// Grids that cannot be read, a sentence each.
     pub(in crate::scene) unread: Vec<String>,
 }
@@ -32,6 +35,8 @@ pub(in crate::scene) struct Vdb {
 struct Head {
     name: String,
     number: Number,
+    /// Numbers of a value.
+    width: usize,
     /// Whether numbers of nodes are halves.
     is_half: bool,
     /// First byte of the grid.
@@ -81,7 +86,8 @@ impl Vdb {
         metadata(&mut input)?;
         let count = input.u32("the number of grids")?;
         let mut at = input.at();
-        let mut vdb = Self { bytes, version, zip, heads: Vec::new(), unread: Vec::new() };
+        let mut vdb =
+            Self { bytes, version, zip, heads: Vec::new(), colors: Vec::new(), unread: Vec::new() };
         for i in 0..count {
             let Some(next) = vdb.head(at, has_offsets)? else {
                 vdb.unread.push(format!("{} grids behind it", count - i - 1));
@@ -111,38 +117,53 @@ impl Vdb {
         // Grids of the same name differ behind a separator.
         let name = unique.split('\x1e').next().unwrap_or_default().to_owned();
         let number = match tree {
-            "Tree_half_5_4_3" => Some(Number::Half),
-            "Tree_float_5_4_3" => Some(Number::Float),
-            "Tree_double_5_4_3" => Some(Number::Double),
+            "Tree_half_5_4_3" => Some((Number::Half, 1)),
+            "Tree_float_5_4_3" => Some((Number::Float, 1)),
+            "Tree_double_5_4_3" => Some((Number::Double, 1)),
+            "Tree_vec3s_5_4_3" => Some((Number::Float, 3)),
+            "Tree_vec3d_5_4_3" => Some((Number::Double, 3)),
             _ => None,
         };
         let unread = match number {
             _ if !instance_of.is_empty() => format!("it is an instance of {}", shown(&instance_of)),
-            Some(number) => {
-                self.heads.push(Head { name, number, is_half, start });
-                String::new()
+            Some((number, width)) => {
+                let heads = if width == 1 { &mut self.heads } else { &mut self.colors };
+                heads.push(Head { name, number, width, is_half, start });
+                return self.end_of(start, end, has_offsets, width, &unique);
             }
             None if tree.starts_with("Tree_ptdataidx") => "it has points".to_owned(),
             None => format!("its type is {}", shown(tree)),
         };
-        let is_read = unread.is_empty();
-        if !is_read {
-            self.unread.push(format!("grid {} is not read: {unread}", shown(&unique)));
-        }
+        self.unread.push(format!("grid {} is not read: {unread}", shown(&unique)));
+        self.end_of(start, end, has_offsets, 0, &unique)
+    }
+
+    /// Where a grid ends that begins at byte `start`, by its head at `end`; `width`: of the last head, 0 for a grid that is
+    /// not read.
+    fn end_of(
+        &self,
+        start: usize,
+        end: i64,
+        has_offsets: bool,
+        width: usize,
+        name: &str,
+    ) -> Result<Option<usize>, Fault> {
         if has_offsets {
             let next =
                 usize::try_from(end).ok().filter(|&end| start <= end && end <= self.bytes.len());
             let message =
-                || format!("the grid {} ends at byte {end}, outside of the file", shown(&unique));
+                || format!("the grid {} ends at byte {end}, outside of the file", shown(name));
             return next.map(Some).ok_or_else(|| Fault::damaged(message()));
         }
-        match self.heads.last() {
-            Some(head) if is_read => self.read_head(head, true).map(|(_, end)| Some(end)),
-            _ => Ok(None),
-        }
+        let head = match width {
+            0 => None,
+            1 => self.heads.last(),
+            _ => self.colors.last(),
+        };
+        head.map(|head| self.read_head(head, true, 0).map(|(_, end)| end)).transpose()
     }
 
-    /// Names of the grids that can be read.
+    /// Names of the grids of numbers.
     pub(in crate::scene) fn names(&self) -> impl Iterator<Item = &str> {
         self.heads.iter().map(|head| &*head.name)
     }
@@ -150,19 +171,39 @@ impl Vdb {
     /// Reads a grid by its place in [`Self::names`]; without its leaves' values if not `has_values`.
     pub(in crate::scene) fn read(&self, i: usize, has_values: bool) -> Result<VdbGrid, Fault> {
         let head = &self.heads[i];
-        self.read_head(head, has_values).map(|(grid, _)| grid)
+        self.read_head(head, has_values, 0).map(|(grid, _)| grid)
+    }
+
+    /// Names of the grids of colours.
+    pub(in crate::scene) fn color_names(&self) -> impl Iterator<Item = &str> {
+        self.colors.iter().map(|head| &*head.name)
+    }
+
+    /// Reads a channel of a grid by its place in [`Self::color_names`].
+    pub(in crate::scene) fn read_color(&self, i: usize, channel: usize) -> Result<VdbGrid, Fault> {
+        self.read_head(&self.colors[i], true, channel).map(|(grid, _)| grid)
     }
 
     /// The grid, and where it ends.
-    fn read_head(&self, head: &Head, has_values: bool) -> Result<(VdbGrid, usize), Fault> {
+    fn read_head(
+        &self,
+        head: &Head,
+        has_values: bool,
+        channel: usize,
+    ) -> Result<(VdbGrid, usize), Fault> {
         let of_grid = |fault: Fault| Fault {
             message: format!("grid {}: {}", shown(&head.name), fault.message),
             help: fault.help,
         };
-        self.read_grid(head, has_values).map_err(of_grid)
+        self.read_grid(head, has_values, channel).map_err(of_grid)
     }
 
-    fn read_grid(&self, head: &Head, has_values: bool) -> Result<(VdbGrid, usize), Fault> {
+    fn read_grid(
+        &self,
+        head: &Head,
+        has_values: bool,
+        channel: usize,
+    ) -> Result<(VdbGrid, usize), Fault> {
         const ZIP: u32 = 1;
         const MASKED: u32 = 2;
         const BLOSC: u32 = 4;
@@ -180,6 +221,9 @@ impl Vdb {
             version: self.version,
             number: head.number,
             stored: if head.is_half { Number::Half } else { head.number },
+            width: head.width,
+            channel,
+            is_filled: head.width > 1,
             zip: packed & ZIP != 0,
             blosc: packed & BLOSC != 0,
             masked: packed & MASKED != 0,

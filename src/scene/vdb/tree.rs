@@ -12,7 +12,7 @@ pub(in crate::scene) const LEAF_EDGE: i32 = 8;
 /// Voxels of a leaf.
 pub(in crate::scene) const LEAF_VOXELS: usize = 512;
 /// Edges of the tiles of the upper nodes [voxels].
-const LOWER_EDGE: i32 = 128;
+pub(super) const LOWER_EDGE: i32 = 128;
 pub(in crate::scene) const UPPER_EDGE: i32 = 4096;
 /// Farthest origin of a part of the root that is read.
 const FARTHEST: i32 = MAX_INDEX - UPPER_EDGE;
@@ -27,14 +27,15 @@ pub(in crate::scene) struct Tile {
     pub(in crate::scene) value: f32,
 }
 
-/// The voxels of a grid. Voxels that nothing sets, and inactive ones with the value of the background, are 0.
+/// The voxels of a grid. Voxels that nothing sets, and inactive ones with the value of the background, are 0; those of a
+/// channel of colours have the background's value.
 #[derive(Clone, Debug, Default)]
 pub(in crate::scene) struct Tree {
     /// Lowest voxels of the leaves, index space.
     pub(in crate::scene) leaves: Vec<IVec3>,
     /// 512 values for each leaf, z first.
     pub(in crate::scene) values: Vec<f32>,
-    /// Tiles whose value is not 0.
+    /// Tiles whose value is not that of voxels that nothing sets.
     pub(in crate::scene) tiles: Vec<Tile>,
     /// Active voxels of leaves and tiles.
     pub(in crate::scene) active: u64,
@@ -54,13 +55,13 @@ pub(super) struct Topology<'a, 'b> {
 impl Topology<'_, '_> {
     pub(super) fn read(mut self) -> Result<Tree, Fault> {
         self.input.u32("the number of buffers")?;
-        self.encoding.background = self.encoding.number.read(self.input, "the background")?;
+        self.encoding.background = self.encoding.single(self.input, "the background")?;
         let tiles = self.input.u32("the number of tiles")?;
         let nodes = self.input.u32("the number of nodes")?;
         let mut known = HashSet::new();
         for _ in 0..tiles {
             let origin = self.root_entry(&mut known)?;
-            let value = self.encoding.number.read(self.input, "the value of a tile")?;
+            let value = self.encoding.single(self.input, "the value of a tile")?;
             let is_active = self.input.u8("the state of a tile")? != 0;
             self.tile(Tile { origin, edge: UPPER_EDGE, value }, is_active)?;
         }
@@ -136,7 +137,8 @@ impl Topology<'_, '_> {
 
     fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), Fault> {
         self.tree.active += u64::from(is_active) * (i64::from(tile.edge).pow(3) as u64);
-        if tile.value == 0.0 || !is_active && tile.value == self.encoding.background {
+        let is_unset = tile.value == self.encoding.unset();
+        if is_unset || !is_active && tile.value == self.encoding.background {
             return Ok(());
         }
         if self.tree.tiles.len() == MOST_NODES {
@@ -175,7 +177,7 @@ impl Tree {
             self.active += count_set(active) as u64;
             for (i, value) in values.iter_mut().enumerate() {
                 if *value == encoding.background && !is_set(active, i) {
-                    *value = 0.0;
+                    *value = encoding.unset();
                 }
             }
         }
@@ -183,7 +185,7 @@ impl Tree {
     }
 }
 
-fn too_many(what: &str) -> Fault {
+pub(super) fn too_many(what: &str) -> Fault {
     let message = format!("the grid has more than {MOST_NODES} {what}");
     Fault::new(message, "resample it with larger voxels, or split it")
 }

@@ -41,10 +41,6 @@ impl Number {
             _ => unreachable!("a number has 2, 4 or 8 bytes"),
         }
     }
-
-    pub(super) fn read(self, input: &mut Input<'_>, what: &str) -> Result<f32, Fault> {
-        input.take(self.bytes(), what).map(|bytes| self.value(bytes))
-    }
 }
 
 /// First version whose inactive values are left out, as [`Masked`] says.
@@ -71,7 +67,7 @@ impl Masked {
 
     /// The values of inactive voxels whose bit is 0 and 1.
     fn inactive(self, encoding: &Encoding, input: &mut Input<'_>) -> Result<[f32; 2], Fault> {
-        let mut given = || encoding.number.read(input, "an inactive value");
+        let mut given = || encoding.single(input, "an inactive value");
         let background = encoding.background;
         Ok(match self.0 {
             2 | 4 => [given()?, background],
@@ -95,6 +91,11 @@ pub(super) struct Encoding {
     pub(super) number: Number,
     /// Numbers of whole nodes.
     pub(super) stored: Number,
+    /// Numbers of a value, and the one that is read: a channel of a colour.
+    pub(super) width: usize,
+    pub(super) channel: usize,
+    /// Whether voxels that nothing sets have the background's value, not 0.
+    pub(super) is_filled: bool,
     pub(super) zip: bool,
     pub(super) blosc: bool,
     /// Whether inactive values are left out.
@@ -114,6 +115,21 @@ pub(super) struct Scratch {
 }
 
 impl Encoding {
+    /// A value that stands alone.
+    pub(super) fn single(&self, input: &mut Input<'_>, what: &str) -> Result<f32, Fault> {
+        let bytes = input.take(self.number.bytes() * self.width, what)?;
+        Ok(self.of_value(self.number, bytes))
+    }
+
+    fn of_value(&self, number: Number, bytes: &[u8]) -> f32 {
+        number.value(&bytes[number.bytes() * self.channel..][..number.bytes()])
+    }
+
+    /// Value of voxels that nothing sets.
+    pub(super) fn unset(&self) -> f32 {
+        if self.is_filled { self.background } else { 0.0 }
+    }
+
     /// Reads as many values as `values` has; `active` has a bit for each, as `version` 222 and later need.
     pub(super) fn read(
         &self,
@@ -133,10 +149,12 @@ impl Encoding {
         let leaves_out = self.masked && masked.leaves_out();
         let count = if leaves_out { count_set(active) } else { values.len() };
         let numbers = self.unpacked(input, count, scratch)?;
-        let mut numbers = numbers.chunks_exact(self.stored.bytes()).map(|n| self.stored.value(n));
+        let mut stored = numbers
+            .chunks_exact(self.stored.bytes() * self.width)
+            .map(|bytes| self.of_value(self.stored, bytes));
         for (i, value) in values.iter_mut().enumerate() {
             *value = if !leaves_out || is_set(active, i) {
-                numbers.next().unwrap_or_default()
+                stored.next().unwrap_or_default()
             } else {
                 inactive[usize::from(!selection.is_empty() && is_set(selection, i))]
             };
@@ -162,7 +180,7 @@ impl Encoding {
         scratch: &'s mut Scratch,
     ) -> Result<&'s [u8], Fault> {
         const WHAT: &str = "a node's values";
-        let length = count * self.stored.bytes();
+        let length = count * self.stored.bytes() * self.width;
         // Halves are not written at all where there are none.
         let is_nothing = count == 0 && self.stored != self.number;
         if !(self.zip || self.blosc) || is_nothing {
