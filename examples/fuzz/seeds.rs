@@ -36,6 +36,12 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
             "material = [{{ name = \"m\" }}]\n{PLANE}[environment]\nfile = \"current.hdr\"\n"
         )),
     };
+    let colored = Reader {
+        name: "vdb_colors",
+        extension: "vdb",
+        seeds: vdb(),
+        scene: Some("[[volume]]\nfile = \"current.vdb\"\ncolor_grid = \"Cd\"\n".to_owned()),
+    };
     let models = models::seeds().map(|(name, seeds)| alone(name, "gltf", seeds));
     let glass = fs::read(root.join("data/gallery/wine_glass.glb"))?;
     let mut readers = vec![
@@ -53,6 +59,7 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
         textured("jpeg", "jpg", picture(ImageFormat::Jpeg)?),
         textured("webp", "webp", picture(ImageFormat::WebP)?),
         surroundings,
+        colored,
     ];
     readers.extend(models);
     readers.extend(splat_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
@@ -88,15 +95,24 @@ fn medium() -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A few voxels and a tile, written in each way.
+/// A few voxels and a tile, and colours that change within both, written in each way.
 fn vdb() -> Vec<Vec<u8>> {
     let mut grid = VdbGrid::default();
     for i in 0..40 {
         grid.set(IVec3::new(i * 7 % 19, i * 5 % 17, i * 3 % 11) - 4, i as f32 / 8.0);
     }
+    let mut colors = VdbGrid {
+        name: "Cd",
+        kind: "Tree_vec3s_5_4_3",
+        channels: &[1.0, 0.5, 0.125],
+        background: 1.0,
+        ..grid.clone()
+    };
+    colors.set(IVec3::new(130, 1, 1), 0.5);
     grid.tiles.insert(([128, 0, 0], 128), (0.25, true));
     let packings = [Packing::Plain, Packing::Zip, Packing::Blosc];
-    let written = |packing| file(Format { packing, ..Format::default() }, &[grid.clone()]);
+    let written =
+        |packing| file(Format { packing, ..Format::default() }, &[grid.clone(), colors.clone()]);
     packings.map(written).into()
 }
 
