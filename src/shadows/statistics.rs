@@ -150,11 +150,11 @@ impl Statistics {
             });
         }
         device.poll(wgpu::PollType::Poll).map_err(|error| lost(error.to_string()))?;
+        // In order also where another thread's poll is between the answers of two slots.
         let is_back = |slot: &&mut Slot| matches!(slot.state.load(SeqCst), MAPPED | FAILED);
         let number = |slot: &&mut Slot| slot.planned.as_ref().map(|(frame, _)| *frame);
-        let Some(slot) = slots.iter_mut().filter(is_back).min_by_key(number) else {
-            return Ok(None);
-        };
+        let waiting = slots.iter_mut().filter(|slot| slot.planned.is_some());
+        let Some(slot) = waiting.min_by_key(number).filter(is_back) else { return Ok(None) };
         let planned = slot.planned.take();
         if slot.state.swap(IDLE, SeqCst) == FAILED {
             return Err(lost("its counters cannot be read".to_owned()));
