@@ -62,7 +62,7 @@ impl Needs {
         let bricks: u64 = scene.grids.iter().map(|grid| grid.bricks.len() as u64).sum();
         let gaussians = scene.gaussians.len() as u64;
         let segments = |strand: &Strand| strand.vertices.len().saturating_sub(1) as u64;
-        let dragged: u64 = scene.motions.iter().map(|motion| motion.most_capsules()).sum();
+        let dragged: u64 = scene.motions.iter().map(|motion| motion.most_vertices()).sum();
         let capsules = scene.strands.iter().map(segments).sum::<u64>() + dragged;
         let particles = scene.particles.len() as u64 + emitted + bricks + gaussians + capsules;
         let casters = particle * particles

@@ -91,8 +91,8 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         0
     }
 
-    /// Most capsules that they drag at a time.
-    fn most_capsules(&self) -> u64 {
+    /// Most vertices of the strands that its particles drag at a time.
+    fn most_vertices(&self) -> u64 {
         0
     }
 

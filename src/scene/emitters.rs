@@ -111,7 +111,7 @@ impl Motion for Emitters {
         self.emitters.iter().map(most).sum()
     }
 
-    fn most_capsules(&self) -> u64 {
+    fn most_vertices(&self) -> u64 {
         self.emitters.iter().map(|emitter| emitter.most_vertices()).sum()
     }
 
