@@ -54,7 +54,8 @@ units:
 	cargo test --lib --bins
 
 # And what `make test` leaves out: units, long sweeps, and maps and pictures on the other tier.
-test-all: test units
+test-all: test units program
+	sh tools/gpu_static.sh --all
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 GOBO_TEST_TIERS=all cargo test --test root -- --include-ignored $(BY_TIER)
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- --ignored $(addprefix --skip ,$(BY_TIER))
 

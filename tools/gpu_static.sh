@@ -1,6 +1,6 @@
 #!/bin/sh
 # What exported kernels need on GPUs, by RADV's compiler without a GPU: tools/gpu_static. Fails where a kernel
-# exceeds a limit of limits.toml. Arguments are the program's: --all, --exceptions. GOBO may name the program.
+# exceeds a limit of limits.toml. Arguments are the program's: --all. GOBO may name the program.
 set -eu
 
 say() { printf 'gpu-static: %s\n' "$*" >&2; }

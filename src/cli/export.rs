@@ -162,7 +162,8 @@ fn export(
     let id = id(desc, cut.suffix, tier);
     let linked = desc.link(tier).map_err(Error::from)?;
     let given = [&cut.constants, desc.constants].concat();
-    let kernel = Kernel::new(desc.entry, linked.wgsl.clone(), &given, target)
+    let wgsl = linked.unrolled(linked.wgsl.clone(), &given, 1);
+    let kernel = Kernel::new(desc.entry, wgsl, &given, target)
         .map_err(|reason| Failure::Wrong(format!("{id}: {reason}")))?;
     let mut slots = HashMap::new();
     let outcome = match translate(&kernel) {

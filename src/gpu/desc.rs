@@ -82,10 +82,9 @@ impl KernelDesc {
     ) -> Result<Specialised, KernelError> {
         let linked = self.link_with(tier, others)?;
         let constants = [constants, self.constants].concat();
-        let mut wgsl = linked.with_values(&constants);
-        if others.iter().any(|choice| choice.name == UNROLLED) {
-            wgsl = linked.unrolled(wgsl, &constants);
-        }
+        let writes_out = others.iter().any(|choice| choice.name == UNROLLED);
+        let max_turns = if writes_out { u32::MAX } else { 1 };
+        let wgsl = linked.unrolled(linked.with_values(&constants), &constants, max_turns);
         let sampled = others.iter().find(|choice| choice.name == SAMPLED);
         Specialised::new(linked, wgsl, tier, sampled.map(|choice| choice.files[tier as usize]))
     }

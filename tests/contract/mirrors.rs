@@ -359,6 +359,7 @@ const KERNELS_OWN: &[&str] = &[
     "ROWS",
     "ROW_COUNT",
     "HIT_WORDS",
+    "RING_SLOTS",
     "NODE_LANES",
     "SHARES",
     "SHARE_LANES",

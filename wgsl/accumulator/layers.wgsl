@@ -94,7 +94,7 @@ fn store_pane(pane: Pane) {
     let texel = pixel_index * LAYER_TEXELS + 2u + pane_count;
     pane_count += 1u;
     textureStore(layers, record_texel(texel), packed_pane(pane));
-    if pane.depth < NOWHERE && all(corner < camera().size) {
+    if pane.depth < NOWHERE && all(corner + 0.5 < camera().size) {
         append_point(PANE_LIST, pane_count * band.pixel_count + pixel_index);
     }
 }

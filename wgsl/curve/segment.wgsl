@@ -22,7 +22,7 @@ fn tile_steps() -> u32 {
 fn open_rest(view: GpuView, step: u32) {}
 
 fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
-    let first = sum_index(index, vec2<u32>(corner) % TILE_SIZE) * partial_size();
+    let first = sum_index(index, vec2<u32>(corner + 0.5) % TILE_SIZE) * partial_size();
     let all = total_light();
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let at = first + i * TILE_SIZE * partial_size();

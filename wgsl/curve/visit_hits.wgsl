@@ -22,6 +22,7 @@ import package::records::material::SHAPE_BRICK;
 import package::records::view::GpuView;
 import package::traversal::candidate::Offer;
 import package::traversal::kinds::visited;
+import package::traversal::subgroup_block::shared_index;
 import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
 import choice::waiting::take_hits;
 
@@ -81,7 +82,9 @@ fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
 }
 
 // Returns true if the hits must be inserted at once. A brick is visited once for each of its parts.
+// What the caster before left is joined first, and needs no registers meanwhile.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
+    join_delayed();
     let faced = set_up(view, footprint);
     open_part(footprint, faced);
     var came = no_hits();
@@ -97,7 +100,6 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
     see(came.depth, came.presence);
     came.depth = starts;
     if HAS_VOLUMES {
-        join_delayed();
         return delay(pass_on(with_faces(came, view, footprint)));
     }
     if HAS_OVER {
@@ -126,7 +128,7 @@ fn join_delayed() {
 
 // Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool {
-    let footprint = load_footprint(subgroupShuffle(offer, lane));
+    let footprint = load_footprint(shared_index(subgroupShuffle(offer, lane)));
     return subgroupAny(visit(view, visited(footprint, is_triangle)));
 }
 

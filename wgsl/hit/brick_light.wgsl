@@ -28,9 +28,10 @@ fn lattice_light(first_point: u32, place: vec3<f32>) -> vec3<f32> {
     let own = first_point + cell.x + cell.y * row + cell.z * layer;
     let a = mix(point_light_at(own), point_light_at(own + 1u), aside.x);
     let b = mix(point_light_at(own + row), point_light_at(own + row + 1u), aside.x);
+    let low_layer = mix(a, b, aside.y);
     let c = mix(point_light_at(own + layer), point_light_at(own + layer + 1u), aside.x);
     let d = mix(point_light_at(own + layer + row), point_light_at(own + layer + row + 1u), aside.x);
-    return mix(mix(a, b, aside.y), mix(c, d, aside.y), aside.z);
+    return mix(low_layer, mix(c, d, aside.y), aside.z);
 }
 
 // Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its length:

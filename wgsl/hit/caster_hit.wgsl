@@ -16,7 +16,7 @@ import package::hit::hit::{
 import package::hit::puff::puff_hit;
 import package::hit::texture::sample_texture;
 import package::hit::triangle::triangle_hit;
-import package::records::brick::{brick_of, grid_of};
+import package::records::brick::{brick_of, grid_extinction, grid_of};
 import package::records::capsule::is_capsule;
 import package::records::caster::{caster_look, look_rotation, particle_object};
 import package::records::footprint::{
@@ -120,15 +120,16 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
         return Hit(light, hit.color, hit.opacity, hit.start, hit.start, hit.end, material_id, absorbed);
     }
     let met = plane_hit(faced.plane, view, texel);
+    if HAS_PUFFS && material.shape == SHAPE_PUFF {
+        let most = min(opacity_base(footprint) + opacity_slope(footprint), 1.0);
+        return puff_hit(view, place, footprint_color(footprint), most, texel, opaque_depth, material_id);
+    }
+    if HAS_BRICKS && material.shape == SHAPE_BRICK {
+        return brick_hit(view, footprint, texel, opaque_depth, material_id);
+    }
     var color = footprint_color(footprint);
     let base = opacity_base(footprint);
     let slope = opacity_slope(footprint);
-    if HAS_PUFFS && material.shape == SHAPE_PUFF {
-        return puff_hit(view, place, color, min(base + slope, 1.0), texel, opaque_depth, material_id);
-    }
-    if HAS_BRICKS && material.shape == SHAPE_BRICK {
-        return brick_hit(view, footprint, color, texel, opaque_depth, material_id);
-    }
     let covered = coverage(material.shape, material.profile, met.xy);
     var alpha = covered;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
@@ -150,7 +151,6 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
 fn brick_hit(
     view: GpuView,
     footprint: Footprint,
-    color: vec3<f32>,
     texel: vec2<f32>,
     opaque_depth: f32,
     material_id: u32,
@@ -160,7 +160,9 @@ fn brick_hit(
     let grid = grid_of(brick);
     let range = view.far - view.near;
     let inside = passage(view, brick, grid, texel, view.near + opaque_depth * range);
-    let tau = inside.depth * grid.extinction;
+    // The sign is 0: the compiler reads the extinction again instead of keeping it on the ray's way.
+    let extinction = grid_extinction(brick.grid + (bitcast<u32>(inside.depth) >> 31u));
+    let tau = inside.depth * extinction;
     let most = max(max(tau.x, tau.y), tau.z);
     if !(most > 0.0) {
         return MISS;
@@ -169,11 +171,11 @@ fn brick_hit(
     let opacity = max(max(absorbed.x, absorbed.y), absorbed.z);
     let entered = (inside.first - view.near) / range;
     let ramp = (inside.ramp - view.near) / range;
-    var shown = color;
+    var shown = footprint_color(footprint);
     if SHADES_BRICKS {
         let ends = vec3(inside.thirds, inside.depth);
         let depths = max(ends - vec3(0.0, inside.thirds), vec3(0.0));
-        shown = brick_light(id, inside.enters, inside.leaves, depths, grid.extinction);
+        shown = brick_light(id, inside.enters, inside.leaves, depths, extinction);
     }
     return Hit(exp(-tau), shown, opacity, entered, ramp.x, ramp.y, material_id, absorbed);
 }

@@ -30,9 +30,8 @@ fn sample_level(
     let at = (uv - floor(uv)) * size - 0.5;
     let low = floor(at);
     let part = at - low;
-    let s = vec2<i32>(size);
-    let a = (vec2<i32>(low) + s) % s;
-    let b = (a + 1) % s;
+    let a = vec2<i32>(select(low, size - 1.0, low < vec2(0.0)));
+    let b = vec2<i32>(select(low + 1.0, vec2(0.0), low + 1.0 >= size));
     let top = mix(
         textureLoad(images, a, layer, level),
         textureLoad(images, vec2(b.x, a.y), layer, level),

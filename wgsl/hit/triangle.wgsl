@@ -77,22 +77,21 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
     let met = triangle_weights(setup, texel);
     let material_id = setup_texel(setup, 4u).w;
     let material = materials[material_id];
-    var tint = material.tint * triangle_color(setup, met.xyz);
-    var level = 0.0;
+    var image = Sampled(vec4(1.0), 0.0);
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
         if FILTERS_IMAGES {
-            let seen = triangle_image(material.texture, material.texture_size, setup, texel, met.xyz);
-            tint *= seen.rgba;
-            level = seen.level;
+            image = triangle_image(material.texture, material.texture_size, setup, texel, met.xyz);
         } else {
             let uv = triangle_uv(setup, met.xyz);
-            tint *= sample_texture(images, material.texture, material.texture_size, uv);
+            image.rgba = sample_texture(images, material.texture, material.texture_size, uv);
         }
     }
+    // Read behind the image, which needs registers.
+    let tint = materials[material_id].tint * triangle_color(setup, met.xyz) * image.rgba;
     var opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
     if FILTERS_IMAGES && material.transfer == TRANSFER_CUTOUT {
         // Of texels that are smaller than a pixel, the mean opacity is the share that is solid.
-        opacity += (material.cutoff - picture_params.cutout_threshold) * saturate(level);
+        opacity += (material.cutoff - picture_params.cutout_threshold) * saturate(image.level);
     }
     let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
     let light = transmittance(material.transfer, opacity, color);

@@ -1,12 +1,14 @@
-// Hits of one ray that wait, in private memory: a ring, as few hits come late.
+// Hits of one ray that wait, in private memory: a ring, as few hits come late. One slot is free: what leaves need not
+// be held while others move up.
 
 import package::curve::lights::Lights;
 import package::features::HAS_VOLUMES;
 import package::hit::hit_order::{Hits, WAITING, no_hits};
 
 const HIT_WORDS: u32 = 12u;
+const RING_SLOTS: u32 = WAITING + 1u;
 
-var<private> ring: array<f32, WAITING * HIT_WORDS>;
+var<private> ring: array<f32, RING_SLOTS * HIT_WORDS>;
 var<private> nearest_slot: u32;
 
 fn clear_waiting() {
@@ -47,11 +49,10 @@ fn exchange_hits(came: Hits) -> Hits {
     if came.depth < 0.0 || came.depth < ring[nearest_slot * HIT_WORDS] {
         return came;
     }
-    let left = hit_at(nearest_slot);
-    var slot = nearest_slot; // now behind all others
-    nearest_slot = (nearest_slot + 1u) % WAITING;
-    while slot != nearest_slot {
-        let before = (slot + WAITING - 1u) % WAITING;
+    let next = (nearest_slot + 1u) % RING_SLOTS;
+    var slot = (nearest_slot + WAITING) % RING_SLOTS;
+    while slot != next {
+        let before = (slot + WAITING) % RING_SLOTS;
         if ring[before * HIT_WORDS] <= came.depth {
             break;
         }
@@ -59,13 +60,14 @@ fn exchange_hits(came: Hits) -> Hits {
         slot = before;
     }
     set_hit(slot, came);
+    let left = hit_at(nearest_slot);
+    nearest_slot = next;
     return left;
 }
 
-// Takes the nearest. None is added any more.
+// Takes the nearest, `WAITING` times at most. None is added any more.
 fn take_hits() -> Hits {
     let left = hit_at(nearest_slot);
-    set_hit(nearest_slot, no_hits());
-    nearest_slot = (nearest_slot + 1u) % WAITING;
+    nearest_slot = (nearest_slot + 1u) % RING_SLOTS;
     return left;
 }

@@ -3,14 +3,13 @@
 // row. In crowded tiles the casters that touch the subgroup's block are collected in a queue; eight at a time
 // are multiplied in, with no branch in between. CPU reference: src/reference/accumulate.rs.
 
-import choice::accumulator::ROWS;
 import package::accumulator::plain::{corner, seeks, settled, visit_plain};
 import package::bind::loaded::pairs;
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::traversal::subgroup_block::Block;
+import package::traversal::subgroup_block::{Block, block_high, block_low};
 import choice::plain::{Plain, SEEKS_APART, broadcast, only_if, plain_touches, prepare};
 
 // Tiles have many casters.
@@ -60,13 +59,15 @@ fn needs_more(queue: Queue, end: u32) -> bool {
 fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
     var queue = old;
     let digit = 1u << (4u * block.lane);
+    let low = block_low(block);
+    let high = block_high(block);
     loop {
         if needs_more(queue, end) {
             let pair = queue.base + block.lane;
             let a = pair_footprint(pair, end);
             let b = pair_footprint(pair + QUEUE, end);
-            let touches_a = pair < end && plain_touches(view, load_footprint(a), block.lo, block.hi);
-            let touches_b = pair + QUEUE < end && plain_touches(view, load_footprint(b), block.lo, block.hi);
+            let touches_a = pair < end && plain_touches(view, load_footprint(a), low, high);
+            let touches_b = pair + QUEUE < end && plain_touches(view, load_footprint(b), low, high);
             let marked =
                 join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
             let ranks_a = ranks(marked & 0x11111111u);
@@ -157,11 +158,13 @@ fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
 
 fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
     var base = first;
+    let low = block_low(block);
+    let high = block_high(block);
     loop {
         let pair = base + block.lane;
         let id = pair_footprint(pair, max(end, 1u));
         let stretch = prepare_lane(view, id, true);
-        let touched = pair < end && plain_touches(view, load_footprint(id), block.lo, block.hi);
+        let touched = pair < end && plain_touches(view, load_footprint(id), low, high);
         var mask = join_lanes(select(0u, 1u << block.lane, touched), block.lane);
         loop {
             if mask != 0u {
@@ -181,8 +184,8 @@ fn walk_sparse(view: GpuView, first: u32, end: u32, block: Block) {
 
 fn walk(view: GpuView, first: u32, end: u32) {
     let lane = u32(corner.x) & 7u;
-    let lo = corner - vec2(f32(lane), 0.0) + 0.5;
-    let block = Block(lane, QUEUE, lo, lo + vec2(7.0, f32(ROWS) - 1.0));
+    let texel = vec2<u32>(corner) - vec2(lane, 0u);
+    let block = Block(lane, QUEUE, texel, texel + vec2(QUEUE - 1u, 0u));
     if DENSE {
         walk_crowded(view, first, end, block);
     } else {

@@ -41,16 +41,15 @@ fn grid_texel(grid: u32, texel: u32) -> vec4<f32> {
     return bitcast<vec4<f32>>(textureLoad(bricks, record_texel(grid + texel), 0));
 }
 
+fn grid_extinction(grid: u32) -> vec3<f32> {
+    return vec3(grid_texel(grid, 3u).w, grid_texel(grid, 4u).w, grid_texel(grid, 5u).w);
+}
+
 fn grid_of(brick: Brick) -> Grid {
     let x = grid_texel(brick.grid, 0u);
     let y = grid_texel(brick.grid, 1u);
     let z = grid_texel(brick.grid, 2u);
-    let extinction = vec3(
-        grid_texel(brick.grid, 3u).w,
-        grid_texel(brick.grid, 4u).w,
-        grid_texel(brick.grid, 5u).w,
-    );
-    return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), extinction);
+    return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), grid_extinction(brick.grid));
 }
 
 // Temperature of a brick's voxel at x, y, z of 0..=8 [K]; 0 of a brick without.

@@ -5,6 +5,7 @@ import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::traversal::kinds::visited;
+import package::traversal::subgroup_block::shared_index;
 import choice::accumulator::visit;
 
 struct Candidate {
@@ -30,6 +31,6 @@ fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
 
 // Visits the candidate of lane `lane`. `is_triangle`: kind of the loop.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
-    let id = subgroupShuffle(offer, lane);
+    let id = shared_index(subgroupShuffle(offer, lane));
     visit(view, id, visited(load_footprint(id), is_triangle));
 }

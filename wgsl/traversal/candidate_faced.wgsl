@@ -10,6 +10,7 @@ import package::records::footprint::Footprint;
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::traversal::kinds::visited;
+import package::traversal::subgroup_block::shared_index;
 import choice::accumulator::visit_faced;
 
 struct Candidate {
@@ -61,9 +62,9 @@ fn broadcast_plane(own: Facing, lane: u32) -> Facing {
 
 // Visits the candidate of lane `lane`. `is_triangle`: kind of the loop.
 fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
-    let id = subgroupShuffle(offer.id, lane);
+    let id = shared_index(subgroupShuffle(offer.id, lane));
     let footprint = visited(load_footprint(id), is_triangle);
-    let look = subgroupShuffle(offer.look, lane);
+    let look = shared_index(subgroupShuffle(offer.look, lane));
     var plane = broadcast_plane(offer.plane, lane);
     if !SET_UP_ONCE {
         plane = plane_of(view, footprint, look);

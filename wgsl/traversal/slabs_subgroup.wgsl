@@ -17,7 +17,7 @@ import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::traversal::kinds::kinds_apart;
 import package::traversal::subgroup_block::{
-    ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
+    ALL_LANES, Block, block_high, block_low, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
 import choice::candidate::{Offer, candidate_of, offer_of, touches};
 import choice::pairs::pair_footprint;
@@ -44,7 +44,7 @@ fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
     let candidate = candidate_of(id, footprint);
     let within = index < end && is_within(slab, key);
     let in_slab = subgroupBallot(within);
-    let ballot = subgroupBallot(within && touches(view, candidate, block.lo, block.hi));
+    let ballot = subgroupBallot(within && touches(view, candidate, block_low(block), block_high(block)));
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
     var triangles = vec2(0u);
     if kinds_apart() {

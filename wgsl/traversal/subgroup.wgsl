@@ -10,7 +10,7 @@ import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::kinds::kinds_apart;
 import package::traversal::subgroup_block::{
-    ALL_LANES, Block, first_lane, has_lane, has_lanes, subgroup_block, without_first,
+    ALL_LANES, Block, block_high, block_low, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
 import choice::candidate::{Offer, candidate_of, offer_of, touches, visit_lane};
 import choice::accumulator::settled;
@@ -33,7 +33,7 @@ fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretc
     if kinds_apart() {
         triangles = subgroupBallot(footprint.is_triangle).xy;
     }
-    let lanes = subgroupBallot(pair < end && touches(view, candidate, block.lo, block.hi)).xy;
+    let lanes = subgroupBallot(pair < end && touches(view, candidate, block_low(block), block_high(block))).xy;
     return Stretch(
         offer_of(view, candidate, front),
         lanes,

@@ -8,12 +8,26 @@ const ALL_LANES: vec2<u32> = vec2(0xffffffffu);
 struct Block {
     lane: u32,     // of the invocation
     size: u32,     // lanes
-    lo: vec2<f32>, // of its texel centres
-    hi: vec2<f32>,
+    // Its first texel, and the first of the last lane's. As integers, which GPUs keep once for all lanes.
+    first: vec2<u32>,
+    last: vec2<u32>,
 }
 
-// Lanes follow each other in rows of blocks, so the first and the last lane hold the block's corners. (As
-// integers: LLVM 15 cannot broadcast a float.)
+// Bounds of a block's texel centres.
+fn block_low(block: Block) -> vec2<f32> {
+    return vec2<f32>(block.first) + 0.5;
+}
+
+fn block_high(block: Block) -> vec2<f32> {
+    return vec2<f32>(block.last) + vec2(0.5, f32(ROWS) - 0.5);
+}
+
+// An index that all lanes have, where compilers do not know that.
+fn shared_index(index: u32) -> u32 {
+    return subgroupBroadcastFirst(index);
+}
+
+// Lanes follow each other in rows of blocks, so the first and the last lane hold the block's corners.
 fn subgroup_block() -> Block {
     let all_lanes = subgroupBallot(true);
     let size = countOneBits(all_lanes.x) + countOneBits(all_lanes.y);
@@ -21,8 +35,8 @@ fn subgroup_block() -> Block {
     return Block(
         subgroupExclusiveAdd(1u),
         size,
-        vec2<f32>(subgroupBroadcastFirst(texel)) + 0.5,
-        vec2<f32>(subgroupShuffle(texel, size - 1u)) + vec2(0.5, f32(ROWS) - 0.5),
+        subgroupBroadcastFirst(texel),
+        subgroupBroadcastFirst(subgroupShuffle(texel, size - 1u)),
     );
 }
 

@@ -1,5 +1,6 @@
 //! Loops written out: `for (var i = 0u; i < unrolled(N); i += 1u) { .. }` becomes N blocks, each with its
-//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals.
+//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals; compilers of GPUs
+//! keep a loop of one turn if others are in it, and all that the loop leaves alone in registers.
 //!
 //! In the text, where a block is copied as it is: a module's expressions are evaluated once, so that a copy there
 //! needs a copy of every kind of expression, with its operands.
@@ -19,12 +20,18 @@ struct Loop<'a> {
 }
 
 impl Linked {
-    /// `wgsl`, this source with these values, without its marked loops. Lines keep their positions.
-    pub(in crate::gpu) fn unrolled(&self, mut wgsl: String, constants: &[Constant]) -> String {
+    /// `wgsl`, this source with these values, without its marked loops of at most `max_turns` turns. Lines keep their
+    /// positions.
+    pub fn unrolled(&self, mut wgsl: String, constants: &[Constant], max_turns: u32) -> String {
+        let mut read = 0;
         // What comes first contains others.
-        while let Some(Loop { start, end, counter, first, turns, body }) = marked_loop(&wgsl)
-            && let Some(turns) = self.value(turns, constants)
+        while let Some(Loop { start, end, counter, first, turns, body }) = marked_loop(&wgsl, read)
         {
+            let known = self.value(turns, constants);
+            let Some(turns) = known.filter(|turns| turns.saturating_sub(first) <= max_turns) else {
+                read = end - body.len() - 1;
+                continue;
+            };
             let flat: String =
                 code(body, 0).map(|(_, c)| if c == '\n' { ' ' } else { c }).collect();
             let mut blocks = format!("{{ const {counter} = {first}u; {body} }}");
@@ -63,8 +70,9 @@ impl Linked {
     }
 }
 
-fn marked_loop(wgsl: &str) -> Option<Loop<'_>> {
-    let mark = wgsl.find(MARK)?;
+/// The first at or behind byte `from`.
+fn marked_loop(wgsl: &str, from: usize) -> Option<Loop<'_>> {
+    let mark = from + wgsl[from..].find(MARK)?;
     let start = wgsl[..mark].rfind("for (var ")?;
     let (counter, rest) = wgsl[start..mark].strip_prefix("for (var ")?.split_once(" = ")?;
     let first = rest.split_once("u;")?.0.parse().ok()?;
@@ -102,14 +110,17 @@ mod tests {
         let linked = library.link("k.wgsl", "k", &[]).unwrap();
         let constants = [("MOST", 8.0)];
         let text = linked.with_values(&constants);
-        let unrolled = linked.unrolled(text.clone(), &constants);
+        let unrolled = linked.unrolled(text.clone(), &constants, u32::MAX);
         assert_eq!(unrolled.matches('\n').count(), text.matches('\n').count());
         assert_eq!(unrolled.matches("held[i] += n").count(), 4, "{unrolled}");
         assert_eq!(unrolled.matches("const i = 2u;").count(), 1, "{unrolled}");
         assert_eq!(unrolled.matches("const n = 1u;").count(), 2, "{unrolled}");
         assert_eq!(unrolled.matches("held[i] = 0u").count(), 1, "{unrolled}");
         parse_str(&unrolled).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&unrolled)));
-        let fewer = linked.unrolled(text, &[("MOST", 4.0)]);
+        let fewer = linked.unrolled(text.clone(), &[("MOST", 4.0)], u32::MAX);
         assert_eq!(fewer.matches("held[i] += n").count(), 0, "{fewer}");
+        let short = linked.unrolled(text, &[("MOST", 6.0)], 1);
+        assert_eq!(short.matches("const i = 1u;").count(), 1, "{short}");
+        assert_eq!(short.matches("n < unrolled(2u)").count(), 1, "{short}");
     }
 }

@@ -2,8 +2,8 @@
 //! `gobo export --target spirv` wrote with RADV's null hardware, prints a table and fails where a kernel
 //! exceeds `limits.toml`.
 //!
-//! `gpu-static DIR [--all] [--exceptions]`, or `make gpu-static` in the repository. `--all`: also kernels that no
-//! scene uses on a GPU. `--exceptions` prints the exceptions that the kernels need now.
+//! `gpu-static DIR [--all]`, or `make gpu-static` in the repository. `--all`: also kernels that few
+//! scenes use on GPUs.
 mod compiler;
 mod limits;
 mod manifest;
@@ -33,15 +33,14 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<bool, Failure> {
-    let (mut dir, mut all, mut exceptions) = (None, false, false);
+    let (mut dir, mut all) = (None, false);
     for argument in std::env::args().skip(1) {
         match argument.as_str() {
             "--all" => all = true,
-            "--exceptions" => exceptions = true,
             _ => dir = Some(PathBuf::from(argument)),
         }
     }
-    let dir = dir.ok_or("which folder? gpu-static DIR [--all] [--exceptions]")?;
+    let dir = dir.ok_or("which folder? gpu-static DIR [--all]")?;
     let limits = Limits::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("limits.toml"))?;
     if std::env::var_os(GPU).is_some() {
         compile(&dir, &limits, all)?;
@@ -50,14 +49,11 @@ fn run() -> Result<bool, Failure> {
     // A process and a core for each.
     let children = limits.gpus.keys().map(|gpu| Ok((gpu, start(gpu)?)));
     let children = children.collect::<Result<Vec<_>, Failure>>()?;
-    let (mut good, mut due) = (true, BTreeMap::<&str, Vec<String>>::new());
+    let mut good = true;
     for (gpu, child) in children {
         let needs = finish(gpu, child)?;
         print_table(gpu, &needs);
         for (kernel, needs) in &needs {
-            if let Some((reason, line)) = limits.exception(gpu, kernel, needs) {
-                due.entry(reason).or_default().push(line);
-            }
             for complaint in limits.complaints(gpu, kernel, needs) {
                 good = false;
                 println!("{complaint}");
@@ -71,9 +67,6 @@ fn run() -> Result<bool, Failure> {
         "gpu-static: {}",
         if good { "all kernels are within limits" } else { "limits are exceeded" }
     );
-    for (reason, lines) in due.iter().filter(|_| exceptions) {
-        println!("[[exceptions]]\nreason = \"{reason}\"\nkernels = [\n{}\n]\n", lines.join("\n"));
-    }
     Ok(good)
 }
 
@@ -83,7 +76,6 @@ fn sees_a_limit(limits: &Limits, gpu: &str, kernel: &str, needs: &Needs) -> Resu
     let limit = wrong.gpus.get_mut(gpu).ok_or("no limits")?;
     limit.vgprs = Some(needs.vgprs - 1);
     wrong.smaller.clear();
-    wrong.exceptions.clear();
     let said = wrong.complaints(gpu, kernel, needs);
     let is_seen = said.iter().any(|it| it.contains("vgprs"));
     is_seen.then_some(()).ok_or_else(|| "a wrong limit was not noticed".into())

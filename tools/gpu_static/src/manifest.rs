@@ -43,7 +43,7 @@ pub struct Case {
     pub flags: Vec<(u32, bool)>,
 }
 
-/// Kernels of the manifest in `dir`. `all`: also those that no scene uses on a GPU.
+/// Kernels of the manifest in `dir` that scenes use on GPUs. `all`: also those that few use.
 pub fn cases(dir: &Path, limits: &Limits, all: bool) -> Result<Vec<Case>, Failure> {
     let path = dir.join("manifest.json");
     let text =
@@ -58,10 +58,9 @@ pub fn cases(dir: &Path, limits: &Limits, all: bool) -> Result<Vec<Case>, Failur
     for kernel in kernels.iter().filter(|kernel| kernel.file.is_some()) {
         let has_native = kernels.iter().any(|it| it.name == kernel.name && it.tier == "native");
         let short = kernel.id.trim_end_matches("_native");
-        let used = !limits.unused.contains(&kernel.name)
-            && !limits.seldom.iter().any(|end| short.ends_with(end))
-            && (kernel.tier == "native" || !has_native);
-        if !(used || all) {
+        let seldom = limits.seldom.iter().any(|end| short.ends_with(end))
+            || (kernel.tier != "native" && has_native);
+        if limits.unused.contains(&kernel.name) || (seldom && !all) {
             continue;
         }
         let scenes: Vec<_> =
