@@ -28,16 +28,16 @@ impl PairCapacity {
         grows
     }
 
-    /// Takes note of a frame of casters that the CPU does not know. Once more than [`Self::expected`] would not
-    /// fit, the capacity grows to half as much again as was needed.
-    pub fn see(&mut self, counters: &Counters) {
+    /// Takes note of a frame. `makes_room`: once more than [`Self::expected`] would not fit, the capacity grows to half
+    /// as much again as was needed.
+    pub fn see(&mut self, counters: &Counters, makes_room: bool) {
         let &Counters { pairs_needed, pair_capacity, overflowed, .. } = counters;
         // Too many pairs of neighbours in the list, whatever the capacity.
         let is_crowded = overflowed > 0 && pairs_needed <= pair_capacity;
         let needed = if is_crowded { u32::MAX } else { pairs_needed };
         let seen = self.seen.unwrap_or(0).max(needed);
         self.seen = Some(seen);
-        if !is_crowded && self.expected().is_some_and(|pairs| pairs > pair_capacity) {
+        if makes_room && !is_crowded && self.expected().is_some_and(|pairs| pairs > pair_capacity) {
             let roomy = seen.saturating_add(seen / 2).min(self.budget);
             self.pairs = self.pairs.max(Some(roomy));
         }
@@ -69,7 +69,8 @@ mod tests {
 
     fn seen(capacity: &mut PairCapacity, pairs_needed: u32, overflowed: u64) -> [Option<u32>; 2] {
         let pair_capacity = capacity.pairs.unwrap_or(1000);
-        capacity.see(&Counters { pairs_needed, pair_capacity, overflowed, ..Counters::default() });
+        let counters = Counters { pairs_needed, pair_capacity, overflowed, ..Counters::default() };
+        capacity.see(&counters, true);
         [capacity.expected(), capacity.pairs]
     }
 

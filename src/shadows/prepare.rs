@@ -88,7 +88,7 @@ pub(super) struct Request<'a> {
     pub views: &'a [View],
     /// Expected number of pairs of the largest batch; the budget bounds it.
     pub pairs: Option<u32>,
-    /// Pairs that casters of the host are expected to need at most, by earlier frames.
+    /// Pairs that the largest batch is expected to need at most, by earlier frames.
     pub expected: Option<u32>,
     /// The host's depth maps by view; empty if there are none.
     pub depths: &'a [Option<DepthInput>],
@@ -177,8 +177,8 @@ impl<'a> Request<'a> {
             Relocation::new(old.maps, raw, cache.kept(), views, &set.maps)
         });
         let mut plans = plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
-        let hosts = plans.iter_mut().flat_map(|plan| &mut plan.lists);
-        hosts.filter_map(|list| list.host.as_mut()).for_each(|host| host.expected = self.expected);
+        let lists = plans.iter_mut().flat_map(|plan| &mut plan.lists);
+        lists.for_each(|list| list.expected = self.expected);
         let culled = culled_count(casters, cache.pending.len(), &plans);
         let former = reuse.scratch.as_ref().map(|(scratch, _)| Arc::clone(scratch));
         let scratch = self.scratch(reuse.scratch, &mut plans)?;

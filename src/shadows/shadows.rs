@@ -277,9 +277,9 @@ impl Shadows {
     /// slower scatter path, and the next [`Self::prepare`] has the capacity for them.
     pub fn grow_from(&mut self, counters: &Counters) -> bool {
         let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity);
-        if self.casters.as_ref().is_some_and(|set| set.host().is_some()) {
-            self.capacity.see(counters);
-        }
+        // The CPU does not know what casters of the host need.
+        let of_host = self.casters.as_ref().is_some_and(|set| set.host().is_some());
+        self.capacity.see(counters, of_host);
         if let Some(maps) = self.maps.as_mut().filter(|_| grows) {
             maps.cache.forget();
         }

@@ -115,6 +115,28 @@ fn steady_frames_of_a_host_record_no_empty_work() {
     assert!(after[1] <= MOST_DISPATCHES && fewer > 4 * parts, "{before:?}, then {after:?}");
 }
 
+/// A few casters as large as the map spoil the bound of the pairs of all their neighbours. Later frames record parts for
+/// what was needed, and to spare.
+#[test]
+fn later_frames_record_parts_for_what_was_needed() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let mut uploaded = particles(20_000, 22);
+    uploaded.iter_mut().step_by(250).for_each(|particle| particle.radius = 40.0);
+    let settings = ShadowSettings { pair_budget: 1 << 18, ..ShadowSettings::default() };
+    let first = on_device(&mut shadows, &uploaded, &[], &settings);
+    submit(&gpu, &first);
+    told(&mut shadows);
+    uploaded.iter_mut().for_each(|particle| particle.radius *= 1.01);
+    let later = on_device(&mut shadows, &uploaded, &[], &settings);
+    let alone = on_device(&mut self::shadows(&gpu), &uploaded, &[], &settings);
+    assert!(bits(&gpu, &later) == bits(&gpu, &alone));
+    let parts = [&first, &later, &alone]
+        .map(|prepared| format!("{:?}", prepared.commands()).matches("\n  part_next ").count());
+    let [before, after, again] = parts;
+    assert!(before == again && before > 3 * after && after >= 2, "{parts:?} parts");
+}
+
 #[test]
 fn statistics_of_changing_frames_arrive_with_two_in_flight() {
     const FRAMES: u64 = 60;

@@ -237,7 +237,8 @@ impl Bench {
         })
     }
 
-    /// Prepares maps with capacity for all pairs, within the budget, and runs them once.
+    /// Prepares maps with capacity for all pairs, within the budget, and runs them once. They are those of a later
+    /// frame, which knows what an earlier one needed.
     pub(super) fn prepare(
         &mut self,
         casters: &Casters<'_>,
@@ -255,7 +256,8 @@ impl Bench {
             let prepared = shadows.prepare(casters, views, &self.settings)?;
             self.compute(&prepared)?;
             let counters = prepared.counters()?;
-            if !shadows.grow_from(&counters) {
+            let fits = !shadows.grow_from(&counters);
+            if fits && known.is_some() {
                 return Ok(prepared);
             }
             known = Some(counters);

@@ -42,6 +42,8 @@ pub(crate) struct ListPlan {
     pub first_setup: u32,
     /// Upper bound of its pairs.
     pub bound: PairBound,
+    /// Pairs that it is expected to need at most, by earlier frames.
+    pub expected: Option<u32>,
 }
 
 impl ListPlan {
@@ -87,6 +89,7 @@ impl ListPlan {
             gaussian_count,
             first_setup,
             bound: PairBound::default(),
+            expected: None,
         }
     }
 
@@ -195,8 +198,7 @@ impl ListPlan {
     /// Of the host's casters, whose pairs have no useful bound, neither while those of earlier frames fit with room to
     /// spare: each part is recorded, needed or not.
     pub(crate) fn may_part(&self, shape: Shape, capacity: u32) -> bool {
-        let expected = self.host.as_ref().and_then(|host| host.expected);
-        let fits = expected.is_some_and(|pairs| pairs <= capacity);
+        let fits = self.host.is_some() && self.expected.is_some_and(|pairs| pairs <= capacity);
         self.filters && !self.camera && !fits && self.may_overflow(shape, capacity)
     }
 
@@ -206,14 +208,16 @@ impl ListPlan {
         u64::from(self.bound.of_tile.min(self.footprint_count)).max(USUAL.min(self.bound.pairs))
     }
 
-    /// Parts of the tiles that are recorded, with room for so many pairs in each.
+    /// Parts of the tiles that are recorded, with room for so many pairs in each: for all that there can be, or four
+    /// times what earlier frames let expect.
     pub(crate) fn most_parts(&self, room: u32, tile_count: u32) -> u32 {
         /// Each is recorded, needed or not. The pairs of the host's casters have no useful bound.
         const MAX: u64 = 512;
         const MAX_HOST_PARTS: u64 = 32;
         let most = if self.host.is_some() { MAX_HOST_PARTS } else { MAX };
+        let expected = self.expected.map_or(u64::MAX, |pairs| 4 * u64::from(pairs));
         // Two parts that follow each other have more pairs than there is room for in one.
-        let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
+        let enough = self.bound.pairs.min(expected) / u64::from(room.max(1)) * 2 + 2;
         enough.min(u64::from(tile_count) + 1).min(most) as u32
     }
 
@@ -267,7 +271,6 @@ impl ListPlan {
             planes: planes(views, span.kinds),
             first_footprint: self.footprint_count,
             capacity: span.capacity,
-            expected: None,
         });
         self.footprint_count += span.capacity * views.len() as u32;
         // The casters may be anywhere, and of any size.
@@ -298,8 +301,6 @@ pub(crate) struct HostList {
     pub first_footprint: u32,
     /// Most casters that a view may see.
     pub capacity: u32,
-    /// Pairs that its list is expected to need at most, by earlier frames.
-    pub expected: Option<u32>,
 }
 
 impl HostList {
