@@ -6,7 +6,7 @@ use gobo::{
     internals::{
         records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
         reference::project::{ProjectParams, project_particle, project_triangle},
-        shadows::cull::{PairBound, TileLoadBound},
+        shadows::cull::{PairBound, Reach, TileLoadBound},
     },
     model::{Bounds, Particle, Triangle},
 };
@@ -54,7 +54,7 @@ fn one_caster_makes_no_more_pairs_than_its_bound() {
             let particle = particle(&mut chance);
             let around = reach(&particle);
             let mut load = TileLoadBound::new(&view);
-            load.add(&around, 1, (around.max - around.min).max_element() * 0.5, 1.0);
+            load.add(&around, 1, Reach::all((around.max - around.min).max_element() * 0.5, 1), 1.0);
             let counted = counted([particle_rect(&view, &particle)]);
             assert_holds(load.bound(), counted, || format!("{particle:?} in {view:?}"));
             tight += usize::from(counted.pairs > 0 && load.bound().pairs <= 4 * counted.pairs);
@@ -76,7 +76,7 @@ fn one_triangle_makes_no_more_pairs_than_its_bound() {
             let [a, b, c] = positions;
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             let mut load = TileLoadBound::new(&view);
-            load.add(&bounds, 1, 0.5 * longest, 1.0);
+            load.add(&bounds, 1, Reach::all(0.5 * longest, 1), 1.0);
             let record = TriangleRecord::new(&triangle);
             let (projected, _) = project_triangle(&view, 0, &record, 0, 0, TILES);
             let counted = counted([projected.rect]);
@@ -97,7 +97,7 @@ fn a_list_makes_no_more_pairs_than_its_bound() {
         for _ in 0..1 + chance.below(6) {
             let (middle, spread) = (chance.vec3(-10.0, 10.0), chance.within(0.01, 4.0));
             let mut bounds = Bounds::EMPTY;
-            let (mut most, count) = (0.0_f32, 1 + chance.below(100) as u32);
+            let (mut reaches, count) = (Reach::default(), 1 + chance.below(100) as u32);
             for _ in 0..count {
                 let place = middle + chance.vec3(-spread, spread);
                 let one = Particle {
@@ -108,13 +108,41 @@ fn a_list_makes_no_more_pairs_than_its_bound() {
                 let around = reach(&one);
                 bounds =
                     Bounds { min: bounds.min.min(around.min), max: bounds.max.max(around.max) };
-                most = most.max((around.max - around.min).max_element() * 0.5);
+                reaches.add((around.max - around.min).max_element() * 0.5);
                 rects.push(particle_rect(&view, &one));
             }
-            load.add(&bounds, count, most, 1.0);
+            load.add(&bounds, count, reaches, 1.0);
         }
         assert_holds(load.bound(), counted(rects), || format!("{view:?}"));
     }
+}
+
+/// The largest caster of a group does not count for all: the bound decides how many parts are recorded.
+#[test]
+fn one_large_caster_among_small_ones_counts_once() {
+    let mut chance = Chance::new(25);
+    let (mut bounds, mut found) = (0, 0);
+    for view in views(&mut chance, 400) {
+        let (mut load, mut around, mut reaches) =
+            (TileLoadBound::new(&view), Bounds::EMPTY, Reach::default());
+        let mut rects = Vec::new();
+        for i in 0..200 {
+            let radius = if i == 77 { 4.0 } else { 0.02 };
+            let center = chance.vec3(-1.0, 1.0);
+            let one = Particle { center, radius, ..particle(&mut chance) };
+            let of_one = reach(&one);
+            around = Bounds { min: around.min.min(of_one.min), max: around.max.max(of_one.max) };
+            reaches.add((of_one.max - of_one.min).max_element() * 0.5);
+            rects.push(particle_rect(&view, &one));
+        }
+        load.add(&around, 200, reaches, 1.0);
+        let counted = counted(rects);
+        assert_holds(load.bound(), counted, || format!("{view:?}"));
+        if view.perspective == 0.0 && counted.pairs > 200 {
+            (bounds, found) = (bounds + load.bound().pairs, found + counted.pairs);
+        }
+    }
+    assert!(found > 0 && bounds < 8 * found, "{bounds} for {found}");
 }
 
 /// Without valid numbers all tiles may be touched.
@@ -124,7 +152,7 @@ fn what_is_no_number_may_touch_all_tiles() {
     let view = views(&mut chance, 1)[0];
     let tiles = (view.size / 16.0).ceil();
     let mut load = TileLoadBound::new(&view);
-    load.add(&Bounds { min: Vec3::NAN, max: Vec3::NAN }, 7, f32::NAN, 1.0);
+    load.add(&Bounds { min: Vec3::NAN, max: Vec3::NAN }, 7, Reach::all(f32::NAN, 7), 1.0);
     let all = (tiles.x * tiles.y) as u32;
     assert_eq!(load.bound(), PairBound { pairs: 7 * u64::from(all), of_tile: 7, of_caster: all });
 }

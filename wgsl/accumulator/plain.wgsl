@@ -18,7 +18,7 @@ var<private> red: array<vec4<f32>, 2>; // transmittance so far
 var<private> green: array<vec4<f32>, 2>;
 var<private> blue: array<vec4<f32>, 2>;
 var<private> lost: array<array<vec4<f32>, 3>, 2>; // absorbed by faint casters, not yet multiplied into the above
-var<private> nearest: array<vec4<f32>, 2>;
+var<private> nearest: array<vec4<i32>, 2>; // depths by their bits, which are ordered like them
 var<private> opaque_depth: array<vec4<f32>, 2>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
@@ -32,7 +32,7 @@ fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
     green[i] = vec4(1.0);
     blue[i] = vec4(1.0);
     lost[i] = array(vec4(0.0), vec4(0.0), vec4(0.0));
-    nearest[i] = vec4(1.0);
+    nearest[i] = bitcast<vec4<i32>>(vec4(1.0));
     opaque_depth[i] = vec4(1.0);
     if HAS_OPAQUE {
         let at = view.origin + texel + vec2(0u, 4u * i);
@@ -63,8 +63,7 @@ fn multiply(plain: Plain, profile: vec4<f32>, i: u32) {
 
 fn seek_nearest(plain: Plain, met: Profile4, i: u32) {
     let seen = presence(plain, met.profile) >= vec4(VISIBLE_PRESENCE);
-    let nearer = seen & (met.depth < nearest[i]);
-    nearest[i] = select(nearest[i], met.depth, nearer);
+    nearest[i] = min(nearest[i], bitcast<vec4<i32>>(select(vec4(1.0), met.depth, seen)));
 }
 
 // `seeks`: it may be nearer than the nearest depths.
@@ -112,7 +111,8 @@ fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
 
 // Whether a caster at or behind `front` may be the nearest.
 fn seeks(front: f32) -> bool {
-    return any(nearest[0] > vec4(front)) || any(nearest[1] > vec4(front));
+    let bits = vec4(bitcast<i32>(front));
+    return any(nearest[0] > bits) || any(nearest[1] > bits);
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {
@@ -120,7 +120,7 @@ fn passed_texel(i: u32) -> vec3<f32> {
 }
 
 fn nearest_texel(i: u32) -> f32 {
-    return nearest[i / 4u][i % 4u];
+    return bitcast<f32>(nearest[i / 4u][i % 4u]);
 }
 
 fn finish() {
@@ -143,7 +143,8 @@ fn settled(front: f32) -> bool {
 
 fn settled_rows(front: f32, i: u32) -> bool {
     let lit = (red[i] >= vec4(BLACK)) | (green[i] >= vec4(BLACK)) | (blue[i] >= vec4(BLACK));
-    return !any((lit | (nearest[i] > vec4(front))) & (opaque_depth[i] > vec4(front)));
+    let seeks = nearest[i] > vec4(bitcast<i32>(front));
+    return !any((lit | seeks) & (opaque_depth[i] > vec4(front)));
 }
 
 // Batches of plain casters have no owner tags.

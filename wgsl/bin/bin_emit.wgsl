@@ -58,9 +58,10 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         let view = views[rect.y >> 16u];
         let corner = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
-        let width = ((rect.x >> 16u) & 255u) - corner.x + 1u;
-        let small = width <= 4u && (rect.x >> 24u) - corner.y < 4u;
+        let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+        let small = all(last - corner < vec2(4u));
         var mask = rect.y & 0xffffu;
+        var next = corner; // tile of a large rectangle
         var emitted = select(0u, count, fits);
         if HAS_GAUSSIANS && emitted > 0u && is_outlined(rect) {
             emit_outlined(rect, view.first_tile, view.tiles_x, footprint, offset);
@@ -69,7 +70,8 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var k = 0u; k < emitted; k += 1u) {
             let bit = firstTrailingBit(mask);
             mask &= mask - 1u;
-            let at = corner + select(vec2(k % width, k / width), vec2(bit & 3u, bit >> 2u), small);
+            let at = select(next, corner + vec2(bit & 3u, bit >> 2u), small);
+            next = select(vec2(next.x + 1u, next.y), vec2(corner.x, next.y + 1u), next.x == last.x);
             let tile = view.first_tile + at.y * view.tiles_x + at.x;
             textureStore(pairs, record_texel(offset + k), vec4(tile, footprint, 0u, 0u));
         }

@@ -14,7 +14,7 @@ import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, 
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
 import package::records::outline::{Outline, is_outlined, outlined_tiles};
 import package::records::record::{OPACITY_SCALE, record_texel};
-import package::records::tile_rect::{INVISIBLE, depth_key, distance_key, tile_rect};
+import package::records::tile_rect::{INVISIBLE, box_rect, depth_key, distance_key};
 
 override WORKGROUP_SIZE: u32;
 
@@ -103,7 +103,7 @@ fn project_gaussians(
         return;
     }
     let place = vec4(placed.center, select(1.0, -1.0, is_beside) * sqrt(squared), placed.depth);
-    var rect = tile_rect(view.size, chunk.view, placed.lo, placed.hi, placed.center, 1e30, false);
+    var rect = box_rect(view.size, chunk.view, placed.lo, placed.hi);
     var outline: Outline;
     if (rect.y & 0xffffu) != 0u && !is_beside && has_outline(placed.ellipse) {
         outline = outline_of(placed.ellipse, (rect.x >> 8u) & 255u);

@@ -19,7 +19,7 @@ import package::records::material::{
     GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
 };
 import package::records::record::{OPACITY_SCALE, record_texel};
-import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
+import package::records::tile_rect::{INVISIBLE, SLACK, box_rect, depth_key, distance_key, tile_rect};
 import package::records::view::{GpuView, MIN_DISTANCE};
 
 override WORKGROUP_SIZE: u32;
@@ -57,7 +57,7 @@ fn project_capsule(view: GpuView, number: u32, look: vec4<u32>, index: u32, cast
         put(index, INVISIBLE, vec2(0u));
         return;
     }
-    let around = tile_rect(view.size, number, extent.lo, extent.hi, extent.place.xy, 1e30, false);
+    let around = box_rect(view.size, number, extent.lo, extent.hi);
     let rect = capsule_tiles(extent, around);
     let front = front_key(view, extent.nearest, extent.least);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);

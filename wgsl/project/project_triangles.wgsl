@@ -12,7 +12,7 @@ import package::records::dispatch::workgroup_number;
 import package::records::octahedral::octahedral;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::setup::{BACK_BIT, SETUP_TEXELS};
-import package::records::tile_rect::{INVISIBLE, SLACK, depth_key, distance_key, tile_rect};
+import package::records::tile_rect::{INVISIBLE, SLACK, box_rect, depth_key, distance_key};
 import package::records::view::MIN_DISTANCE;
 
 override WORKGROUP_SIZE: u32;
@@ -149,7 +149,7 @@ fn project_triangles(
     lo = clamp(lo, vec2(-1.0), view.size + 1.0);
     hi = clamp(hi, vec2(-1.0), view.size + 1.0);
     let center = (lo + hi) * 0.5;
-    let rect = tile_rect(view.size, chunk.view, lo, hi, center, 1e30, false);
+    let rect = box_rect(view.size, chunk.view, lo, hi);
     if degenerate || rect.y == 0u {
         put(index, INVISIBLE, vec2(0u));
         return;

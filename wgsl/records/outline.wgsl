@@ -32,12 +32,17 @@ fn is_outlined(rect: vec2<u32>) -> bool {
     return any(last - first >= vec2(4u)) && mask != 0u && mask != WHOLE;
 }
 
-// Largest integer whose square is at most n, of up to 31 bits, whatever the device's root is off by.
+// Largest integer whose square is at most n, of up to 30 bits, whatever the device's root is off by: rounded, it is
+// that one or the next.
 fn integer_root(n: i32) -> i32 {
-    var root = i32(sqrt(f32(n)));
-    root -= select(0, 1, root * root > n);
-    root += select(0, 1, (root + 1) * (root + 1) <= n);
-    return root;
+    let root = i32(sqrt(f32(n)) + 0.5);
+    return root - select(0, 1, root * root > n);
+}
+
+// Integer part of n / divisor of up to 16 bits, likewise. (Integer divisions are scalar on llvmpipe.)
+fn quotient(n: i32, divisor: i32) -> i32 {
+    let near = i32(f32(n) / f32(divisor) + 0.5);
+    return near - select(0, 1, near * divisor > n);
 }
 
 // Offset of the middle and half width at a height [units].
@@ -52,7 +57,8 @@ fn outline_at(lean: i32, width: i32, height: i32) -> vec2<i32> {
 fn outline_farthest(outline: Outline) -> i32 {
     let lean = extractBits(bitcast<i32>(outline.lean_width), 0u, 16u);
     let width = i32(outline.lean_width >> 16u);
-    return ((lean << 15u) / max(integer_root(lean * lean + width * width), 1)) << 9u;
+    let share = quotient(abs(lean) << 15u, max(integer_root(lean * lean + width * width), 1)) << 9u;
+    return select(share, -share, lean < 0);
 }
 
 // First column that the ellipse touches in a row of tiles, and the one behind its last, among those of a

@@ -19,8 +19,26 @@ fn is_scattered(rect: vec2<u32>) -> bool {
     return rect.x == SCATTERED && (rect.y & 0xffffu) == 0u;
 }
 
-// (corners, mask and view); (0, 0) for no tile.
-// `lo`, `hi`: the footprint's box [texels]; `circle`: how far from `center` it reaches [texels].
+// All tiles of a footprint's box `lo`..`hi` [texels]: (corners, mask and view); (0, 0) for no tile.
+fn box_rect(size: vec2<f32>, view_index: u32, lo: vec2<f32>, hi: vec2<f32>) -> vec2<u32> {
+    // Texel i has its centre at i + 0.5.
+    let first_texel = max(ceil(lo - (0.5 + SLACK)), vec2(0.0));
+    let last_texel = min(floor(hi - (0.5 - SLACK)), size - 1.0);
+    // Written so that a NaN is outside.
+    if !(first_texel.x <= last_texel.x && first_texel.y <= last_texel.y) {
+        return vec2(0u);
+    }
+    let first = vec2<u32>(first_texel) / TILE_SIZE;
+    let last = vec2<u32>(last_texel) / TILE_SIZE;
+    let tiles = min(last - first + 1u, vec2(4u));
+    let in_row = (1u << tiles.x) - 1u;
+    let rows = 0x1111u & ((1u << (4u * tiles.y)) - 1u);
+    let mask = select(WHOLE, rows * in_row, all(last - first < vec2(4u)));
+    let corners = first.x | (first.y << 8u) | (last.x << 16u) | (last.y << 24u);
+    return vec2(corners, mask | (view_index << 16u));
+}
+
+// The tiles of a box that may be within `circle` of `center` [texels], or those of the scatter path.
 fn tile_rect(
     size: vec2<f32>,
     view_index: u32,
@@ -30,40 +48,34 @@ fn tile_rect(
     circle: f32,
     may_scatter: bool,
 ) -> vec2<u32> {
-    // Texel i has its centre at i + 0.5.
-    let box_first = ceil(lo - (0.5 + SLACK));
-    let box_last = floor(hi - (0.5 - SLACK));
-    let first_texel = max(box_first, vec2(0.0));
-    let last_texel = min(box_last, size - 1.0);
-    // Written so that a NaN is outside.
-    if !(first_texel.x <= last_texel.x && first_texel.y <= last_texel.y) {
-        return vec2(0u);
+    let rect = box_rect(size, view_index, lo, hi);
+    if rect.y == 0u {
+        return rect;
     }
     let around = scatter_texel(center);
-    if may_scatter && all(box_first >= around) && all(box_last <= around + 1.0) {
+    let is_tiny = all(ceil(lo - (0.5 + SLACK)) >= around) && all(floor(hi - (0.5 - SLACK)) <= around + 1.0);
+    if may_scatter && is_tiny {
         return vec2(SCATTERED, view_index << 16u);
     }
-    let first = vec2<u32>(first_texel) / TILE_SIZE;
-    let last = vec2<u32>(last_texel) / TILE_SIZE;
+    let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    if any(last - first >= vec2(4u)) {
+        return rect;
+    }
     var mask = 0u;
-    if all(last - first < vec2(4u)) {
-        for (var y = first.y; y <= last.y; y += 1u) {
-            for (var x = first.x; x <= last.x; x += 1u) {
-                let corner = vec2<f32>(vec2(x, y) * TILE_SIZE) + 0.5;
-                let outside = center - clamp(center, corner, corner + f32(TILE_SIZE - 1u));
-                if dot(outside, outside) <= circle * circle {
-                    mask |= 1u << ((y - first.y) * 4u + x - first.x);
-                }
+    for (var y = first.y; y <= last.y; y += 1u) {
+        for (var x = first.x; x <= last.x; x += 1u) {
+            let corner = vec2<f32>(vec2(x, y) * TILE_SIZE) + 0.5;
+            let outside = center - clamp(center, corner, corner + f32(TILE_SIZE - 1u));
+            if dot(outside, outside) <= circle * circle {
+                mask |= 1u << ((y - first.y) * 4u + x - first.x);
             }
         }
-    } else {
-        mask = WHOLE;
     }
     if mask == 0u {
         return vec2(0u);
     }
-    let corners = first.x | (first.y << 8u) | (last.x << 16u) | (last.y << 24u);
-    return vec2(corners, mask | (view_index << 16u));
+    return vec2(rect.x, mask | (view_index << 16u));
 }
 
 // Depth key: quantised monotonically, so that a smaller depth never has a larger key.

@@ -1,6 +1,6 @@
 //! A group of casters and its extent.
 use super::TriangleExtent;
-use crate::shadows::cull::TileLoadBound;
+use crate::shadows::cull::{Reach, TileLoadBound};
 use crate::{
     model::{Bounds, Class, Material, Shape, Triangle},
     records::{Caster, DIAGONAL, GpuView},
@@ -41,8 +41,8 @@ pub struct Extent {
     pub bounds: Bounds,
     /// Smallest radius [m].
     pub min_radius: f32,
-    /// Half of the longest side of a box around any one caster [m].
-    pub reach: f32,
+    /// Halves of the longest sides of boxes around single casters.
+    pub reach: Reach,
 }
 
 impl Group {
@@ -63,15 +63,16 @@ impl Group {
 impl Extent {
     /// Extent of spheres.
     pub(super) fn of(spheres: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
-        let mut extent = Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY, reach: 0.0 };
+        let mut extent =
+            Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY, reach: Reach::default() };
         for (center, radius) in spheres {
             if !(center.is_finite() && radius.is_finite()) {
                 let bounds = Bounds { min: Vec3::NAN, max: Vec3::NAN };
-                return Self { bounds, min_radius: 0.0, reach: f32::NAN };
+                return Self { bounds, min_radius: 0.0, reach: Reach::all(f32::NAN, 0) };
             }
             extent.bounds = extent.bounds.with_sphere(center, radius);
             extent.min_radius = extent.min_radius.min(radius);
-            extent.reach = extent.reach.max(radius);
+            extent.reach.add(radius);
         }
         extent
     }
@@ -159,7 +160,7 @@ impl Group {
             let corners = triangles.clone().flat_map(|triangle| triangle.positions);
             self.extent = Extent::of(corners.map(|corner| (corner, 0.0)));
             *of_triangles = TriangleExtent::of(triangles, members.materials);
-            self.extent.reach = 0.5 * of_triangles.longest;
+            self.extent.reach = Reach::all(0.5 * of_triangles.longest, self.casters.len() as u32);
         } else {
             let particles = &members.casters[casters.start as usize..casters.end as usize];
             self.extent = Extent::of(particles.iter().map(|caster| {

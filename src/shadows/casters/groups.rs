@@ -1,7 +1,8 @@
 //! Groups of a set's casters: the unit of culling, listing and caching.
 use super::group::{Extent, GAUSSIAN_ENLARGED, Group, Members};
 use crate::shadows::cull::{
-    DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, TileLoadBound, order, typical_size,
+    DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, Reach, TileLoadBound, order,
+    typical_size,
 };
 use crate::{
     model::{Bounds, Class, Transfer, Triangle},
@@ -145,7 +146,8 @@ impl Groups {
                 group.casters = start..start + found.count;
                 group.changed_at = changed_at;
                 let bounds = Bounds { min: found.low - more, max: found.high + more };
-                let extent = Extent { bounds, min_radius: least, reach: largest + more };
+                let reach = Reach::all(largest + more, found.count);
+                let extent = Extent { bounds, min_radius: least, reach };
                 group.extent = if found.count > 0 { extent } else { Extent::of([]) };
             }
         }

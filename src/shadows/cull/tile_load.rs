@@ -30,6 +30,31 @@ impl PairBound {
     }
 }
 
+/// Halves of the longest sides of boxes around single casters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reach {
+    /// [m]
+    pub most: f32,
+    pub sum: f64,
+    /// \[m²\]
+    pub sum_of_squares: f64,
+}
+
+impl Reach {
+    /// Of so many casters that reach that far at most [m].
+    pub fn all(most: f32, count: u32) -> Self {
+        let (reach, count) = (f64::from(most), f64::from(count));
+        Self { most, sum: count * reach, sum_of_squares: count * reach * reach }
+    }
+
+    /// Adds a caster's [m].
+    pub fn add(&mut self, reach: f32) {
+        self.most = self.most.max(reach);
+        self.sum += f64::from(reach);
+        self.sum_of_squares += f64::from(reach) * f64::from(reach);
+    }
+}
+
 /// Most cells per row and column of the map.
 const CELLS: usize = 32;
 /// Margin of rectangles beyond their contents [texels].
@@ -70,9 +95,8 @@ impl TileLoadBound {
         }
     }
 
-    /// Adds the casters of a box. `reach`: half of the longest side of a box around any one of them [m];
-    /// `enlarged`: how far they reach beyond it at most [texels].
-    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: f32, enlarged: f32) {
+    /// Adds the casters of a box. `enlarged`: how far they reach beyond boxes around them at most [texels].
+    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: Reach, enlarged: f32) {
         let touched = self.touched(bounds, enlarged.into());
         let [columns, rows] = self.cells(touched.as_ref());
         for row in rows {
@@ -80,9 +104,11 @@ impl TileLoadBound {
                 *cell = cell.saturating_add(count);
             }
         }
-        let of_one = self.tiles_of_one(touched.as_ref(), reach.into());
+        let of_one = self.tiles_of_one(touched.as_ref(), reach.most.into());
         self.of_caster = self.of_caster.max(of_one);
-        self.pairs = self.pairs.saturating_add(u64::from(of_one) * u64::from(count));
+        let by_largest = u64::from(of_one) * u64::from(count);
+        let by_sums = touched.map_or(u64::MAX, |touched| self.tiles_of_all(&touched, count, reach));
+        self.pairs = self.pairs.saturating_add(by_largest.min(by_sums));
     }
 
     /// Most casters added so far that touch one tile together with the box.
@@ -123,6 +149,20 @@ impl TileLoadBound {
             wide.min(within)
         });
         sides[0] * sides[1]
+    }
+
+    /// Most pairs of casters within `touched`: the sides of [`Self::tiles_of_one`] are at most linear in the reach.
+    fn tiles_of_all(&self, touched: &Touched, count: u32, reach: Reach) -> u64 {
+        let per_tile = 2.0 * self.scale / f64::from(TILE_SIZE);
+        let [[a, b], [c, d]] = touched.beside.map(|beside| {
+            let n = touched.nearest;
+            let slope = if self.perspective { (1.0 + beside / n) / n } else { 1.0 };
+            let per_metre = per_tile * slope;
+            [per_metre, per_metre * touched.texel + 2.0 * SPARE / f64::from(TILE_SIZE) + 2.0]
+        });
+        let [squares, sums] = [a * c * reach.sum_of_squares, (a * d + b * c) * reach.sum];
+        let tiles = squares + sums + f64::from(count) * b * d;
+        if tiles.is_nan() { u64::MAX } else { tiles.ceil() as u64 }
     }
 
     /// Columns and rows of cells that the box may touch.
