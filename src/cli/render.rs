@@ -59,6 +59,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     load.emitters = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
+    // A picture beside maps is made of them.
+    scene.shadow.detail &= !arguments.maps;
     Needs { maps: arguments.maps, picture: true, ..Needs::of(arguments.backend()) }
         .check(&scene)?;
     let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
