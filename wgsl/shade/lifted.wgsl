@@ -35,11 +35,12 @@ fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let place = floats_of(aside(ASIDE_POINT));
     let surface = floats_of(aside(ASIDE_NORMAL));
     let texel = texel_size(view, place.xyz);
-    // The bias of a light without a size is a part of it, as the edges of shadows move with the point.
+    // Under a light without a size the bias is a part of the normal bias: edges of shadows move with the point.
     let sine = surface.w / lift(light);
     let covered = light.bias * sqrt(max(1.0 - sine * sine, 0.0));
-    let rest = surface.w * texel - select(0.0, covered, light.traits <= SHAFTS_BIT);
-    let point = place.xyz + surface.xyz * max(rest, 0.0);
+    let part = min(light.normal_bias * sine * texel, covered);
+    let rest = surface.w * texel - select(0.0, part, light.traits <= SHAFTS_BIT);
+    let point = place.xyz + surface.xyz * rest;
     if HAS_FILTERS {
         return Lifted(point, place.w + floats_of(aside(ASIDE_LEAST)).w * texel);
     }

@@ -162,10 +162,11 @@ impl Lighting<'_> {
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let reach = light.normal_bias + 0.5 + beyond_spline(light);
-        // The bias of a light without a size is a part of it, as the edges of shadows move with the point.
+        // Under a light without a size the bias is a part of the normal bias: edges of shadows move with the point.
         let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
         let covered = if light.area().is_none() { light.bias * cosine } else { 0.0 };
-        let lift = (reach * slant.sine * texel - covered).max(0.0);
+        let part = covered.min(light.normal_bias * slant.sine * texel);
+        let lift = reach * slant.sine * texel - part;
         let point = surface.point + surface.normal * lift;
         (point, light.bias + slant.reach + light.slope_bias * slant.tangent * texel)
     }
