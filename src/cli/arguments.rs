@@ -127,6 +127,9 @@ pub(crate) struct RenderArguments {
     /// Write the linear light too, before exposure and tone curve, as `OpenEXR`
     #[arg(long)]
     pub(crate) exr: bool,
+    /// Write what each light adds to that, too, as layers of the same file
+    #[arg(long, requires = "exr")]
+    pub(crate) layers: bool,
     /// A model or particle file by itself gets no floor
     #[arg(long)]
     pub(crate) no_ground: bool,

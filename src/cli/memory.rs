@@ -6,7 +6,7 @@ use gobo::{
         gpu::Backend,
         records::{FormerSlots, MaskSlots, air_columns},
         reference::mask::SeenSurface,
-        view::{atlas::AtlasLimits, fitted_views},
+        view::{atlas::AtlasLimits, picture_views},
     },
     model::{Strand, View},
     scene::Scene,
@@ -82,7 +82,7 @@ impl Needs {
         let nodes = u64::from(shadow.curve_nodes());
         // F, D and Z of a texel, its channels and nodes.
         let texel = 20 + 12 * u64::from(shadow.colored) + 8 * nodes;
-        let (views, _) = fitted_views(scene, &AtlasLimits::CORE);
+        let (views, _) = picture_views(scene, &AtlasLimits::CORE);
         let texels = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y));
         let (all, most) =
             texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));

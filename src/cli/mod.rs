@@ -11,6 +11,7 @@ mod failure;
 mod files;
 mod frame;
 mod info;
+mod layers;
 mod light;
 mod look_up;
 mod manual;

@@ -94,6 +94,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     scene.set_time(f64::from(arguments.frame) / arguments.fps);
     share.keep(&mut scene);
+    scene.shadow.detail = false;
     check(&scene, &arguments.scene)?;
     files::warn(&scene.notes);
     Needs { maps: true, ..Needs::of(arguments.backend()) }.check(&scene)?;

@@ -4,7 +4,9 @@ use super::{
     claim::{self, Claim},
     exr,
     failure::Failure,
-    files, maps,
+    files,
+    layers::{self, Layer},
+    maps,
     memory::Needs,
     preview::Preview,
     sidecar::{self, FrameFiles, Sidecar},
@@ -59,6 +61,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     load.emitters = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
+    // A picture beside maps is made of them.
+    scene.shadow.detail &= !arguments.maps;
     Needs { maps: arguments.maps, picture: true, ..Needs::of(arguments.backend()) }
         .check(&scene)?;
     let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
@@ -76,7 +80,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         maps_only: false,
     };
     tracing::info!("rendering with {}", renderer.device());
-    let light_names = if arguments.maps { maps::light_names(&scene.lights) } else { Vec::new() };
+    if arguments.layers && scene.shutter > 0.0 && scene.samples > 1 {
+        let help = "--set camera.shutter=0, or leave --layers out";
+        return Err(Failure::refused(&arguments.scene, "layers have no open shutter", help));
+    }
+    let is_named = arguments.maps || arguments.layers;
+    let light_names = if is_named { maps::light_names(&scene.lights) } else { Vec::new() };
     files::create_dir(&arguments.out)?;
     stop::listen()?;
     let frames = arguments.frames();
@@ -175,8 +184,13 @@ impl Job<'_> {
             let most = self.counts.skipped.entry(reason).or_default();
             *most = count.max(*most);
         }
+        let layers = if self.arguments.layers {
+            layers::of_lights(&mut self.renderer, &self.scene, &self.light_names)?
+        } else {
+            Vec::new()
+        };
         let claim = claim.map_or_else(|| self.wait(index), Ok)?;
-        self.write(index, &frame, &claim)?;
+        self.write(index, &frame, &layers, &claim)?;
         if let Some(preview) = &mut self.preview {
             preview.add(&frame.picture)?;
         }
@@ -226,7 +240,13 @@ impl Job<'_> {
     }
 
     /// Writes all files of a frame.
-    fn write(&self, index: u32, frame: &Frame, claim: &Claim) -> Result<(), Failure> {
+    fn write(
+        &self,
+        index: u32,
+        frame: &Frame,
+        layers: &[Layer],
+        claim: &Claim,
+    ) -> Result<(), Failure> {
         let out = &self.arguments.out;
         let mut files = FrameFiles::new(out, self.inputs.is_some());
         let stem = sidecar::stem(index);
@@ -243,7 +263,7 @@ impl Job<'_> {
         }
         if self.arguments.exr {
             let name = format!("{stem}.exr");
-            let bytes = exr::encode(&out.join(&name), &frame.picture)?;
+            let bytes = exr::encode(&out.join(&name), &frame.picture, layers)?;
             files.write(name, &bytes)?;
         }
         // Last, so that a picture implies that its frame is complete.

@@ -204,7 +204,7 @@ impl Contents {
 /// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit together. The scene is as before.
 pub(super) fn inputs(scene: &mut Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
-    let RenderArguments { maps, exr, fps, .. } = arguments;
+    let RenderArguments { maps, exr, layers, fps, .. } = arguments;
     let debug = arguments.debug();
     // They name files.
     let notes = take(&mut scene.notes);
@@ -212,7 +212,10 @@ pub(super) fn inputs(scene: &mut Scene, arguments: &RenderArguments) -> String {
     // Hashes every field of the scene, each number to its last bit.
     let written = fmt::write(
         &mut hash,
-        format_args!("{} {maps} {exr} {fps} {debug:?} {scene:?}", env!("CARGO_PKG_VERSION")),
+        format_args!(
+            "{} {maps} {exr} {layers} {fps} {debug:?} {scene:?}",
+            env!("CARGO_PKG_VERSION")
+        ),
     );
     scene.notes = notes;
     for (texture, name) in scene.textures.iter_mut().zip(names) {

@@ -52,6 +52,9 @@ pub struct ShadowSettings {
     /// Radius of the window over which filter maps and curves are blurred by a Gaussian,
     /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window [texels]. Default 0: no blur.
     pub blur: u32,
+    /// Whether pictures of a scene have further maps of finer texels where they show edges of shadows in coarse ones. Default
+    /// false; a scene file's is true. What a host renders has its own views.
+    pub detail: bool,
     /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`]. Default 0.
     pub mips: u32,
 }
@@ -96,6 +99,7 @@ impl Default for ShadowSettings {
             soften: false,
             colored: false,
             blur: 0,
+            detail: false,
             mips: 0,
         }
     }

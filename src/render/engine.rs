@@ -12,7 +12,7 @@ use crate::{
     reference,
     shadows::{Config, HostInputs, Prepared, Shadows},
     stage::sort::pair_limit,
-    view::{atlas::AtlasLimits, fitted_views},
+    view::{atlas::AtlasLimits, picture_views},
 };
 use glam::Vec3;
 
@@ -75,7 +75,7 @@ impl GpuEngine {
         self.shadows.configure(|config| config.toggles.sums = options.sums);
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
-        let (views, shrunk) = fitted_views(scene, &limits);
+        let (views, shrunk) = picture_views(scene, &limits);
         let whole = View::from_camera(&scene.camera, &scene.bounds());
         let first = options.sample.unwrap_or(0) as usize;
         let camera = View::of_samples(scene, &whole).nth(first).unwrap_or_else(|| whole.clone());
@@ -165,7 +165,7 @@ impl GpuEngine {
     /// The kernels of a frame that are not made yet.
     pub(super) fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
         self.emit(scene)?;
-        let (views, _) = fitted_views(scene, &AtlasLimits::of(&self.gpu.device.limits()));
+        let (views, _) = picture_views(scene, &AtlasLimits::of(&self.gpu.device.limits()));
         let camera = View::from_camera(&scene.camera, &scene.bounds());
         let (casters, slots) = (scene.casters(), self.emitters.slots.clone());
         let inputs = HostInputs::new().emitted(&slots);

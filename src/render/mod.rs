@@ -14,7 +14,7 @@ use crate::{
     records::GpuEmitted,
     reference,
     shadows::{Config, check as check_views},
-    view::{atlas::AtlasLimits, fitted_views, shadow_views},
+    view::{atlas::AtlasLimits, picture_views, shadow_views},
 };
 use engine::GpuEngine;
 use glam::Vec3;
@@ -231,7 +231,7 @@ fn check(scene: &Scene) -> Result<(), Error> {
 
 fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
     without_emissions(scene)?;
-    let (views, shrunk) = fitted_views(scene, &AtlasLimits::CORE);
+    let (views, shrunk) = picture_views(scene, &AtlasLimits::CORE);
     check_views(&views, &scene.shadow)?;
     let clock = std::time::Instant::now();
     let (mut view_maps, mut counters) = reference::render_maps(scene, &views);

@@ -278,8 +278,7 @@ pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
         Ok(Document {
             shadow: keys
                 .one("shadow", tables::shadow)?
-                .map(Spanned::into_inner)
-                .unwrap_or_default(),
+                .map_or_else(tables::usual_shadow, Spanned::into_inner),
             mask: keys.one("mask", tables::mask)?.map(Spanned::into_inner),
             clusters: (keys.one("clusters", tables::clusters)?)
                 .map(Spanned::into_inner)

@@ -18,8 +18,13 @@ use glam::{UVec2, Vec3, Vec4};
 use serde::Deserialize;
 use toml::Spanned;
 
+/// Settings of a file without the table.
+pub(super) fn usual_shadow() -> ShadowSettings {
+    ShadowSettings { detail: true, ..ShadowSettings::default() }
+}
+
 pub(super) fn shadow(keys: &Keys<'_>) -> Result<ShadowSettings, SceneError> {
-    let usual = ShadowSettings::default();
+    let usual = usual_shadow();
     let nodes = keys.value("nodes", usual.nodes)?;
     if ![4, 8, 16].contains(&nodes) {
         let help = "a curve has 4, 8 or 16 nodes";
@@ -39,6 +44,7 @@ pub(super) fn shadow(keys: &Keys<'_>) -> Result<ShadowSettings, SceneError> {
         soften: keys.value("soften", usual.soften)?,
         colored: keys.value("colored", usual.colored)?,
         blur: keys.whole("blur", usual.blur, 0..=MAX_BLUR, &reach)?,
+        detail: keys.value("detail", usual.detail)?,
         mips: usual.mips,
     })
 }

@@ -2,12 +2,15 @@
 pub mod atlas;
 mod cascades;
 mod cover;
+mod detail;
 mod fit;
 mod importance;
+mod raster;
 mod receivers;
 mod window;
 
 pub use cascades::splits;
+pub use detail::picture_views;
 pub use fit::{fitted_views, light_views, shadow_views, views_around};
 pub use receivers::Receivers;
 

@@ -1,6 +1,7 @@
 pub(crate) mod area_truth;
 pub(crate) mod brute_force;
 pub(crate) mod compare;
+pub(crate) mod edge_truth;
 pub(crate) mod files;
 pub(crate) mod gaussian_truth;
 pub(crate) mod grid_truth;

@@ -17,3 +17,4 @@ mod samples;
 mod shade;
 mod specks;
 mod steady;
+mod teeth;

@@ -2,7 +2,7 @@
 
 import choice::aside::aside;
 import package::features::HAS_FILTERS;
-import package::records::light::GpuLight;
+import package::records::light::{GpuLight, SHAFTS_BIT};
 import package::records::view::GpuView;
 import package::shade::asides::{ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, floats_of};
 import package::shade::taps::beyond_spline;
@@ -31,11 +31,16 @@ struct Lifted {
     bias: f32, // [m]
 }
 
-fn lifted_point(view: GpuView) -> Lifted {
+fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let place = floats_of(aside(ASIDE_POINT));
     let surface = floats_of(aside(ASIDE_NORMAL));
     let texel = texel_size(view, place.xyz);
-    let point = place.xyz + surface.xyz * (surface.w * texel);
+    // Under a light without a size the bias is a part of the normal bias: edges of shadows move with the point.
+    let sine = surface.w / lift(light);
+    let covered = light.bias * sqrt(max(1.0 - sine * sine, 0.0));
+    let part = min(light.normal_bias * sine * texel, covered);
+    let rest = surface.w * texel - select(0.0, part, light.traits <= SHAFTS_BIT);
+    let point = place.xyz + surface.xyz * rest;
     if HAS_FILTERS {
         return Lifted(point, place.w + floats_of(aside(ASIDE_LEAST)).w * texel);
     }

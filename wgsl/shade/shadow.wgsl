@@ -59,7 +59,7 @@ fn shadow(own: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, towar
             loop {
                 index += select(0u, face, shadow_part(index) == PART_FACE);
                 view = shadow_view(index);
-                lifted = lifted_point(view);
+                lifted = lifted_point(light, view);
                 share = select(1.0, window_share(light, view, lifted.point), view.part == PART_WINDOW);
                 last = index + view.part_count - 1u - view.part_index;
                 if share > 0.0 || index >= last {

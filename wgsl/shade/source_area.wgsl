@@ -36,7 +36,7 @@ fn through_map(leveled: Leveled, is_soft: bool) -> vec3<f32> {
     forget_asides(leveled.last);
     let views = aside(ASIDE_VIEWS);
     let view = shadow_view(views.x);
-    let lifted = lifted_point(view);
+    let lifted = lifted_point(light_record(views.w), view);
     set_own_plane(view);
     let taps = map_taps(view, lifted.point);
     let reach = lifted.bias / (view.far - view.near);

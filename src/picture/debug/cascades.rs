@@ -28,7 +28,8 @@ pub(crate) fn cascades(
     views: &[View],
     picture: &Picture,
 ) -> Result<Picture, Error> {
-    let first = views.iter().position(|view| matches!(view.part, Part::Window { .. }));
+    let is_cascade = |view: &View| matches!(view.part, Part::Window { .. }) && !view.is_detail();
+    let first = views.iter().position(is_cascade);
     let windows = first.map_or(&[][..], |first| {
         let count = match views[first].part {
             Part::Window { count, .. } => count as usize,

@@ -162,7 +162,12 @@ impl Lighting<'_> {
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let reach = light.normal_bias + 0.5 + beyond_spline(light);
-        let point = surface.point + surface.normal * (reach * slant.sine * texel);
+        // Under a light without a size the bias is a part of the normal bias: edges of shadows move with the point.
+        let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
+        let covered = if light.area().is_none() { light.bias * cosine } else { 0.0 };
+        let part = covered.min(light.normal_bias * slant.sine * texel);
+        let lift = reach * slant.sine * texel - part;
+        let point = surface.point + surface.normal * lift;
         (point, light.bias + slant.reach + light.slope_bias * slant.tangent * texel)
     }
 
@@ -178,7 +183,8 @@ impl Lighting<'_> {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
             let (at, bias) = self.lifted(index, light, surface, slant);
-            let share = window_share(light, &self.views[index], at);
+            let view = &self.views[index];
+            let share = if view.part == PART_WINDOW { window_share(light, view, at) } else { 1.0 };
             if share > 0.0 {
                 let passed = self.receive(index, light, at, surface, bias, receiver);
                 sum += passed * (rest * share);
