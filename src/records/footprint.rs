@@ -23,8 +23,10 @@ pub const DEPTH_BITS: u32 = 16;
 pub const INVISIBLE: u32 = (1 << DEPTH_BITS) - 1;
 
 /// Pairs of a segment in curve mode. Longer than in nearest-depth mode, because each segment stores a whole
-/// curve; three loop iterations a pair stay below the 65,535 of llvmpipe.
+/// curve; seven loop iterations a pair stay below the 65,535 of llvmpipe.
 pub const CURVE_SEGMENT: u32 = 8192;
+/// The same with `over` or volumes, whose ramps are inserted between hits: thirteen iterations a pair.
+pub const ORDERED_SEGMENT: u32 = 4096;
 /// The same with bricks, each of which is several hits: a hundred iterations a brick.
 pub const BRICK_SEGMENT: u32 = 512;
 

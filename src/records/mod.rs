@@ -52,7 +52,7 @@ pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT
 pub use emitter::{EmissionParams, EmitterParams, GpuEmitted, STEPS_AT_ONCE};
 pub use footprint::{
     BRICK_SEGMENT, CAPSULE_MARK, CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint,
-    GAUSSIAN_MARK, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT, TileRect,
+    GAUSSIAN_MARK, INVISIBLE, MIN_RADIUS, ORDERED_SEGMENT, TRIANGLE_BIT, TileRect,
 };
 pub use gaussian::{
     GAUSSIAN_TEXELS, GaussianAxes, GaussianSetup, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL,

@@ -29,7 +29,7 @@ use crate::{
     records::{
         BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Capsules, Caster, CurveMap, DEPTH_BITS, Footprint,
         GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
-        TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+        ORDERED_SEGMENT, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
     },
 };
 use glam::{UVec2, Vec3};
@@ -158,8 +158,11 @@ impl<'a> SceneRecords<'a> {
                 bodies: has_volumes || any_puff(&all),
                 faint: any_faint(&all),
                 softening: shadow.soften,
-                segment: if scene.grids.is_empty() { CURVE_SEGMENT } else { BRICK_SEGMENT }
-                    as usize,
+                segment: match (scene.grids.is_empty(), uses(Transfer::Over) || has_volumes) {
+                    (false, _) => BRICK_SEGMENT,
+                    (true, true) => ORDERED_SEGMENT,
+                    (true, false) => CURVE_SEGMENT,
+                } as usize,
             }),
             pair_budget: shadow.pair_budget,
             soften_window: if shadow.soften { window(materials) } else { 0 },

@@ -2,7 +2,7 @@
 // (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts at 0 is
 // unused.
 
-import package::features::{HAS_BRICKS, HAS_GAIN, NODES};
+import package::features::{HAS_BRICKS, HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
 import package::sums::sums::BLACK;
 
 const DEPTHS: f32 = 65535.0;
@@ -75,9 +75,10 @@ fn packed_node(start: u32, length: f32, light: vec3<f32>) -> vec2<u32> {
 }
 
 const CURVE_SEGMENT: u32 = 8192u;
+const ORDERED_SEGMENT: u32 = 4096u; // with `over` or volumes
 const BRICK_SEGMENT: u32 = 512u; // with bricks
 
 // Pairs of a segment of a long tile. Rust: `segment_length` in src/shadows/batch/list_plan.rs.
 fn curve_segment() -> u32 {
-    return select(CURVE_SEGMENT, BRICK_SEGMENT, HAS_BRICKS);
+    return select(select(CURVE_SEGMENT, ORDERED_SEGMENT, HAS_OVER || HAS_VOLUMES), BRICK_SEGMENT, HAS_BRICKS);
 }

@@ -6,7 +6,9 @@ use crate::shadows::{
 };
 use crate::{
     model::{Class, tiles_of},
-    records::{BRICK_SEGMENT, CURVE_SEGMENT, GAUSSIAN_TEXELS, GpuView, SETUP_TEXELS},
+    records::{
+        BRICK_SEGMENT, CURVE_SEGMENT, GAUSSIAN_TEXELS, GpuView, ORDERED_SEGMENT, SETUP_TEXELS,
+    },
     stage::{
         bin::{self, SEGMENT_LENGTH},
         features::{Features, Flags},
@@ -168,6 +170,11 @@ impl ListPlan {
             _ if self.camera => ROUND_LENGTH,
             Features { nodes: 1.., flags, .. } if flags.contains(Flags::HAS_BRICKS) => {
                 BRICK_SEGMENT
+            }
+            Features { nodes: 1.., flags, .. }
+                if flags.intersects(Flags::HAS_OVER | Flags::HAS_VOLUMES) =>
+            {
+                ORDERED_SEGMENT
             }
             Features { nodes: 1.., .. } => CURVE_SEGMENT,
             features if features.has(Flags::QUEUED) || features.is_plain() => profile.disc_segment,
