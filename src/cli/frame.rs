@@ -123,12 +123,12 @@ impl Recording<'_> {
             });
             results.insert(name.to_owned(), result);
         }
-        let placed = shadow_views(scene).into_iter().zip(&maps.places);
+        let placed = shadow_views(scene).into_iter().zip(&maps.slots);
         let views: Vec<_> = placed
-            .map(|(view, place)| {
+            .map(|(view, slot)| {
                 json!({
-                    "layer": place.layer,
-                    "origin": place.origin.to_array(),
+                    "layer": slot.layer,
+                    "origin": slot.origin.to_array(),
                     "size": view.size.to_array(),
                 })
             })
@@ -166,21 +166,21 @@ impl Recording<'_> {
                 json!({ "copy_to_texture": {
                     "from": self.buffer("copied", buffer)?, "from_offset": layout.offset,
                     "bytes_per_row": layout.bytes_per_row,
-                    "to": self.place(to)?, "size": extent(*size),
+                    "to": self.copied(to)?, "size": extent(*size),
                 } })
             }
             Command::CopyTexture { from, to, size, .. } => json!({ "copy_texture": {
-                "from": self.place(from)?, "to": self.place(to)?, "size": extent(*size),
+                "from": self.copied(from)?, "to": self.copied(to)?, "size": extent(*size),
             } }),
         };
         value["label"] = command.label().into();
         Ok(value)
     }
 
-    fn place(&mut self, place: &TexelCopyTextureInfoBase<Texture>) -> Result<Value, Failure> {
-        let name = self.texture("copied", &place.texture)?;
-        let origin = [place.origin.x, place.origin.y, place.origin.z];
-        Ok(json!({ "texture": name, "level": place.mip_level, "origin": origin }))
+    fn copied(&mut self, copied: &TexelCopyTextureInfoBase<Texture>) -> Result<Value, Failure> {
+        let name = self.texture("copied", &copied.texture)?;
+        let origin = [copied.origin.x, copied.origin.y, copied.origin.z];
+        Ok(json!({ "texture": name, "level": copied.mip_level, "origin": origin }))
     }
 
     fn dispatch(&mut self, dispatch: &Dispatch) -> Result<Value, Failure> {

@@ -44,7 +44,7 @@ pub use clip::InvalidClip;
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
 pub use environment::{
-    Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
+    Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, octahedral,
 };
 pub use gaussian::{Gaussian, GaussianOpacity, reach_squared};
 pub use grid::{

@@ -59,8 +59,8 @@ pub use gaussian::{
     UNIT_ROUNDING,
 };
 pub use host::{
-    CullParams, DIAGONAL, FARTHEST_PLACE, GaussianLook, HostGridParams, HostGroup, Listed,
-    LoadCounters, LoadParams,
+    CullParams, DIAGONAL, GaussianLook, HostGridParams, HostGroup, Listed, LoadCounters,
+    LoadParams, MAX_COORDINATE,
 };
 pub use image::{
     ImageDetail, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size, image_levels,

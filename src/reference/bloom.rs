@@ -20,8 +20,8 @@ impl Level {
     }
 
     fn filled(size: UVec2, of: impl Fn(UVec2) -> Vec3) -> Self {
-        let places = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
-        Self { size, light: places.map(of).collect() }
+        let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
+        Self { size, light: texels.map(of).collect() }
     }
 
     /// The texel, or the nearest one.

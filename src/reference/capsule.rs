@@ -79,8 +79,8 @@ impl Line {
         Self { start: first, slope: (last - first) / length }
     }
 
-    fn at(self, place: f32) -> f32 {
-        self.start + self.slope * place
+    fn at(self, point: f32) -> f32 {
+        self.start + self.slope * point
     }
 }
 
@@ -168,8 +168,8 @@ impl CapsuleSetup {
         let along = |at: f32| begin + at * step;
         let metres = square.sqrt();
         let diameters = |from: f32, to: f32| {
-            let place = along(0.5 * (from + to));
-            let mean = line.at(place);
+            let point = along(0.5 * (from + to));
+            let mean = line.at(point);
             let rise = (0.5 * line.slope * step * (to - from) / mean).clamp(-TIP, TIP);
             let square = rise * rise;
             // The integral of 1 / r over a linear r.
@@ -181,12 +181,12 @@ impl CapsuleSetup {
             if mean > 0.0 { metres * (to - from) / (2.0 * mean) * stretch } else { 0.0 }
         };
         let inside = diameters(first, last);
-        let place = along(0.5 * (first + last));
+        let point = along(0.5 * (first + last));
         let depth = |at: f32| (closest + at - view.near) / range;
         (inside > 0.0).then(|| Way {
             inside,
             whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
-            thin: (self.own.at(place) / line.at(place)).clamp(0.0, 1.0),
+            thin: (self.own.at(point) / line.at(point)).clamp(0.0, 1.0),
             depth: depth(first),
             end: depth(last),
         })
@@ -252,7 +252,7 @@ pub fn project_capsule(
     let CapsuleSetup { first, axis, length, planes, own, least } = setup;
     let last = first + axis * length;
     let slope = own.slope.abs().max(least.slope.abs());
-    let radii = [0.0, length].map(|place| own.at(place).max(least.at(place)));
+    let radii = [0.0, length].map(|point| own.at(point).max(least.at(point)));
     let reach = [0, 1].map(|i| radii[i] * mitre(planes[i].dot(axis), slope));
     let reach = reach[0].max(reach[1]);
     let range = view.far - view.near;

@@ -301,7 +301,7 @@ pub struct Approach {
     /// Standard deviation along the ray [light depth].
     pub deviation: f32,
     /// The whitened place.
-    pub place: Vec2,
+    pub position: Vec2,
 }
 
 /// The closest approach of the ray through `texel` (view's map).
@@ -320,7 +320,7 @@ pub fn approach(
     if view.perspective == 0.0 {
         let depth = footprint.depth - setup.tilt.dot(u);
         let deviation = setup.spread.sqrt();
-        return Approach { squared: u.length_squared(), depth, deviation, place: u };
+        return Approach { squared: u.length_squared(), depth, deviation, position: u };
     }
     let (ahead, unit) = if is_beside {
         u += footprint.center;
@@ -334,7 +334,7 @@ pub fn approach(
         squared: across / all,
         depth: (unit * ahead / all - view.near) / range,
         deviation: unit * (setup.spread / all).sqrt() / range,
-        place: u,
+        position: u,
     }
 }
 

@@ -111,8 +111,8 @@ pub(super) fn load(
         }
         let world = parent_world * own;
         let number = rig.nodes.len();
-        let NodeTracks { place, weights } = tracks.remove(&node.index()).unwrap_or_default();
-        let [translation, rotation, scale] = place;
+        let NodeTracks { transform, weights } = tracks.remove(&node.index()).unwrap_or_default();
+        let [translation, rotation, scale] = transform;
         numbers.insert(node.index(), number);
         rig.nodes.push(Node { parent, transform: own, translation, rotation, scale });
         if let Some(mesh) = node.mesh() {

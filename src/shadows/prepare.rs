@@ -273,7 +273,7 @@ impl<'a> Request<'a> {
     fn pending<'b>(&'b self, cache: &'b MapCache, maps: &Maps) -> Vec<PendingView<'b>> {
         let pending = cache.pending.iter().map(|&index| PendingView {
             view: &self.views[index],
-            place: maps.places[index],
+            slot: maps.slots[index],
             groups: cache.groups(index),
             depth: self.depths.get(index).and_then(Option::as_ref),
         });

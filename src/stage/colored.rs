@@ -4,7 +4,7 @@
 //!
 //! In: the inputs of `occlude`. Out: `colored`, the opaque depth per channel; `opaques`, the largest of the
 //! three, behind which there is no light. Softened: maps without `colored`.
-use super::walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WALK, WalkKernels};
+use super::walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 const COLORED: Choice = Choice::new("accumulator", "accumulator/colored.wgsl");
@@ -14,7 +14,7 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "colored_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, CANDIDATE],
+    with: &[IN_ORDER, COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -23,7 +23,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "colored_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, CANDIDATE, SUMS],
+    with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

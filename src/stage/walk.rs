@@ -20,10 +20,10 @@ pub(super) const WALK: Choice =
 /// Sums of a batch's texels: buffers on the core tier, textures with atomics on the native tier.
 pub(super) const SUMS: Choice = Choice::by_tier("sums", "sums/buffers.wgsl", "sums/textures.wgsl");
 /// Lanes load and test any caster, and broadcast it.
-pub(super) const CANDIDATE: Choice = Choice::new("candidate", "traversal/candidate.wgsl");
-/// Like [`CANDIDATE`], with particles set up by the lanes that offer them.
-pub(super) const FACED_CANDIDATE: Choice =
-    Choice::new("candidate", "traversal/candidate_faced.wgsl");
+pub(super) const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
+/// Like [`LANE_CASTER`], with particles set up by the lanes that broadcast them.
+pub(super) const FACED_LANE_CASTER: Choice =
+    Choice::new("lane_caster", "traversal/lane_caster_faced.wgsl");
 /// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.

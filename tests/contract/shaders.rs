@@ -247,11 +247,11 @@ fn loops_of_area_look_ups_end_with_their_test() {
 #[test]
 fn errors_name_their_file() {
     let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();
-    let wgsl = linked.wgsl.replace("places[digit];", "spaces[digit];");
+    let wgsl = linked.wgsl.replace("offsets[digit];", "onsets[digit];");
     let error = naga::front::wgsl::parse_str(&wgsl).unwrap_err().emit_to_string(&wgsl);
     let (_, source) =
         wgsl_files().into_iter().find(|(path, _)| path == SERIAL_SCATTER.root).unwrap();
-    let line = 1 + source.lines().position(|l| l.contains("places[digit];")).unwrap();
+    let line = 1 + source.lines().position(|l| l.contains("offsets[digit];")).unwrap();
     let place = format!("wgsl/{}:{line}:", SERIAL_SCATTER.root);
     assert!(
         linked.located(&error, SERIAL_SCATTER.name).contains(&place),

@@ -20,7 +20,7 @@ import package::records::footprint::{Footprint, caster_of};
 import package::records::footprint_loaded::load_footprint;
 import package::records::material::SHAPE_BRICK;
 import package::records::view::GpuView;
-import package::traversal::candidate::Offer;
+import package::traversal::lane_caster::Payload;
 import package::traversal::kinds::visited;
 import package::traversal::subgroup_block::shared_index;
 import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
@@ -40,7 +40,7 @@ fn slabbed() -> bool {
 
 fn count_hits(view: GpuView, footprint: Footprint) {}
 
-fn count_lane(view: GpuView, offer: Offer, lane: u32) {}
+fn count_lane(view: GpuView, payload: Payload, lane: u32) {}
 
 // Whether the caster was visited in all of its parts.
 fn is_whole() -> bool {
@@ -74,9 +74,9 @@ fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let face = volume_face(view, footprint, corner + vec2(0.5, f32(i) + 0.5), row(opaque_depth, i));
         crossed[i] += face_crossing(face);
-        let own = face.metres * face.absorption * f32(-face.leaves);
+        let absorbed = face.metres * face.absorption * f32(-face.leaves);
         all.depth = with_row(all.depth, i, select(face.depth, row(all.depth, i), face.leaves == 0));
-        all.change = with_light(all.change, i, select(own, vec3(0.0), face.leaves == 0));
+        all.change = with_light(all.change, i, select(absorbed, vec3(0.0), face.leaves == 0));
     }
     return all;
 }
@@ -126,9 +126,9 @@ fn join_delayed() {
     }
 }
 
-// Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool {
-    let footprint = load_footprint(shared_index(subgroupShuffle(offer, lane)));
+// Visits the caster of lane `lane`. Returns true if some lane's hits must be inserted at once.
+fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) -> bool {
+    let footprint = load_footprint(shared_index(subgroupShuffle(payload, lane)));
     return subgroupAny(visit(view, visited(footprint, is_triangle)));
 }
 

@@ -56,7 +56,7 @@ fn index_ray(view: GpuView, grid: Grid, texel: vec2<f32>) -> IndexRay {
     return IndexRay(to_world(view, start) * grid.index_from_world, safe, length(along));
 }
 
-// Sum of the density at two places in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
+// Sum of the density at two points in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
 // and the next in y, in z and in both.
 fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
     let low = textureLoad(voxels, texel, 0);
@@ -69,7 +69,7 @@ fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return of_a.x + (of_a.y - of_a.x) * a.z + of_b.x + (of_b.y - of_b.x) * b.z;
 }
 
-// Span of the ramp with the mean and the variance of places `first` + off, within begins..ends. `moments`: sums of
+// Span of the ramp with the mean and the variance of depths `first` + off, within begins..ends. `moments`: sums of
 // weights, of theirs times off and of theirs times off squared.
 fn fitted_ramp(moments: vec3<f32>, first: f32, begins: f32, ends: f32) -> vec2<f32> {
     if !(moments.x > 0.0) {
@@ -132,13 +132,13 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                 let apart = ray.way * (GAUSS * (next - t));
                 let a = clamp(middle - apart, vec3(0.0), vec3(1.0));
                 let b = clamp(middle + apart, vec3(0.0), vec3(1.0));
-                let own = two_densities(brick.place + vec3<u32>(cell), a, b) * (0.5 * (next - t));
-                depth += own;
+                let within = two_densities(brick.first_texel + vec3<u32>(cell), a, b) * (0.5 * (next - t));
+                depth += within;
                 if SHADES_BRICKS {
-                    all.thirds += own * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
+                    all.thirds += within * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
                 }
-                begins = select(begins, min(begins, t), own > 0.0);
-                ends = select(ends, next, own > 0.0);
+                begins = select(begins, min(begins, t), within > 0.0);
+                ends = select(ends, next, within > 0.0);
                 if NODES > 0u {
                     let behind = exp(depth * dim);
                     let off = 0.5 * (t + next) - first;

@@ -29,12 +29,12 @@ fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, ed
         let p = (owner.view.view_from_world * vec4(away, 0.0)).xyz;
         // Depth along the neighbour's axis per unit of depth along this face's.
         let along = max(-p.z, 1e-6);
-        let place = vec2(p.x, -p.y) * (owner.view.scale / along) + owner.view.size * 0.5;
+        let position = vec2(p.x, -p.y) * (owner.view.scale / along) + owner.view.size * 0.5;
         let range = view.far - view.near;
         let offset = (owner.view.near / along - view.near) / range * DEPTHS;
         owner.shift = vec2((owner.view.far - owner.view.near) / (along * range), offset);
         let last = ceil(owner.view.size / edge) - 1.0;
-        owner.at = vec2<i32>(clamp(floor(place / edge), vec2(0.0), last));
+        owner.at = vec2<i32>(clamp(floor(position / edge), vec2(0.0), last));
     }
     return owner;
 }

@@ -62,7 +62,7 @@ struct PictureParams {
 
 fn light_record(index: u32) -> GpuLight {
     let at = index * LIGHT_TEXELS;
-    let place = textureLoad(lights, record_texel(at), 0);
+    let words = textureLoad(lights, record_texel(at), 0);
     let direction = textureLoad(lights, record_texel(at + 1u), 0);
     let color = textureLoad(lights, record_texel(at + 2u), 0);
     let bits = textureLoad(lights, record_texel(at + 3u), 0);
@@ -70,8 +70,8 @@ fn light_record(index: u32) -> GpuLight {
     let look_up = textureLoad(lights, record_texel(at + 4u), 0);
     let biases = bitcast<vec3<f32>>(look_up.yzw);
     return GpuLight(
-        bitcast<vec3<f32>>(place.xyz),
-        place.w,
+        bitcast<vec3<f32>>(words.xyz),
+        words.w,
         bitcast<vec3<f32>>(direction.xyz),
         direction.w,
         bitcast<vec3<f32>>(color.xyz),
@@ -100,7 +100,7 @@ fn shadow_part(index: u32) -> u32 {
 fn shadow_view(index: u32) -> GpuView {
     let shape = bitcast<vec4<f32>>(view_texel(index, 4u));
     let depth = view_texel(index, 5u);
-    let place = view_texel(index, 6u);
+    let words = view_texel(index, 6u);
     let part = view_texel(index, 7u);
     return GpuView(
         mat4x4(
@@ -116,9 +116,9 @@ fn shadow_view(index: u32) -> GpuView {
         bitcast<f32>(depth.y),
         depth.z,
         depth.w,
-        place.xy,
-        place.z,
-        place.w,
+        words.xy,
+        words.z,
+        words.w,
         part.x,
         part.y,
         part.z,

@@ -28,8 +28,8 @@ const MAX_VIEWS: u32 = 64u; // of a batch
 // Whether a particle is beside the view, so that its centre has no position in the map, by its footprint's
 // first texel. Then xy, w is its centre to the right, down and along the axis [m], and z is minus its
 // radius [m].
-fn is_beside(place: vec4<f32>) -> bool {
-    return place.z < 0.0;
+fn is_beside(bounds: vec4<f32>) -> bool {
+    return bounds.z < 0.0;
 }
 
 const MIN_DISTANCE: f32 = 1.17549435e-38; // [m]

@@ -10,7 +10,7 @@ use gobo::{
     internals::{
         records::{FIXED_ONE, added},
         shadows::Config,
-        view::atlas::MapPlace,
+        view::atlas::MapSlot,
     },
     model::{Casters, Particle, View},
     scene::generate::Chance,
@@ -30,7 +30,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     let settings = bench.settings;
     let mut samples = Samples::new(&views[0]);
     let mut sums = Vec::new();
-    let mut places: Vec<MapPlace> = Vec::new();
+    let mut slots: Vec<MapSlot> = Vec::new();
     let (mut width, mut bytes) = (0, Vec::new());
     let (mut of_casters, mut of_maps) = (0.0, 0.0);
     let started = Instant::now();
@@ -57,11 +57,11 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
             *sum = added(*sum, other);
         }
         of_maps += maps_started.elapsed().as_secs_f64() * 1e3;
-        (width, places, bytes) =
-            (texture.width() as usize, maps.places.clone(), prepared.memory().0.clone());
+        (width, slots, bytes) =
+            (texture.width() as usize, maps.slots.clone(), prepared.memory().0.clone());
     }
     let all = started.elapsed().as_secs_f64() * 1e3;
-    let first = places[0].origin.y as usize * width + places[0].origin.x as usize;
+    let first = slots[0].origin.y as usize * width + slots[0].origin.x as usize;
     samples
         .check(|x, y| sums[first + y as usize * width + x as usize])
         .map_err(|wrong| Failure::Wrong(format!("{case}: the map is wrong: {wrong}")))?;

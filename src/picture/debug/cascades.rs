@@ -59,7 +59,7 @@ pub(crate) fn cascades(
 /// Whether the view's map contains a point with its filter.
 fn holds(view: &View, point: Vec3) -> bool {
     let p = view.view_from_world.transform_point3(point);
-    let place = Vec2::new(p.x, -p.y) * view.scale + view.size.as_vec2() * 0.5;
-    let border = place.min(view.size.as_vec2() - place).min_element();
+    let position = Vec2::new(p.x, -p.y) * view.scale + view.size.as_vec2() * 0.5;
+    let border = position.min(view.size.as_vec2() - position).min_element();
     border > 1.5 && (view.near..=view.far).contains(&-p.z)
 }

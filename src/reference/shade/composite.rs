@@ -30,20 +30,21 @@ impl Eye<'_> {
         surfaces: &TileTexels<Behind>,
     ) -> TileTexels<Blended> {
         let mut pixels = TileTexels::filled(Pixel::empty(0.0));
-        for (place, at) in tile.texels() {
-            pixels[place] = Pixel::empty(metres_per_depth(&self.view, at));
+        for (in_tile, at) in tile.texels() {
+            pixels[in_tile] = Pixel::empty(metres_per_depth(&self.view, at));
         }
         let is_faint = |pixel: &Pixel<_>| pixel.passed.max_element() < FAINT;
         for (i, pair) in blended.bins.tile(index).iter().enumerate() {
-            if i % ENDS == ENDS - 1 && tile.texels().all(|(place, _)| is_faint(&pixels[place])) {
+            if i % ENDS == ENDS - 1 && tile.texels().all(|(in_tile, _)| is_faint(&pixels[in_tile]))
+            {
                 break;
             }
             let footprint = &blended.casters.footprints[pair.footprint as usize];
             let target = Target::new(blended.records(), footprint);
             let material = target.material;
-            for (place, at) in target.texels(tile) {
-                let opaque = surfaces[place].own.depth;
-                let pixel = &mut pixels[place];
+            for (in_tile, at) in target.texels(tile) {
+                let opaque = surfaces[in_tile].own.depth;
+                let pixel = &mut pixels[in_tile];
                 if is_faint(pixel) {
                     continue;
                 }
@@ -76,10 +77,10 @@ impl Eye<'_> {
         }
         let none = Blended { light: Vec3::ZERO, ambient: Vec3::ZERO, bend: None };
         let mut colors = TileTexels::filled(none);
-        for (place, at) in tile.texels() {
-            let Behind { light: behind, own } = surfaces[place];
+        for (in_tile, at) in tile.texels() {
+            let Behind { light: behind, own } = surfaces[in_tile];
             let opaque = own.depth;
-            let pixel = &mut pixels[place];
+            let pixel = &mut pixels[in_tile];
             pixel.lay_waiting(f32::INFINITY);
             pixel.passed *= pixel.fog.to(opaque);
             let mut color = pixel.color;
@@ -95,7 +96,7 @@ impl Eye<'_> {
             // What is seen elsewhere is added there.
             let straight = if bend.is_some() { Vec3::ZERO } else { passed };
             let light = color + straight * behind;
-            colors[place] = Blended { light, ambient: straight * own.light, bend };
+            colors[in_tile] = Blended { light, ambient: straight * own.light, bend };
         }
         colors
     }

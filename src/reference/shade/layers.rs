@@ -126,8 +126,8 @@ impl<P: Copy> Pixel<P> {
     }
 
     pub(super) fn wait(&mut self, layer: Layer<P>) {
-        let place = self.waiting.partition_point(|other| other.depth < layer.depth);
-        self.waiting.insert(place, layer);
+        let index = self.waiting.partition_point(|other| other.depth < layer.depth);
+        self.waiting.insert(index, layer);
         if self.waiting.len() > MAX_WAITING {
             let nearest = self.waiting.remove(0);
             self.lay_pane(&nearest);

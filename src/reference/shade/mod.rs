@@ -114,13 +114,13 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     let (mut light, mut seen) = (vec![Vec3::ZERO; count], vec![Surroundings::NONE; count]);
     let (mut behind, mut bends) = (vec![(Vec3::ZERO, 1.0); count], vec![None; count]);
     for (index, (colors, surfaces)) in tiles.iter().enumerate() {
-        for (place, pixel) in Tile::new(&view, index as u32).texels() {
+        for (in_tile, pixel) in Tile::new(&view, index as u32).texels() {
             let at = pixel.as_uvec2();
             let at = (at.y * size.x + at.x) as usize;
-            let Blended { light: color, ambient, bend } = colors[place];
+            let Blended { light: color, ambient, bend } = colors[in_tile];
             (light[at], bends[at]) = (color, bend);
-            behind[at] = (surfaces[place].light, surfaces[place].own.depth);
-            seen[at] = Surroundings { light: ambient, ..surfaces[place].own };
+            behind[at] = (surfaces[in_tile].light, surfaces[in_tile].own.depth);
+            seen[at] = Surroundings { light: ambient, ..surfaces[in_tile].own };
         }
     }
     if scene.materials.iter().any(Material::refracts) {
@@ -206,9 +206,9 @@ impl Eye<'_> {
         let none = SeenSurface { depth: 1.0, point: None };
         let mut seen = vec![none; size.element_product() as usize];
         for (index, points) in points.into_iter().enumerate() {
-            for (place, pixel) in Tile::new(&self.view, index as u32).texels() {
+            for (in_tile, pixel) in Tile::new(&self.view, index as u32).texels() {
                 let at = pixel.as_uvec2();
-                seen[(at.y * size.x + at.x) as usize] = points[place];
+                seen[(at.y * size.x + at.x) as usize] = points[in_tile];
             }
         }
         let slots = MaskSlots::new(scene, settings, camera, &FormerSlots::new());
@@ -302,22 +302,22 @@ impl Eye<'_> {
         for pair in solid.bins.tile(index) {
             let footprint = &solid.casters.footprints[pair.footprint as usize];
             let target = Target::new(solid.records(), footprint);
-            for (place, pixel) in target.texels(tile) {
+            for (in_tile, pixel) in target.texels(tile) {
                 if let Some(hit) = target.hit(pixel, 1.0)
                     && is_solid(target.material, &hit)
-                    && hit.depth < nearest[place].0
+                    && hit.depth < nearest[in_tile].0
                 {
-                    nearest[place] = (hit.depth, Some((footprint, target.material, hit)));
+                    nearest[in_tile] = (hit.depth, Some((footprint, target.material, hit)));
                 }
             }
         }
         let mut points = TileTexels::filled(SeenSurface { depth: 1.0, point: None });
-        for (place, pixel) in tile.texels() {
-            let (depth, seen) = nearest[place];
+        for (in_tile, pixel) in tile.texels() {
+            let (depth, seen) = nearest[in_tile];
             let point = seen.map(|(footprint, material, hit)| {
                 self.solid_point(solid, footprint, material, &hit, pixel)
             });
-            points[place] = SeenSurface { depth, point };
+            points[in_tile] = SeenSurface { depth, point };
         }
         points
     }
@@ -327,8 +327,8 @@ impl Eye<'_> {
         let points = self.solid_points(solid, index, tile);
         let mut surfaces =
             TileTexels::filled(Behind { light: Vec3::ZERO, own: Surroundings::NONE });
-        for (place, pixel) in tile.texels() {
-            let SeenSurface { depth, point } = points[place];
+        for (in_tile, pixel) in tile.texels() {
+            let SeenSurface { depth, point } = points[in_tile];
             let before = self.air_before(pixel, depth);
             let mut own = Surroundings { depth, ..Surroundings::NONE };
             let color = match point {
@@ -343,7 +343,7 @@ impl Eye<'_> {
                     self.lighting.radiance_around(away.normalize(), 0.0)
                 }
             };
-            surfaces[place] = Behind { light: color * before.left + before.light, own };
+            surfaces[in_tile] = Behind { light: color * before.left + before.light, own };
         }
         surfaces
     }

@@ -257,9 +257,10 @@ impl Lighting<'_> {
 fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
     let p = view.view_from_world.transform_point3(point);
     let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
-    let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+    let position = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
     // All texels of the filter are the window's own.
-    let border = place.min(view.size - place).min_element() - SPLINE_REACH - beyond_spline(light);
+    let border =
+        position.min(view.size - position).min_element() - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {
         return 0.0;
     }

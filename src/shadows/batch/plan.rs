@@ -15,7 +15,7 @@ use crate::{
         profile::Profile,
         project::Chunk,
     },
-    view::atlas::MapPlace,
+    view::atlas::MapSlot,
 };
 use std::ops::RangeInclusive;
 
@@ -55,7 +55,7 @@ pub(crate) struct Plan {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PendingView<'a> {
     pub view: &'a View,
-    pub place: MapPlace,
+    pub slot: MapSlot,
     /// Indices of the groups that the view may see, in order.
     pub groups: &'a [u32],
     /// The host's depth map.
@@ -86,7 +86,7 @@ pub(crate) fn batches(
     let mut footprints = [0; 2];
     let mut tile_count = 0;
     for pending in views {
-        let PendingView { view, place, groups, .. } = *pending;
+        let PendingView { view, slot, groups, .. } = *pending;
         let listed = [0, 1].map(|i| count(casters, groups, &Class::LISTS[i]) + host(i));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {
@@ -97,7 +97,7 @@ pub(crate) fn batches(
             });
         }
         let tiles = view.tiles().element_product();
-        let mut gpu_view = view.to_gpu(tile_count, place.origin, place.layer);
+        let mut gpu_view = view.to_gpu(tile_count, slot.origin, slot.layer);
         let full = tile_count + tiles > MAX_TILES
             || batch.len() == MAX_VIEWS
             || batch.first().is_some_and(|(v, _): &(GpuView, PendingView<'_>)| {
