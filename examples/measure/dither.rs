@@ -33,7 +33,7 @@ pub(crate) fn coverage_error(pattern: Pattern) -> CoverageError {
     let step = Vec2::new(0.031, 0.017);
     let place = |i: u32| {
         let cell = UVec2::new(i % EDGE, i / EDGE);
-        PatternPoint { cell: cell + EDGE * 1000, own: cell.as_vec2() * step, step }
+        PatternPoint { cell: cell + EDGE * 1000, on_caster: cell.as_vec2() * step, step }
     };
     let (mut squares, mut max, mut count) = (0.0, 0.0_f32, 0);
     for id in 0..8 {

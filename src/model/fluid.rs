@@ -62,10 +62,10 @@ impl Fluid {
         let pressure = |density: f32| self.stiffness * (density - 1.0).max(0.0);
         let whole = self.reach * self.reach * self.reach;
         let scale = self.mass() / whole * 45.0 / (PI * whole);
-        let of = |(i, own): (usize, &EmittedParticle)| {
+        let of = |(i, particle): (usize, &EmittedParticle)| {
             let mut sum = Vec3::ZERO;
-            cells.near(own.position, |j| {
-                let aside = own.position - points[j];
+            cells.near(particle.position, |j| {
+                let aside = particle.position - points[j];
                 let distance = aside.length();
                 // Particles at the same position have no direction apart.
                 if j == i || distance >= self.reach || distance == 0.0 {
@@ -74,7 +74,7 @@ impl Fluid {
                 let left = self.reach - distance;
                 let weight = scale * left / (densities[i] * densities[j]);
                 let push = (pressure(densities[i]) + pressure(densities[j])) * 0.5;
-                let drag = (emitted[j].velocity - own.velocity) * self.viscosity;
+                let drag = (emitted[j].velocity - particle.velocity) * self.viscosity;
                 sum += (aside * (push * left / distance) + drag) * weight;
             });
             sum

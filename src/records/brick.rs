@@ -18,7 +18,7 @@ pub const LATTICE_POINTS: u32 = LATTICE_EDGE * LATTICE_EDGE * LATTICE_EDGE;
 /// Records of bricks that a [`GridRecord`] takes the place of.
 const GRID_RECORDS: u32 = 4;
 /// [`BrickRecord::density`] of a brick with voxels of its own.
-const OWN_VOXELS: f32 = -1.0;
+const PLAIN_VOXELS: f32 = -1.0;
 /// The same of a brick whose temperatures are in the next slot.
 const HOT_VOXELS: f32 = -2.0;
 
@@ -128,7 +128,8 @@ impl Bricks {
                         let (row, layer) = (slot / slots.x, slot / slots.x / slots.y);
                         let first_texel = UVec3::new(slot % slots.x, row % slots.y, layer);
                         all.voxels.extend(brick.temperature.clone());
-                        let own = if brick.temperature.is_some() { HOT_VOXELS } else { OWN_VOXELS };
+                        let own =
+                            if brick.temperature.is_some() { HOT_VOXELS } else { PLAIN_VOXELS };
                         (first_texel * SLOT_SIZE, own)
                     }
                     &Density::Constant { size, density } => (size, density),

@@ -59,10 +59,10 @@ pub fn bloomed(size: UVec2, light: &[Vec3], share: f32) -> Vec<Vec3> {
         let next = levels[levels.len() - 1].halved(size);
         levels.push(next);
     }
-    let spread = levels.into_iter().rev().reduce(|coarse, own| {
-        let share = if own.size == size { share } else { BLOOM_SPREAD };
-        Level::filled(own.size, |texel| {
-            own.at(texel.as_ivec2()).lerp(coarse.enlarged(texel), share)
+    let spread = levels.into_iter().rev().reduce(|coarse, level| {
+        let share = if level.size == size { share } else { BLOOM_SPREAD };
+        Level::filled(level.size, |texel| {
+            level.at(texel.as_ivec2()).lerp(coarse.enlarged(texel), share)
         })
     });
     spread.map_or_else(Vec::new, |level| level.light)

@@ -62,7 +62,7 @@ pub struct CapsuleSetup {
     length: f32,
     planes: [Vec3; 2],
     /// Its radius, and the least one that shows.
-    own: Line,
+    taper: Line,
     least: Line,
 }
 
@@ -97,9 +97,9 @@ impl CapsuleSetup {
             record.normals().map(|normal| to_map(view.view_from_world.transform_vector3(normal)));
         let [first, last] = ends;
         let length = first.distance(last).max(f32::MIN_POSITIVE);
-        let own = Line::new([record.first_radius, record.last_radius], length);
+        let taper = Line::new([record.first_radius, record.last_radius], length);
         let least = Line::new(ends.map(|end| least_radius(view, end.z)), length);
-        Self { first, axis: (last - first) / length, length, planes, own, least }
+        Self { first, axis: (last - first) / length, length, planes, taper, least }
     }
 
     /// Where the ray through `texel` is inside, up to light depth `opaque_depth`.
@@ -124,8 +124,8 @@ impl CapsuleSetup {
         let closest_place = begin + middle * step;
         // One cone for the whole ray, the same for the pieces of a strand.
         let nearest = closest_place.clamp(0.0, self.length);
-        let is_thin = self.own.at(nearest) < self.least.at(nearest);
-        let line = if is_thin { self.least } else { self.own };
+        let is_thin = self.taper.at(nearest) < self.least.at(nearest);
+        let line = if is_thin { self.least } else { self.taper };
         let radius = line.at(closest_place);
         let grows = line.slope * step;
         let open = sine - grows * grows;
@@ -186,7 +186,7 @@ impl CapsuleSetup {
         (inside > 0.0).then(|| Way {
             inside,
             whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
-            thin: (self.own.at(point) / line.at(point)).clamp(0.0, 1.0),
+            thin: (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0),
             depth: depth(first),
             end: depth(last),
         })
@@ -249,10 +249,10 @@ pub fn project_capsule(
     params: ProjectParams,
 ) -> Projected {
     let setup = CapsuleSetup::new(view, record);
-    let CapsuleSetup { first, axis, length, planes, own, least } = setup;
+    let CapsuleSetup { first, axis, length, planes, taper, least } = setup;
     let last = first + axis * length;
-    let slope = own.slope.abs().max(least.slope.abs());
-    let radii = [0.0, length].map(|point| own.at(point).max(least.at(point)));
+    let slope = taper.slope.abs().max(least.slope.abs());
+    let radii = [0.0, length].map(|point| taper.at(point).max(least.at(point)));
     let reach = [0, 1].map(|i| radii[i] * mitre(planes[i].dot(axis), slope));
     let reach = reach[0].max(reach[1]);
     let range = view.far - view.near;

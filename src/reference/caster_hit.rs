@@ -288,12 +288,12 @@ impl<'a> Target<'a> {
 
     fn threshold_of(&self, texel: Vec2, id: u32) -> f32 {
         let (pattern, scale) = (self.material.pattern, self.material.pattern_scale);
-        let (own, step) = match self.form {
+        let (on_caster, step) = match self.form {
             _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
             // Grids are not opaque.
             Form::Brick { .. } => (Vec2::ZERO, Vec2::ONE),
             Form::Capsule { middle, .. } => (texel - middle, Vec2::ONE),
-            Form::Triangle(setup) => setup.own(texel),
+            Form::Triangle(setup) => setup.on_triangle(texel),
             Form::Gaussian { ref footprint, setup, .. } => {
                 let [a, b, c] = setup.whitening.to_array();
                 let met = approach(self.records.view, footprint, setup, texel);
@@ -306,7 +306,7 @@ impl<'a> Target<'a> {
                 (met.map_or(Vec2::splat(2.0), |met| met.q), step)
             }
         };
-        let point = PatternPoint { cell: cell(self.records.view, scale, texel), own, step };
+        let point = PatternPoint { cell: cell(self.records.view, scale, texel), on_caster, step };
         threshold(pattern, scale, &point, id)
     }
 

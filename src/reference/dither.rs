@@ -20,7 +20,7 @@ pub struct PatternPoint {
     /// Cell of the pattern, in light space.
     pub cell: UVec2,
     /// Coordinates in the caster's own space, without unit.
-    pub own: Vec2,
+    pub on_caster: Vec2,
     /// Change of `own` from one texel to the next, per axis.
     pub step: Vec2,
 }
@@ -137,14 +137,15 @@ fn hashed(point: &PatternPoint, scale: u32, id: u32) -> f32 {
     let exponent = |v: f32| (v.to_bits() >> 23 & 255) as i32 - 127;
     let x = exponent(per_unit).clamp(-20, 20);
     let y = (x + exponent(step.x / step.y * std::f32::consts::SQRT_2)).clamp(-24, 24);
-    let coarse = own_hash(point.own, x, y, id);
-    let fine = own_hash(point.own, x + 1, y + 1, id);
+    let coarse = caster_hash(point.on_caster, x, y, id);
+    let fine = caster_hash(point.on_caster, x + 1, y + 1, id);
     uniform(coarse * (1.0 - between) + fine * between, between.min(1.0 - between))
 }
 
-fn own_hash(own: Vec2, x: i32, y: i32, id: u32) -> f32 {
+fn caster_hash(on_caster: Vec2, x: i32, y: i32, id: u32) -> f32 {
     let power = |e: i32| f32::from_bits(((e + 127) as u32) << 23);
-    let cell = Vec2::new(own.x * power(x), own.y * power(y)).floor().as_ivec2().as_uvec2();
+    let cell =
+        Vec2::new(on_caster.x * power(x), on_caster.y * power(y)).floor().as_ivec2().as_uvec2();
     ((pcg_cell(cell, id ^ ((x + 127) as u32) << 24) >> 16) as f32 + 0.5) / 65536.0
 }
 

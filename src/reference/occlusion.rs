@@ -107,13 +107,13 @@ impl Search<'_> {
     }
 
     /// Normal in view space.
-    fn normal(&self, own: &Surroundings, point: Vec3) -> Vec3 {
-        if own.normal == Vec3::ZERO {
+    fn normal(&self, around_pixel: &Surroundings, point: Vec3) -> Vec3 {
+        if around_pixel.normal == Vec3::ZERO {
             return -point.normalize();
         }
         let world_from_view = self.world_from_view;
         let axes = [world_from_view.x_axis, world_from_view.y_axis, world_from_view.z_axis];
-        Vec3::from_array(axes.map(|axis| axis.truncate().dot(own.normal)))
+        Vec3::from_array(axes.map(|axis| axis.truncate().dot(around_pixel.normal)))
     }
 
     fn radius_at(&self, point: Vec3) -> f32 {
@@ -123,12 +123,12 @@ impl Search<'_> {
     /// Share of the ambient light at a place of half the size, and the distance of its surface.
     fn seen(&self, texel: UVec2) -> (f32, f32) {
         let pixel = texel * 2;
-        let own = self.of(pixel);
-        if own.depth >= 1.0 {
+        let around_pixel = self.of(pixel);
+        if around_pixel.depth >= 1.0 {
             return (1.0, SKY_DISTANCE);
         }
-        let point = self.point(pixel.as_vec2(), own.depth);
-        let (normal, to_eye) = (self.normal(own, point), -point.normalize());
+        let point = self.point(pixel.as_vec2(), around_pixel.depth);
+        let (normal, to_eye) = (self.normal(around_pixel, point), -point.normalize());
         let turn = ((texel.x & 1) | (texel.y & 1) << 1) as f32 * 0.25;
         let (mut seen, mut whole) = (0.0, 0.0);
         for i in 0..OCCLUDER_DIRECTIONS {
@@ -173,12 +173,12 @@ impl Search<'_> {
 
     /// Share of the ambient light at a pixel.
     fn share(&self, shares: &[(f32, f32)], half: UVec2, pixel: UVec2) -> f32 {
-        let own = self.of(pixel);
-        if own.depth >= 1.0 {
+        let around_pixel = self.of(pixel);
+        if around_pixel.depth >= 1.0 {
             return 1.0;
         }
-        let point = self.point(pixel.as_vec2(), own.depth);
-        let normal = self.normal(own, point);
+        let point = self.point(pixel.as_vec2(), around_pixel.depth);
+        let normal = self.normal(around_pixel, point);
         let (mut sum, mut weights) = (0.0, 0.0);
         for i in 0..16 {
             let texel = (pixel / 2).as_ivec2() - 1 + IVec2::new(i & 3, i >> 2);

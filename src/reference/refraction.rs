@@ -139,8 +139,8 @@ pub fn refracted_picture(
     behind: &[(Vec3, f32)],
     bends: &[Option<Bend>],
 ) -> Vec<Vec3> {
-    let own = behind.iter().map(|&(light, _)| light).collect();
-    let mut levels = vec![Level::new(size, own)];
+    let seen = behind.iter().map(|&(light, _)| light).collect();
+    let mut levels = vec![Level::new(size, seen)];
     for level in 1..refraction_levels(size) {
         let next = levels[levels.len() - 1].halved(image_level_size(size, level));
         levels.push(next);

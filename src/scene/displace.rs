@@ -124,14 +124,14 @@ impl Displaced {
     }
 
     /// Displaces its triangles at a time [s].
-    pub(super) fn set_time(&self, own: &mut [Triangle], seconds: f64) {
+    pub(super) fn set_time(&self, target: &mut [Triangle], seconds: f64) {
         let mut sphere = shapes::sphere(self.level);
         self.displace.apply(&mut sphere, self.world_from_sphere, seconds);
         crate::model::turn_outwards(&mut sphere);
-        for (own, at) in own.iter_mut().zip(&sphere) {
-            own.positions = at.positions;
-            own.normals = at.normals;
-            own.uvs = at.uvs;
+        for (target, at) in target.iter_mut().zip(&sphere) {
+            target.positions = at.positions;
+            target.normals = at.normals;
+            target.uvs = at.uvs;
         }
     }
 }

@@ -59,9 +59,10 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
         };
         let values = read(file, &sampler.output(), kind)?.ok_or_else(damaged)?;
         let times: Vec<f32> = times.into_iter().map(|time| time.x).collect();
-        let own = tracks.entry(node).or_default();
+        let node_tracks = tracks.entry(node).or_default();
         if transform != WEIGHTS {
-            own.transform[transform] = Some(Track::new(times, values, mode).ok_or_else(damaged)?);
+            node_tracks.transform[transform] =
+                Some(Track::new(times, values, mode).ok_or_else(damaged)?);
             continue;
         }
         // All weights of a key are contiguous.
@@ -73,7 +74,7 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
         for target in 0..count {
             let own_values = values.iter().skip(target).step_by(count).copied().collect();
             let track = Track::new(times.clone(), own_values, mode);
-            own.weights.push(track.ok_or_else(damaged)?);
+            node_tracks.weights.push(track.ok_or_else(damaged)?);
         }
     }
     let count = file.document.animations().count();

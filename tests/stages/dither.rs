@@ -16,7 +16,7 @@ const EDGE: u32 = 64;
 fn points(first: UVec2, edge: u32, step: Vec2) -> impl Iterator<Item = PatternPoint> {
     (0..edge * edge).map(move |i| {
         let cell = first + UVec2::new(i % edge, i / edge);
-        PatternPoint { cell, own: cell.as_vec2() * step, step }
+        PatternPoint { cell, on_caster: cell.as_vec2() * step, step }
     })
 }
 

@@ -158,9 +158,9 @@ impl<'a> Samples<'a> {
 
 /// Optical depth of a soft disc at a distance from its centre [texels], enlarged to a texel if it is smaller.
 fn optical_depth(particle: &Particle, distance: f64, scale: f64) -> DVec3 {
-    let own = f64::from(particle.radius) * scale;
-    let radius = own.max(std::f64::consts::FRAC_1_SQRT_2);
-    let share = own * own / (radius * radius);
+    let projected = f64::from(particle.radius) * scale;
+    let radius = projected.max(std::f64::consts::FRAC_1_SQRT_2);
+    let share = projected * projected / (radius * radius);
     let profile = (1.0 - (distance / radius).powi(2)).max(0.0).powi(2);
     let opacity = f64::from(particle.color.w) * share * profile;
     let [red, green, blue] = particle.color.truncate().as_dvec3().to_array();

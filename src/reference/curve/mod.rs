@@ -314,8 +314,9 @@ fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
         return 0.0;
     }
     let both = first + second;
-    let own = first * (b.end() - a.start());
-    (own - both * (a.end() - a.start())).abs() + (own - both * (b.start() - a.start())).abs()
+    let first_area = first * (b.end() - a.start());
+    (first_area - both * (a.end() - a.start())).abs()
+        + (first_area - both * (b.start() - a.start())).abs()
 }
 
 /// Span of the ramp with the mean and variance of both, clamped to what they span.

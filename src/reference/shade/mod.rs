@@ -119,8 +119,8 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
             let at = (at.y * size.x + at.x) as usize;
             let Blended { light: color, ambient, bend } = colors[in_tile];
             (light[at], bends[at]) = (color, bend);
-            behind[at] = (surfaces[in_tile].light, surfaces[in_tile].own.depth);
-            seen[at] = Surroundings { light: ambient, ..surfaces[in_tile].own };
+            behind[at] = (surfaces[in_tile].light, surfaces[in_tile].around.depth);
+            seen[at] = Surroundings { light: ambient, ..surfaces[in_tile].around };
         }
     }
     if scene.materials.iter().any(Material::refracts) {
@@ -137,7 +137,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
 struct Behind {
     light: Vec3,
     /// The opaque surface, with the ambient light that it sends to the eye.
-    own: Surroundings,
+    around: Surroundings,
 }
 
 /// Light of translucent particles, and of the lattices of bricks by the index of their records.
@@ -326,16 +326,16 @@ impl Eye<'_> {
     fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<Behind> {
         let points = self.solid_points(solid, index, tile);
         let mut surfaces =
-            TileTexels::filled(Behind { light: Vec3::ZERO, own: Surroundings::NONE });
+            TileTexels::filled(Behind { light: Vec3::ZERO, around: Surroundings::NONE });
         for (in_tile, pixel) in tile.texels() {
             let SeenSurface { depth, point } = points[in_tile];
             let before = self.air_before(pixel, depth);
-            let mut own = Surroundings { depth, ..Surroundings::NONE };
+            let mut around = Surroundings { depth, ..Surroundings::NONE };
             let color = match point {
                 Some(point) => {
                     // Spheres of particles are flat in the depths.
-                    own.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
-                    own.light = self.lighting.ambient_of(&point) * before.left;
+                    around.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
+                    around.light = self.lighting.ambient_of(&point) * before.left;
                     self.lighting.light(&point, self.masks.as_ref())
                 }
                 None => {
@@ -343,7 +343,7 @@ impl Eye<'_> {
                     self.lighting.radiance_around(away.normalize(), 0.0)
                 }
             };
-            surfaces[in_tile] = Behind { light: color * before.left + before.light, own };
+            surfaces[in_tile] = Behind { light: color * before.left + before.light, around };
         }
         surfaces
     }

@@ -240,8 +240,8 @@ impl Lighting<'_> {
         let slant = Slant { sine, tangent, reach };
         let first = light.first_view as usize;
         let views = self.views_of(first, light, point);
-        let (own, share) = self.through_shadow(views.clone(), light, surface, slant, receiver);
-        let mut passed = Vec3::ONE.lerp(own, share);
+        let (through, share) = self.through_shadow(views.clone(), light, surface, slant, receiver);
+        let mut passed = Vec3::ONE.lerp(through, share);
         let mut next = views.end;
         while next < first + light.view_count as usize {
             let views = self.views_of(next, light, point);
