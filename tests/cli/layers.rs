@@ -73,7 +73,7 @@ tint = [0.75, 0.5, 1, 1]
 [[shape]]
 kind = "plane"
 material = "floor"
-scale = [7, 1, 5]
+scale = [7.1, 1, 5]
 [[shape]]
 kind = "plane"
 material = "pane"
