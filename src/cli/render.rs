@@ -2,11 +2,9 @@
 use super::{
     arguments::{RenderArguments, SimulationName},
     claim::{self, Claim},
-    exr,
+    exr::{self, Channel},
     failure::Failure,
-    files,
-    layers::{self, Layer},
-    maps,
+    files, layers, maps,
     memory::Needs,
     preview::Preview,
     sidecar::{self, FrameFiles, Sidecar},
@@ -49,6 +47,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         let message = "--simulation device needs an adapter: leave --backend cpu out";
         return Err(Failure::Usage(message.to_owned()));
     }
+    if arguments.layers && arguments.simulation == SimulationName::Device {
+        let message = "--layers needs particles on the CPU: leave --simulation device out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     if arguments.no_ground && is_scene_file {
         let message = "--no-ground is for models and particle files: remove it, or the shape that \
@@ -63,10 +65,15 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     files::warn(&scene.notes);
     // A picture beside maps is made of them.
     scene.shadow.detail &= !arguments.maps;
-    Needs { maps: arguments.maps, picture: true, ..Needs::of(arguments.backend()) }
-        .check(&scene)?;
+    let pixels = u64::from(scene.camera.size.element_product());
+    // The CPU sees what is in the layers.
+    let backend_is_cpu = arguments.layers || arguments.backend() == Backend::Cpu;
+    let points = if arguments.layers { pixels } else { 0 };
+    Needs { maps: arguments.maps, picture: true, points, backend_is_cpu }.check(&scene)?;
     let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
-    leave_to_device(&mut scene, &renderer, arguments.simulation);
+    if !arguments.layers {
+        leave_to_device(&mut scene, &renderer, arguments.simulation);
+    }
     let inputs = arguments.skip_existing.then(|| sidecar::inputs(&mut scene, arguments));
     let debug = arguments.debug();
     let options = RenderOptions {
@@ -184,11 +191,7 @@ impl Job<'_> {
             let most = self.counts.skipped.entry(reason).or_default();
             *most = count.max(*most);
         }
-        let layers = if self.arguments.layers {
-            layers::of_lights(&mut self.renderer, &self.scene, &self.light_names)?
-        } else {
-            Vec::new()
-        };
+        let layers = if self.arguments.layers { self.layers(seconds + step)? } else { Vec::new() };
         let claim = claim.map_or_else(|| self.wait(index), Ok)?;
         self.write(index, &frame, &layers, &claim)?;
         if let Some(preview) = &mut self.preview {
@@ -196,6 +199,16 @@ impl Job<'_> {
         }
         self.report(index, |picture| json(index, picture, &frame))?;
         Ok(true)
+    }
+
+    /// Layers of the frame that was rendered; `next`: the time of the next [s].
+    fn layers(&mut self, next: f64) -> Result<Vec<Channel>, Failure> {
+        let next = (!self.scene.motions.is_empty()).then(|| {
+            let mut scene = self.scene.clone();
+            scene.set_time(next);
+            scene
+        });
+        layers::of_scene(&mut self.renderer, &self.scene, &self.light_names, next.as_ref())
     }
 
     /// The right to write a frame's files; `None` while another process has it.
@@ -244,7 +257,7 @@ impl Job<'_> {
         &self,
         index: u32,
         frame: &Frame,
-        layers: &[Layer],
+        layers: &[Channel],
         claim: &Claim,
     ) -> Result<(), Failure> {
         let out = &self.arguments.out;

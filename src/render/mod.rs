@@ -1,6 +1,7 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
 mod emitters;
 mod engine;
+mod layers;
 mod place_order;
 mod points;
 mod read_maps;
@@ -19,6 +20,7 @@ use crate::{
 use engine::GpuEngine;
 use glam::Vec3;
 
+pub use layers::{Surface, SurfaceLayers};
 pub use points::PointLookUp;
 
 pub use crate::{

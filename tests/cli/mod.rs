@@ -3,6 +3,7 @@ mod bench;
 mod commands;
 mod export;
 mod hostile;
+mod layers;
 mod light;
 mod manual;
 mod moving;

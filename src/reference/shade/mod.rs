@@ -4,14 +4,15 @@ mod composite;
 mod layers;
 mod mean_picture;
 mod seen;
+mod solid;
 mod strand;
+mod surfaces;
 
 use super::{
     air::{AirBefore, AirVolume},
     area::{Fit, mean_over_points},
     bloom::bloomed,
     brick_light::{Lattice, lattice_cell, points_of},
-    caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
     occlusion::{Surroundings, occluded},
@@ -26,11 +27,12 @@ use crate::{
         black_body,
     },
     records::{
-        AirParams, Footprint, FormerSlots, GpuView, ImageDetail, LATTICE_POINTS, MaskSlots,
-        OcclusionRadius, Picture, TRIANGLE_BIT, ViewMaps,
+        AirParams, FormerSlots, GpuView, ImageDetail, LATTICE_POINTS, MaskSlots, OcclusionRadius,
+        Picture, TRIANGLE_BIT, ViewMaps,
     },
 };
 pub use mean_picture::MeanPicture;
+pub use surfaces::{Surface, surfaces};
 
 use composite::{Blended, seen_color};
 use glam::{Mat4, UVec2, Vec2, Vec3};
@@ -296,32 +298,6 @@ impl Eye<'_> {
         Some(lattice)
     }
 
-    /// Nearest opaque caster of each texel.
-    fn solid_points(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<SeenSurface> {
-        let mut nearest = TileTexels::filled((1.0_f32, None));
-        for pair in solid.bins.tile(index) {
-            let footprint = &solid.casters.footprints[pair.footprint as usize];
-            let target = Target::new(solid.records(), footprint);
-            for (in_tile, pixel) in target.texels(tile) {
-                if let Some(hit) = target.hit(pixel, 1.0)
-                    && is_solid(target.material, &hit)
-                    && hit.depth < nearest[in_tile].0
-                {
-                    nearest[in_tile] = (hit.depth, Some((footprint, target.material, hit)));
-                }
-            }
-        }
-        let mut points = TileTexels::filled(SeenSurface { depth: 1.0, point: None });
-        for (in_tile, pixel) in tile.texels() {
-            let (depth, seen) = nearest[in_tile];
-            let point = seen.map(|(footprint, material, hit)| {
-                self.solid_point(solid, footprint, material, &hit, pixel)
-            });
-            points[in_tile] = SeenSurface { depth, point };
-        }
-        points
-    }
-
     /// The opaque casters, or the sky.
     fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<Behind> {
         let points = self.solid_points(solid, index, tile);
@@ -346,88 +322,5 @@ impl Eye<'_> {
             surfaces[in_tile] = Behind { light: color * before.left + before.light, around };
         }
         surfaces
-    }
-
-    fn solid_point(
-        &self,
-        solid: &Seen<'_>,
-        footprint: &Footprint,
-        material: &Material,
-        hit: &Hit,
-        pixel: Vec2,
-    ) -> Point {
-        if footprint.caster & TRIANGLE_BIT != 0 {
-            let facet = self.triangle(solid, footprint, material, hit, pixel);
-            let Point { albedo, normal, to_eye, face, .. } = facet;
-            let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
-            let met = solid.setup(footprint).hit(pixel);
-            let position = solid.rounded(footprint, met, face, facet.position);
-            return Point {
-                position,
-                to_eye: (self.position() - position).normalize(),
-                emission: facet.emission + around,
-                metallic: material.metallic,
-                ..facet
-            };
-        }
-        let caster = &solid.records.casters[footprint.caster as usize];
-        let position = self.point(pixel, hit.depth);
-        let to_eye = (self.position() - position).normalize();
-        if material.shape == Shape::Capsule {
-            return self.solid_strand(solid, caster, material, position, pixel);
-        }
-        // Sphere-impostor normal.
-        let aside = (position - caster.center) / caster.radius;
-        let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
-        let normal = (aside + to_eye * out).normalize();
-        let albedo = (caster.color() * material.tint).truncate();
-        let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
-        Point {
-            kind: PointKind::Solid,
-            position,
-            pixel: pixel.as_uvec2(),
-            face: normal,
-            normal,
-            to_eye,
-            reach: caster.radius,
-            receiver: Receiver::new(material, caster.id).at_pixel(pixel.as_uvec2()),
-            albedo,
-            roughness: material.roughness,
-            gloss: Gloss::SOLID,
-            emission: material.emission + around,
-            metallic: material.metallic,
-        }
-    }
-
-    /// Point of an opaque triangle that mirrors nothing.
-    fn triangle(
-        &self,
-        seen: &Seen<'_>,
-        footprint: &Footprint,
-        material: &Material,
-        hit: &Hit,
-        pixel: Vec2,
-    ) -> Point {
-        let setup = seen.setup(footprint);
-        let position = self.point(pixel, hit.depth);
-        let to_eye = (self.position() - position).normalize();
-        let record = seen.record(footprint);
-        let met = setup.hit(pixel);
-        let [face, normal] = seen.normals(footprint, met, to_eye);
-        Point {
-            kind: PointKind::Solid,
-            position,
-            pixel: pixel.as_uvec2(),
-            face,
-            normal,
-            to_eye,
-            reach: 0.0,
-            receiver: Receiver::new(material, record.id).at_pixel(pixel.as_uvec2()),
-            albedo: seen_color(hit, material),
-            roughness: material.roughness,
-            gloss: Gloss::SOLID,
-            emission: seen.emission(material, setup, pixel),
-            metallic: 0.0,
-        }
     }
 }
