@@ -9,7 +9,7 @@ use gobo::{
             light_by_channel, receive, render_maps,
         },
     },
-    model::{Material, Part, Particle, Pattern, Profile, Projection, Scene, Transfer, View},
+    model::{Material, Particle, Pattern, Profile, Projection, Scene, Transfer, View, ViewRole},
 };
 
 /// Edge of the maps that are measured [texels]; a texel is a metre wide.
@@ -74,7 +74,7 @@ fn dithered(pattern: Pattern) -> Material {
 /// A view along -z; `moved` by texels.
 fn view(moved: Vec2) -> View {
     View {
-        part: Part::Whole,
+        role: ViewRole::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -66,5 +66,5 @@ pub use settings::{
 };
 pub use strand::{Capsule, Strand, StrandVertex, mitre};
 pub(crate) use view::within_pixel;
-pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
+pub use view::{Projection, TILE_SIZE, View, ViewRole, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

@@ -6,7 +6,7 @@ use crate::{
     gpu::{Allocator, Resources, view},
     shadows::{
         Shadows,
-        batch::{context::Context, list::List, plan::Plan, scratch::Scratch},
+        batch::{batch_plan::BatchPlan, context::Context, list::List, scratch::Scratch},
     },
     stage::{
         features::{Features, Flags},
@@ -34,7 +34,7 @@ impl CameraList {
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         shadows: &Shadows,
-        plan: &Plan,
+        plan: &BatchPlan,
         views: &Buffer,
         pairs: Option<u32>,
         parts: &[TileRect],

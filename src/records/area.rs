@@ -4,7 +4,7 @@
 //! around them: of a cube's face, those of its neighbours. A block holds the mean of its texels' light
 //! as a function of depth.
 use super::{
-    FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, PART_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS,
+    FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, ROLE_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS,
 };
 use crate::model::{Light, ShadowSettings, Source, View};
 use bytemuck::{Pod, Zeroable};
@@ -140,9 +140,9 @@ impl LightRecords {
     }
 
     fn add_view(&mut self, view: u32) {
-        let GpuView { size, part, part_index, .. } = self.views[view as usize];
+        let GpuView { size, role, role_index, .. } = self.views[view as usize];
         let number = self.leveled.len() as u32;
-        let face = if part == PART_FACE { part_index } else { 0 };
+        let face = if role == ROLE_FACE { role_index } else { 0 };
         self.leveled.push(LeveledView {
             first_blocks: [0; MAX_LEVELS],
             view,

@@ -204,11 +204,11 @@ impl<'a> Target<'a> {
 
     /// Hit of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
     pub fn hit(&self, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
-        self.part_hit(texel, opaque_depth, [0, 1])
+        self.ramp_hit(texel, opaque_depth, [0, 1])
     }
 
     /// Hits of a ray that a curve of so many nodes takes one by one: a brick is several.
-    pub fn part_count(&self, nodes: u32) -> u32 {
+    pub fn ramp_count(&self, nodes: u32) -> u32 {
         match self.form {
             Form::Brick { brick, .. } if brick.density < 0.0 => VOXEL_PARTS,
             Form::Brick { .. } => nodes,
@@ -216,8 +216,8 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Like [`Self::hit`], of one of [`Self::part_count`] parts: its number, and theirs.
-    pub fn part_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
+    /// Like [`Self::hit`], of one of [`Self::ramp_count`] parts: its number, and theirs.
+    pub fn ramp_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
         let hit = match self.form {
             Form::Facing { facing, color, base, slope } => {
                 self.facing_hit(&facing, color, base, slope, texel)

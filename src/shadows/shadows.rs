@@ -178,13 +178,13 @@ impl Shadows {
         settings: &ShadowSettings,
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
-        let prepared = self.plan(casters, views, settings, inputs)?;
+        let prepared = self.prepare_uncompiled(casters, views, settings, inputs)?;
         self.kernels.finish()?;
         Ok(prepared)
     }
 
     /// Like [`Self::prepare_with`], except that kernels may not be compiled yet.
-    pub(crate) fn plan(
+    pub(crate) fn prepare_uncompiled(
         &mut self,
         casters: &Casters<'_>,
         views: &[View],
@@ -228,7 +228,7 @@ impl Shadows {
         self.light_shelf.turn();
         if inputs.area_lights {
             let maps = &frame.maps.set.maps;
-            AreaLevels::plan_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
+            AreaLevels::request_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
         }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, pair_capacity, culled } = frame;

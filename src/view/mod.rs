@@ -14,7 +14,7 @@ pub use detail::picture_views;
 pub use fit::{fitted_views, light_views, shadow_views, views_around};
 pub use receivers::Receivers;
 
-use crate::model::{Bounds, Camera, Part, Projection, Scene, View, within_pixel};
+use crate::model::{Bounds, Camera, Projection, Scene, View, ViewRole, within_pixel};
 use fit::{depth_range, looking};
 use glam::{Mat4, Vec2, Vec4};
 
@@ -30,7 +30,7 @@ impl View {
         Self {
             light: None,
             name: "camera",
-            part: Part::Whole,
+            role: ViewRole::Whole,
             projection: Projection::Perspective,
             size: camera.size,
             near,

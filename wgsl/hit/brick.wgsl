@@ -1,4 +1,4 @@
-// The part of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
+// The ramp_index of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
 // along a ray within a cell, and two points of Gauss integrate a cubic. Cells by Amanatides and Woo 1987; all
 // crossings of faces are computed from the ray's start, so that neighbours agree on them. CPU reference:
 // src/reference/brick.rs.
@@ -17,8 +17,8 @@ const VOXEL_PARTS: u32 = 3u; // ramps of a curve for a brick with voxels of its 
 const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
 
 // Which of how many equal parts of the way through a brick is met; the whole while there are none.
-var<private> part: u32;
-var<private> part_count: u32;
+var<private> ramp_index: u32;
+var<private> ramp_count: u32;
 
 // Ramps of a curve for a brick. One of constant density fills the curve if it is alone.
 fn ramps_of(brick: Brick) -> u32 {
@@ -94,11 +94,11 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     if !(first < last) {
         return NO_PASSAGE;
     }
-    if part_count > 0u {
-        let length = (last - first) / f32(part_count);
-        let to = first + length * f32(part + 1u);
-        first += length * f32(part);
-        last = select(to, last, part + 1u == part_count);
+    if ramp_count > 0u {
+        let length = (last - first) / f32(ramp_count);
+        let to = first + length * f32(ramp_index + 1u);
+        first += length * f32(ramp_index);
+        last = select(to, last, ramp_index + 1u == ramp_count);
     }
     var all = NO_PASSAGE;
     if brick.density >= 0.0 {

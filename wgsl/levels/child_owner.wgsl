@@ -4,7 +4,7 @@
 import package::curve::node::DEPTHS;
 import package::records::area::leveled_view;
 import package::records::light::shadow_view;
-import package::records::view::{GpuView, PART_FACE};
+import package::records::view::{GpuView, ROLE_FACE};
 import package::shade::incoming::cube_face;
 
 // Its depths become this face's by `shift`: times x, plus y, in fixed point.
@@ -20,7 +20,7 @@ fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, ed
     let nearest = clamp(at, vec2(0), size - 1);
     var owner = ChildOwner(view, leveled, nearest, vec2(1.0, 0.0));
     // A loop, as llvmpipe runs branches for all invocations.
-    let outside = select(0u, 1u, any(nearest != at) && view.part == PART_FACE);
+    let outside = select(0u, 1u, any(nearest != at) && view.role == ROLE_FACE);
     for (var i = 0u; i < outside; i += 1u) {
         let slope = ((vec2<f32>(at) + 0.5) * edge - view.size * 0.5) / view.scale;
         let away = (vec4(slope.x, -slope.y, -1.0, 0.0) * view.view_from_world).xyz;

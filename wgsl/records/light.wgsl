@@ -92,8 +92,8 @@ fn view_texel(index: u32, texel: u32) -> vec4<u32> {
     return textureLoad(lights, record_texel(at), 0);
 }
 
-// PART_* number of a view.
-fn shadow_part(index: u32) -> u32 {
+// ROLE_* number of a view.
+fn shadow_role(index: u32) -> u32 {
     return view_texel(index, 7u).x;
 }
 
@@ -101,7 +101,7 @@ fn shadow_view(index: u32) -> GpuView {
     let shape = bitcast<vec4<f32>>(view_texel(index, 4u));
     let depth = view_texel(index, 5u);
     let words = view_texel(index, 6u);
-    let part = view_texel(index, 7u);
+    let role = view_texel(index, 7u);
     return GpuView(
         mat4x4(
             bitcast<vec4<f32>>(view_texel(index, 0u)),
@@ -119,10 +119,10 @@ fn shadow_view(index: u32) -> GpuView {
         words.xy,
         words.z,
         words.w,
-        part.x,
-        part.y,
-        part.z,
-        bitcast<f32>(part.w),
+        role.x,
+        role.y,
+        role.z,
+        bitcast<f32>(role.w),
     );
 }
 

@@ -2,8 +2,8 @@
 
 import choice::aside::{aside, lay_aside};
 import choice::source::receive_light;
-import package::records::light::{GpuLight, light_record, shadow_part, shadow_view};
-import package::records::view::{GpuView, PART_FACE, PART_WINDOW};
+import package::records::light::{GpuLight, light_record, shadow_role, shadow_view};
+import package::records::view::{GpuView, ROLE_FACE, ROLE_WINDOW};
 import package::shade::asides::{
     ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, ASIDE_SUM, ASIDE_VIEWS, bits_of, floats_of,
 };
@@ -57,17 +57,17 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
             var share: f32;
             var last: u32; // last view of this shadow
             loop {
-                index += select(0u, face, shadow_part(index) == PART_FACE);
+                index += select(0u, face, shadow_role(index) == ROLE_FACE);
                 view = shadow_view(index);
                 lifted = lifted_point(light, view);
-                share = select(1.0, window_share(light, view, lifted.point), view.part == PART_WINDOW);
-                last = index + view.part_count - 1u - view.part_index;
+                share = select(1.0, window_share(light, view, lifted.point), view.role == ROLE_WINDOW);
+                last = index + view.role_count - 1u - view.role_index;
                 if share > 0.0 || index >= last {
                     break;
                 }
                 index += 1u;
             }
-            let is_whole = index == last || view.part == PART_FACE;
+            let is_whole = index == last || view.role == ROLE_FACE;
             let flags = select(0u, WHOLE_BIT, is_whole) | select(0u, LIGHT_BIT, of_light);
             lay_aside(ASIDE_VIEWS, vec4(index, last | flags, bitcast<u32>(share), number));
             let received = receive_light(light, index, view, lifted);

@@ -3,7 +3,7 @@ use crate::{
     error::Error,
     gpu::Gpu,
     model::Scene,
-    model::{Part, View},
+    model::{View, ViewRole},
     picture::PreparedPicture,
     records::Picture,
 };
@@ -28,11 +28,12 @@ pub(crate) fn cascades(
     views: &[View],
     picture: &Picture,
 ) -> Result<Picture, Error> {
-    let is_cascade = |view: &View| matches!(view.part, Part::Window { .. }) && !view.is_detail();
+    let is_cascade =
+        |view: &View| matches!(view.role, ViewRole::Window { .. }) && !view.is_detail();
     let first = views.iter().position(is_cascade);
     let windows = first.map_or(&[][..], |first| {
-        let count = match views[first].part {
-            Part::Window { count, .. } => count as usize,
+        let count = match views[first].role {
+            ViewRole::Window { count, .. } => count as usize,
             _ => 0,
         };
         &views[first..(first + count).min(views.len())]

@@ -327,9 +327,9 @@ fn walk(
         for (in_tile, at) in target.texels(tile) {
             let texel = &mut texels[in_tile];
             let face = target.face(at, opaque[in_tile]).filter(|_| modes.volumes);
-            let count = target.part_count(modes.nodes);
+            let count = target.ramp_count(modes.nodes);
             for part in 0..count {
-                let hit = target.part_hit(at, opaque[in_tile], [part, count]);
+                let hit = target.ramp_hit(at, opaque[in_tile], [part, count]);
                 let hit = hit.filter(|hit| hit.depth < opaque[in_tile]);
                 if let Some(hit) = hit.filter(|hit| hit.presence >= VISIBLE_PRESENCE) {
                     texel.nearest = texel.nearest.min(hit.depth);
