@@ -1,5 +1,5 @@
 //! Tiers of kernels.
-use wgpu::Features;
+use wgpu::{Features, Limits};
 
 /// Set of device features that kernels use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -26,7 +26,11 @@ impl Tier {
 
     /// The best tier that a device of `adapter` can be opened for.
     pub fn of(adapter: &wgpu::Adapter) -> Self {
-        let (features, limits) = (adapter.features(), adapter.limits());
+        Self::with(adapter.features(), &adapter.limits())
+    }
+
+    /// The best tier for these features and limits.
+    fn with(features: Features, limits: &Limits) -> Self {
         let can = |tier: Self| {
             features.contains(tier.features())
                 && tier.storage_textures() <= limits.max_storage_textures_per_shader_stage
@@ -80,5 +84,27 @@ impl Tier {
 impl std::fmt::Display for Tier {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn features_and_limits_choose_the_tier() {
+        let [few, many] = [8, 9].map(|max_storage_textures_per_shader_stage| Limits {
+            max_storage_textures_per_shader_stage,
+            ..Limits::default()
+        });
+        for (features, limits, tier) in [
+            (Features::empty(), &many, Tier::Core),
+            (Features::TEXTURE_ATOMIC, &many, Tier::Core),
+            (Features::SUBGROUP, &many, Tier::Subgroups),
+            (Tier::Native.features(), &few, Tier::Subgroups),
+            (Tier::Native.features(), &many, Tier::Native),
+        ] {
+            assert_eq!(Tier::with(features, limits), tier, "{features:?}");
+        }
     }
 }
