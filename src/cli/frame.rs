@@ -36,15 +36,12 @@ pub(super) fn write(
     Needs { maps: true, ..Needs::default() }.check(&scene)?;
     files::create_dir(&out.join("frame"))?;
     let mut tiers = Map::new();
-    for tier in [Tier::Core, Tier::Native] {
-        let gpu = match Gpu::new(&Selection { tier: Some(tier), ..Selection::default() }) {
-            Ok(gpu) => gpu,
-            Err(reason) if tier == Tier::Native => {
-                tracing::warn!("no frame of the native tier: {reason}");
-                continue;
-            }
-            Err(reason) => return Err(reason.into()),
-        };
+    for &tier in Tier::ALL {
+        let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() })?;
+        if gpu.tier != tier {
+            tracing::warn!("no frame of the {tier} tier: {}", gpu.tier_reason);
+            continue;
+        }
         let folder = format!("frame/{tier}");
         files::create_dir(&out.join(&folder))?;
         let (resources, kernels) = (Vec::new(), Vec::new());

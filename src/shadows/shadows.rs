@@ -45,9 +45,8 @@ pub struct Shadows {
 }
 
 impl Shadows {
-    /// Shadows on a host's device and queue, of which it keeps handles. It runs on the native tier if the
-    /// device was opened with subgroups, texture atomics and 9 storage textures a stage, else on WebGPU's
-    /// own limits and features.
+    /// Shadows on a host's device and queue, of which it keeps handles. It runs on the best tier
+    /// that the device was opened for ([`Tier::of`] says which the adapter has).
     ///
     /// # Errors
     /// If the device has less than WebGPU's limits, or refuses a kernel.
@@ -56,9 +55,8 @@ impl Shadows {
         queue: &wgpu::Queue,
         adapter: &wgpu::AdapterInfo,
     ) -> Result<Self, Error> {
-        let native = missing(device, Tier::Native).is_empty();
-        let tier = if native { Tier::Native } else { Tier::Core };
-        Self::on_tier(device, queue, adapter, tier)
+        let tier = Tier::best(|tier| missing(device, tier).is_empty());
+        Self::on_tier(device, queue, adapter, tier.unwrap_or_default())
     }
 
     /// Like [`Self::new`], on a tier that the host chooses.

@@ -48,7 +48,7 @@ pub const TILES: KernelDesc = KernelDesc {
     root: "entry/tile.wgsl",
     with: &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
@@ -76,7 +76,7 @@ pub const TINY: KernelDesc = KernelDesc {
     root: "entry/tiny.wgsl",
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 pub const OVERFLOW: KernelDesc = KernelDesc {
@@ -85,7 +85,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
     root: "entry/overflow.wgsl",
     with: &[MAPS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
@@ -94,7 +94,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     root: "entry/tile.wgsl",
     with: &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {

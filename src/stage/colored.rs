@@ -16,7 +16,7 @@ pub const TILES: KernelDesc = KernelDesc {
     root: "entry/tile.wgsl",
     with: &[IN_ORDER, COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
@@ -34,7 +34,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
     root: "entry/overflow.wgsl",
     with: &[COLORED_DEPTHS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
@@ -43,7 +43,7 @@ pub const RESOLVE: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 /// Kernels for casters that block light, with coloured dithering.

@@ -21,9 +21,13 @@ pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
 /// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
 /// cheaper on software adapters.
 const PAIRS: Choice =
-    Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", "curve/pairs_loaded.wgsl");
-const WALK: Choice =
-    Choice::by_tier("traversal", "traversal/slabs_uniform.wgsl", "traversal/slabs_subgroup.wgsl");
+    Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", Tier::Native, "curve/pairs_loaded.wgsl");
+const WALK: Choice = Choice::by_tier(
+    "traversal",
+    "traversal/slabs_uniform.wgsl",
+    Tier::Subgroups,
+    "traversal/slabs_subgroup.wgsl",
+);
 const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Visits soft discs of the `filter` transfer only.
@@ -113,5 +117,5 @@ pub const RESOLVE: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, NODES, RESOLVED, SUMS],
     constants: &[("NODES", 8.0)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };

@@ -33,7 +33,7 @@ pub const TILES: KernelDesc = KernelDesc {
     root: "entry/tile.wgsl",
     with: &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 /// Tiles of opaque triangles only.
@@ -43,7 +43,7 @@ pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     root: "entry/tile.wgsl",
     with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
@@ -61,7 +61,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
     root: "entry/overflow.wgsl",
     with: &[DEPTHS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 /// Kernels for casters that block light.

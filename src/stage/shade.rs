@@ -73,7 +73,7 @@ pub const SEEN: KernelDesc = KernelDesc {
     root: "shade/shade_seen.wgsl",
     with: &[IN_ORDER, SEEN_STATE, WALK, FACED_LANE_CASTER],
     constants: &[FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const LAYERS: KernelDesc = KernelDesc {
@@ -82,7 +82,7 @@ pub const LAYERS: KernelDesc = KernelDesc {
     root: "shade/shade_layers.wgsl",
     with: &[IN_ORDER, LAYER_STATE, WALK, FACED_LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 /// A kernel over the pixels of a band, one invocation per pixel.

@@ -1,5 +1,5 @@
 //! Choices shared by all kernels that walk the pairs of a tile or a segment.
-use crate::gpu::{Choice, KernelDesc};
+use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Kernels that walk the pairs of a list of casters.
 #[derive(Clone, Copy, Debug)]
@@ -15,10 +15,15 @@ pub struct WalkKernels {
 }
 
 /// Visits the footprints that may touch an invocation's texels, front to back.
-pub(super) const WALK: Choice =
-    Choice::by_tier("traversal", "traversal/uniform.wgsl", "traversal/subgroup.wgsl");
-/// Sums of a batch's texels: buffers on the core tier, textures with atomics on the native tier.
-pub(super) const SUMS: Choice = Choice::by_tier("sums", "sums/buffers.wgsl", "sums/textures.wgsl");
+pub(super) const WALK: Choice = Choice::by_tier(
+    "traversal",
+    "traversal/uniform.wgsl",
+    Tier::Subgroups,
+    "traversal/subgroup.wgsl",
+);
+/// Sums of a batch's texels: textures where these have atomics, else buffers.
+pub(super) const SUMS: Choice =
+    Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
 /// Lanes load and test any caster, and broadcast it.
 pub(super) const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
 /// Like [`LANE_CASTER`], with particles set up by the lanes that broadcast them.

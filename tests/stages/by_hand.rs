@@ -170,11 +170,9 @@ impl Sums {
             words
         };
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        match tier {
-            Tier::Core => {
-                Self::Buffers([0, 1, 2, 3].map(|i| gpu.upload(SUMS[i], &words(i), usage)))
-            }
-            _ => Self::Textures([0, 1, 2, 3].map(|i| {
+        match tier.has_texture_atomics() {
+            false => Self::Buffers([0, 1, 2, 3].map(|i| gpu.upload(SUMS[i], &words(i), usage))),
+            true => Self::Textures([0, 1, 2, 3].map(|i| {
                 let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
                     label: Some(SUMS[i]),
                     size: wgpu::Extent3d { width: ROW, height: 1, depth_or_array_layers: 1 },

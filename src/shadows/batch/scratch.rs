@@ -150,7 +150,7 @@ pub(crate) enum Sums {
 
 impl Sums {
     fn new(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Self, Error> {
-        if tier == Tier::Core {
+        if !tier.has_texture_atomics() {
             let [a, b, c, d] =
                 SUMS.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
             return Ok(Self::Buffers(Box::new([a?, b?, c?, d?])));
