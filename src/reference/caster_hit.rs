@@ -11,7 +11,7 @@ use super::{
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
-        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, FIXED_ONE, Footprint, GaussianAxes,
+        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, Footprint, GaussianAxes,
         GaussianSetup, GpuView, ImageDetail, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
@@ -20,9 +20,13 @@ use crate::{
         tile::Tile,
     },
 };
-use glam::{IVec3, Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Records that the hit tests of one view read.
+mod hit;
+
+pub use hit::{Crossing, Face, Hit, metres_per_depth};
+
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
     pub view: &'a GpuView,
@@ -58,65 +62,6 @@ impl Records<'_> {
             }
         }
     }
-}
-
-/// Hit of a ray: light `L` from the light's side becomes `L * light + added`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Transmittance, per channel.
-    pub light: Vec3,
-    /// 1 - transmittance, with full precision where the transmittance is next to 1.
-    pub absorbed: Vec3,
-    /// Light added by `over`, per channel.
-    pub added: Vec3,
-    /// Colour `c`; divided by 16 for `gain`.
-    pub color: Vec3,
-    /// Opacity `a`.
-    pub opacity: f32,
-    /// What sets depths: the opacity, or the light that `stain` and `gain` change without any.
-    pub presence: f32,
-    /// Light depth, 0..=1.
-    pub depth: f32,
-    /// Ramp of a curve, in light depth: up to where the whole hit is in front.
-    pub start: f32,
-    pub end: f32,
-}
-
-impl Hit {
-    pub const NONE: Self = Self {
-        light: Vec3::ONE,
-        absorbed: Vec3::ZERO,
-        added: Vec3::ZERO,
-        color: Vec3::ZERO,
-        opacity: 0.0,
-        presence: 0.0,
-        depth: -1.0,
-        start: -1.0,
-        end: -1.0,
-    };
-}
-
-/// Crossing of a ray with the surface of a volume.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
-    /// Light depth, at most that of the ray's end.
-    pub depth: f32,
-    /// Length of the ray from light depth 0 to 1 [m].
-    pub metres: f32,
-    /// Absorption coefficient of the volume [1/m].
-    pub absorption: Vec3,
-    /// 1 if the ray leaves the volume, -1 if it enters.
-    pub leaves: i32,
-}
-
-/// Contribution of a volume's face to a ray's sums.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crossing {
-    /// Optical depth from the near plane to the face, in fixed point and modulo 2^32; negative for a face
-    /// that looks towards the light.
-    pub tau: IVec3,
-    /// 1 if the ray leaves the volume, -1 if it enters.
-    pub leaves: i32,
 }
 
 /// A caster set up for the texels of a view.
@@ -392,13 +337,6 @@ impl<'a> Target<'a> {
     }
 }
 
-impl Face {
-    pub fn crossing(&self) -> Crossing {
-        let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
-        Crossing { tau, leaves: self.leaves }
-    }
-}
-
 /// Least distance from the centre, along either axis, beyond which a footprint touches no texel [texels];
 /// `shape`: of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
 fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
@@ -421,21 +359,6 @@ fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
             if ends { view.scale * reach * (1.0 + slope * slope) / rest } else { f32::INFINITY };
     }
     reach + SLACK
-}
-
-/// Length of the ray through a texel from light depth 0 to 1 [m].
-pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
-    let slope = (texel - view.size * 0.5) / view.scale;
-    let stretch = if view.perspective > 0.0 { (1.0 + slope.length_squared()).sqrt() } else { 1.0 };
-    (view.far - view.near) * stretch
-}
-
-/// Nearest integers, modulo 2^32. Exact: the wraps are powers of two.
-fn modular(v: Vec3) -> IVec3 {
-    const WRAP: f32 = 4_294_967_296.0;
-    let rounded = v.round();
-    let rest = rounded - (rounded / WRAP).floor() * WRAP;
-    IVec3::from_array(rest.to_array().map(|v| (v as u32).cast_signed()))
 }
 
 /// Light added by a hit of `over`.

@@ -34,6 +34,10 @@ use crate::{
 };
 use glam::{UVec2, Vec3};
 
+mod tiles;
+
+use tiles::{last_depths, without_curves};
+
 /// Pairs of a segment of the kernels, which are counted.
 const SEGMENT: usize = 2048;
 /// Casters per work item of a thread.
@@ -372,25 +376,6 @@ impl<'a> SceneRecords<'a> {
         }
         maps
     }
-}
-
-/// Depth behind which all channels are blocked.
-fn last_depths(depths: &TileTexels<Vec3>) -> TileTexels<f32> {
-    let mut last = TileTexels::filled(1.0);
-    for in_tile in 0..TEXELS {
-        last[in_tile] = depths[in_tile].max_element();
-    }
-    last
-}
-
-/// Values that curve mode and nearest-depth mode have in common.
-fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
-    let mut texels = TileTexels::filled(Accumulated::NONE);
-    for in_tile in 0..TEXELS {
-        let CurveTexel { passed, nearest, .. } = tile[in_tile];
-        texels[in_tile] = Accumulated { light: passed, nearest, owner: NO_OWNER };
-    }
-    texels
 }
 
 /// Visible footprints, front to back; equal keys in order of footprints.

@@ -47,6 +47,9 @@ use gobo::{
         emitter::{EmitterShape, STEP, STEPS_PER_SECOND, TRIES},
     },
 };
+mod kernels_alone;
+
+use kernels_alone::KERNELS_ALONE;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Value in Rust, by name in WGSL.
@@ -297,110 +300,6 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
     whole.chain(real.into_iter().map(|(name, value)| (name, f64::from(value)))).collect()
 }
 
-/// Constants without a mirror in Rust.
-const KERNELS_OWN: &[&str] = &[
-    "ALL_LANES",
-    "INDEX_MASK",
-    "LOCAL_ASIDES",
-    "LIGHT_BIT",
-    "WHOLE_BIT",
-    "FULL",
-    "BRIGHTEST",
-    "OVERLAP",
-    "PIXELS_OF_TILE",
-    "SMALL",
-    "BANDS",
-    "CELLS",
-    "CHANGES",
-    "CHANGE_WORDS",
-    "CULL_LANES",
-    "DITHERED_BIT",
-    "EDGE_ON_PLANE",
-    "EDGE_SLACK",
-    "EMPTY_RUN",
-    "LANES",
-    "LAST_DEPTH",
-    "MIN_TAU",
-    "LIST_LENGTH",
-    "MANY",
-    "MAX_DENSITY",
-    "MAX_WORKGROUPS",
-    "METAL_STEPS",
-    "NO_CASTER",
-    "MISS",
-    "NEVER",
-    "NONE_WAITS",
-    "NOWHERE",
-    "NO_PANE",
-    "NO_SURFACE",
-    "NOT_UNIT",
-    "OFFSET_SHIFT",
-    "ONE_BITS",
-    "OVERFLOW_LANES",
-    "OVERFLOW_SLICES",
-    "PARTIAL_TEXELS",
-    "IS_LAST",
-    "REFRACTS",
-    "PER_FOUR_PI",
-    "PER_PI",
-    "PER_TWO_PI",
-    "POINT_BRICK",
-    "POINT_STRAND",
-    "POINT_NONE",
-    "POINT_PARTICLE",
-    "POINT_PANE",
-    "POINT_SOLID",
-    "POLISH_STEPS",
-    "QUEUE",
-    "ROOT_LOG",
-    "SEEKS_APART",
-    "UNSEEN_LOG",
-    "RADIUS_SLACK",
-    "ROUNDS",
-    "ROUND_BIT",
-    "ROWS",
-    "ROW_COUNT",
-    "HIT_WORDS",
-    "RING_SLOTS",
-    "NODE_LANES",
-    "SHARES",
-    "SHARE_LANES",
-    "node_count",
-    "RUN",
-    "SCATTERED",
-    "SEEKS",
-    "SPAN_SLACK",
-    "SQRT_2",
-    "STEP",
-    "STRETCH",
-    "TURN",
-    "LAST_CELL",
-    "NO_PASSAGE",
-    "NO_WAY",
-    "PANES",
-    "WARP_COUNT",
-    "WARP_SIZE",
-    "WORDS",
-    "WORKGROUP_SIZE",
-    "AROUND",
-    "EVIDENCE",
-    "FADE",
-    "MIN",
-    "MIN_OPEN",
-    "MIN_LIT",
-    "LIT",
-    "DIM",
-    "EARLY",
-    "LONGEST",
-    "BLOCK_REACH",
-    "NOTHING",
-    "SHARP",
-    "WIDER",
-    "WIDEST",
-    "MIDDLE_HEIGHT",
-    "AROUND_COUNT",
-];
-
 /// Value of `const NAME: u32 = 0xffu;` or `f32`, rounded as in kernels.
 fn value(declaration: &str) -> Option<f64> {
     let (_, value) = declaration.split_once('=')?;
@@ -430,12 +329,12 @@ fn numbers_of_both_sides_are_the_same() {
             assert_eq!(value(item.text), Some(mirror), "{place}");
         } else {
             // Slots of what look-ups lay aside.
-            let is_own = KERNELS_OWN.contains(&item.name) || item.name.starts_with("ASIDE_");
+            let is_own = KERNELS_ALONE.contains(&item.name) || item.name.starts_with("ASIDE_");
             assert!(is_own, "{place}: what is it in Rust?");
         }
         seen.insert(item.name);
     }
-    let known = mirrors.keys().copied().chain(KERNELS_OWN.iter().copied());
+    let known = mirrors.keys().copied().chain(KERNELS_ALONE.iter().copied());
     let stale: Vec<_> = known.filter(|name| !seen.contains(name)).collect();
     assert_eq!(stale, [""; 0], "in no file");
 }

@@ -2,6 +2,7 @@
 mod bake;
 mod beside;
 mod brick_costs;
+mod brick_uploads;
 mod bricks;
 mod brute_force;
 mod cascades;
@@ -9,6 +10,7 @@ mod closed_forms;
 mod colored;
 mod curve;
 mod curve_bodies;
+mod curve_bounds;
 mod curve_receivers;
 mod dither_maps;
 mod extremes;
