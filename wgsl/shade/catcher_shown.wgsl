@@ -1,8 +1,7 @@
 // Surfaces that show the surroundings behind them, times the share of their light that reaches them: the whole of it
 // is divided out of what `light_points` will multiply with. CPU reference: `caught` in src/reference/shading/mod.rs.
 
-import package::bind::uniform::picture_params;
-import package::records::light::light_record;
+import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::Point;
 import package::shade::environment::from_around;
 import package::shade::incoming::incoming;
@@ -14,8 +13,9 @@ fn caught(point: Point, catcher: u32, to_eye: vec3<f32>) -> Point {
         return point;
     }
     var whole = irradiance(point.normal);
-    for (var i = 0u; i < picture_params.light_count; i += 1u) {
-        let arriving = incoming(light_record(i), point.position);
+    let list = cluster_list(point.cluster);
+    for (var i = 0u; i < list.count; i += 1u) {
+        let arriving = incoming(light_record(listed_index(list, i)), point.position);
         whole += arriving.color * (max(dot(point.normal, arriving.toward), 0.0) * PER_PI);
     }
     let behind = from_around(-to_eye, 0.0);
