@@ -15,7 +15,7 @@ use crate::{
         GaussianSetup, GpuView, ImageDetail, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
-        dither::{Place, cell, threshold},
+        dither::{PatternPoint, cell, threshold},
         project::SLACK,
         tile::Tile,
     },
@@ -128,7 +128,7 @@ pub struct Target<'a> {
     pub id: u32,
     form: Form<'a>,
     /// Centre in the map and reach along each axis [texels].
-    place: (Vec2, f32),
+    bounds: (Vec2, f32),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -143,12 +143,12 @@ enum Form<'a> {
 
 impl<'a> Target<'a> {
     pub fn new(records: Records<'a>, footprint: &Footprint) -> Self {
-        let place = |shape| (footprint.center, reach(records.view, footprint, shape));
+        let bounds = |shape| (footprint.center, reach(records.view, footprint, shape));
         if footprint.caster & TRIANGLE_BIT != 0 {
             let setup = &records.setups[footprint.red_green as usize];
             let material = &records.materials[setup.material as usize];
-            let (form, place) = (Form::Triangle(setup), place(None));
-            return Self { records, material, id: setup.id, form, place };
+            let (form, bounds) = (Form::Triangle(setup), bounds(None));
+            return Self { records, material, id: setup.id, form, bounds };
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
@@ -157,7 +157,7 @@ impl<'a> Target<'a> {
             let is_medium = caster.material_rotation & MEDIUM_BIT != 0;
             let form = Form::Gaussian { footprint: *footprint, setup, is_medium };
             let id = records.axes[caster.id as usize].id;
-            return Self { records, material, id, form, place: (Vec2::ZERO, f32::INFINITY) };
+            return Self { records, material, id, form, bounds: (Vec2::ZERO, f32::INFINITY) };
         }
         if material.shape == Shape::Capsule {
             let record = &records.capsules[caster.id as usize];
@@ -171,7 +171,7 @@ impl<'a> Target<'a> {
                 material,
                 id: record.id,
                 form,
-                place: (footprint.center, reach),
+                bounds: (footprint.center, reach),
             };
         }
         let facing = Facing::new(records.view, footprint, caster.rotation());
@@ -188,12 +188,12 @@ impl<'a> Target<'a> {
                 Form::Facing { facing, color, base, slope }
             }
         };
-        Self { records, material, id: caster.id, form, place: place(Some(material.shape)) }
+        Self { records, material, id: caster.id, form, bounds: bounds(Some(material.shape)) }
     }
 
     /// Texels of a tile that the caster may touch, as [`Tile::texels`].
     pub fn texels(&self, tile: &Tile) -> impl Iterator<Item = (usize, Vec2)> + use<> {
-        let (center, reach) = self.place;
+        let (center, reach) = self.bounds;
         tile.texels_near(center, reach)
     }
 
@@ -204,11 +204,11 @@ impl<'a> Target<'a> {
 
     /// Hit of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
     pub fn hit(&self, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
-        self.part_hit(texel, opaque_depth, [0, 1])
+        self.ramp_hit(texel, opaque_depth, [0, 1])
     }
 
     /// Hits of a ray that a curve of so many nodes takes one by one: a brick is several.
-    pub fn part_count(&self, nodes: u32) -> u32 {
+    pub fn ramp_count(&self, nodes: u32) -> u32 {
         match self.form {
             Form::Brick { brick, .. } if brick.density < 0.0 => VOXEL_PARTS,
             Form::Brick { .. } => nodes,
@@ -216,8 +216,8 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Like [`Self::hit`], of one of [`Self::part_count`] parts: its number, and theirs.
-    pub fn part_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
+    /// Like [`Self::hit`], of one of [`Self::ramp_count`] parts: its number, and theirs.
+    pub fn ramp_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
         let hit = match self.form {
             Form::Facing { facing, color, base, slope } => {
                 self.facing_hit(&facing, color, base, slope, texel)
@@ -288,16 +288,16 @@ impl<'a> Target<'a> {
 
     fn threshold_of(&self, texel: Vec2, id: u32) -> f32 {
         let (pattern, scale) = (self.material.pattern, self.material.pattern_scale);
-        let (own, step) = match self.form {
+        let (on_caster, step) = match self.form {
             _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
             // Grids are not opaque.
             Form::Brick { .. } => (Vec2::ZERO, Vec2::ONE),
             Form::Capsule { middle, .. } => (texel - middle, Vec2::ONE),
-            Form::Triangle(setup) => setup.own(texel),
+            Form::Triangle(setup) => setup.on_triangle(texel),
             Form::Gaussian { ref footprint, setup, .. } => {
                 let [a, b, c] = setup.whitening.to_array();
                 let met = approach(self.records.view, footprint, setup, texel);
-                (met.place, Vec2::new(a.abs().max(b.abs()), c.abs()))
+                (met.position, Vec2::new(a.abs().max(b.abs()), c.abs()))
             }
             Form::Facing { facing, .. } | Form::Puff { facing, .. } => {
                 let met = facing.hit(self.records.view, texel);
@@ -306,8 +306,8 @@ impl<'a> Target<'a> {
                 (met.map_or(Vec2::splat(2.0), |met| met.q), step)
             }
         };
-        let place = Place { cell: cell(self.records.view, scale, texel), own, step };
-        threshold(pattern, scale, &place, id)
+        let point = PatternPoint { cell: cell(self.records.view, scale, texel), on_caster, step };
+        threshold(pattern, scale, &point, id)
     }
 
     fn facing_hit(

@@ -261,11 +261,12 @@ fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f
     let y = tangents(center.y, center.z, sphere);
     let sigma = sigma.max(Vec3::splat(sigma.max_element() * THINNEST));
     let axes = axes.map(Vec3::normalize_or_zero);
-    let own = |v: Vec3| Vec3::from_array(axes.map(|axis| axis.dot(v))) / sigma;
-    let eye = own(center);
+    let whitened = |v: Vec3| Vec3::from_array(axes.map(|axis| axis.dot(v))) / sigma;
+    let eye = whitened(center);
     let away = eye.length_squared().max(f32::MIN_POSITIVE);
     let toward = eye.normalize_or(Vec3::X);
-    let (right, down, along) = (own(Vec3::X) / view.scale, own(Vec3::Y) / view.scale, own(Vec3::Z));
+    let (right, down, along) =
+        (whitened(Vec3::X) / view.scale, whitened(Vec3::Y) / view.scale, whitened(Vec3::Z));
     // Two directions across the one from the eye to the centre, the second across a step to the right, too.
     let step = right - toward * toward.dot(right);
     let first = step.normalize_or(toward.any_orthonormal_vector());
@@ -301,7 +302,7 @@ pub struct Approach {
     /// Standard deviation along the ray [light depth].
     pub deviation: f32,
     /// The whitened place.
-    pub place: Vec2,
+    pub position: Vec2,
 }
 
 /// The closest approach of the ray through `texel` (view's map).
@@ -320,7 +321,7 @@ pub fn approach(
     if view.perspective == 0.0 {
         let depth = footprint.depth - setup.tilt.dot(u);
         let deviation = setup.spread.sqrt();
-        return Approach { squared: u.length_squared(), depth, deviation, place: u };
+        return Approach { squared: u.length_squared(), depth, deviation, position: u };
     }
     let (ahead, unit) = if is_beside {
         u += footprint.center;
@@ -334,7 +335,7 @@ pub fn approach(
         squared: across / all,
         depth: (unit * ahead / all - view.near) / range,
         deviation: unit * (setup.spread / all).sqrt() / range,
-        place: u,
+        position: u,
     }
 }
 

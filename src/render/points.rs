@@ -145,9 +145,9 @@ impl GpuEngine {
             lit.record(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
             let read: Vec<[f32; 3]> = self.gpu.try_read(lit.shares())?;
-            for (&i, own) in some.iter().zip(read.chunks_exact(chosen.len().max(1))) {
+            for (&i, row) in some.iter().zip(read.chunks_exact(chosen.len().max(1))) {
                 let first = i as usize * chosen.len();
-                shares[first..first + chosen.len()].copy_from_slice(own);
+                shares[first..first + chosen.len()].copy_from_slice(row);
             }
         }
         Ok(shares)

@@ -177,7 +177,7 @@ pub(super) fn animate(
     placed: Vec<Placed>,
     scene: &mut Scene,
 ) -> Result<Vec<Moving>, SceneError> {
-    let places = Places::new(&placed);
+    let names = Names::new(&placed);
     let mut placed = placed;
     let mut seen = HashMap::new();
     for table in &document.animate {
@@ -191,7 +191,7 @@ pub(super) fn animate(
         let kind = PLACED.into_iter().find(|kind| parts.first() == Some(kind));
         match (kind, &parts[..]) {
             (Some(kind), [_, name, field]) => {
-                place(&check, kind, name, field, &places, &mut placed)?;
+                place(&check, kind, name, field, &names, &mut placed)?;
             }
             _ => {
                 let target = find(&check, &parts, scene)?;
@@ -217,22 +217,22 @@ pub(super) fn animate(
 
 /// Indices of shapes and meshes.
 #[derive(Default)]
-struct Places {
+struct Names {
     named: HashMap<(&'static str, String), usize>,
     /// Those of a kind, in order.
     numbered: HashMap<&'static str, Vec<usize>>,
 }
 
-impl Places {
+impl Names {
     fn new(placed: &[Placed]) -> Self {
-        let mut places = Self::default();
+        let mut names = Self::default();
         for (i, Placed { kind, name, .. }) in placed.iter().enumerate() {
-            places.numbered.entry(kind).or_default().push(i);
+            names.numbered.entry(kind).or_default().push(i);
             if let Some(name) = name {
-                places.named.insert((kind, name.clone()), i);
+                names.named.insert((kind, name.clone()), i);
             }
         }
-        places
+        names
     }
 
     /// Of the one with a name, or else with a number.
@@ -248,10 +248,10 @@ fn place(
     kind: &'static str,
     name: &str,
     field: &str,
-    places: &Places,
+    names: &Names,
     placed: &mut [Placed],
 ) -> Result<(), SceneError> {
-    let Some(index) = places.find(kind, name) else {
+    let Some(index) = names.find(kind, name) else {
         let of_kind = placed.iter().filter(|placed| placed.kind == kind);
         let known = of_kind.filter_map(|placed| placed.name.as_deref());
         let help = nearest(name, known).filter(|help| help.contains('`'));

@@ -7,7 +7,7 @@
 use super::{
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
-    walk::{FACED_CANDIDATE, IN_ORDER, WALK},
+    walk::{FACED_LANE_CASTER, IN_ORDER, WALK},
 };
 use crate::{
     gpu::{Choice, Constant, KernelDesc, Tier},
@@ -73,18 +73,18 @@ pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
     entry: "shade_seen",
     root: "shade/shade_seen.wgsl",
-    with: &[IN_ORDER, SEEN_STATE, WALK, FACED_CANDIDATE],
+    with: &[IN_ORDER, SEEN_STATE, WALK, FACED_LANE_CASTER],
     constants: &[FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const LAYERS: KernelDesc = KernelDesc {
     name: "shade_layers",
     entry: "shade_layers",
     root: "shade/shade_layers.wgsl",
-    with: &[IN_ORDER, LAYER_STATE, WALK, FACED_CANDIDATE],
+    with: &[IN_ORDER, LAYER_STATE, WALK, FACED_LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 /// A kernel over the pixels of a band, one invocation per pixel.

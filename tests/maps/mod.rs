@@ -30,6 +30,7 @@ mod rivals;
 mod strand_modes;
 mod strands;
 mod textured;
+mod tiers;
 mod tints;
 mod transfers;
 mod volume_order;

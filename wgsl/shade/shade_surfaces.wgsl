@@ -75,16 +75,16 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
 }
 
 fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
-    let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
+    let sphere = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
     let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
     let material = materials[look_material(look)];
     let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     let position = world_point(view, pixel, depth);
     // Sphere-impostor normal.
-    let aside = (position - place.xyz) / place.w;
+    let aside = (position - sphere.xyz) / sphere.w;
     let to_eye = normalize(eye() - position);
     var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
-    var reach = place.w;
+    var reach = sphere.w;
     var object = look.w;
     if HAS_CAPSULES && material.shape == SHAPE_CAPSULE {
         let capsule = capsule_of(look.w);

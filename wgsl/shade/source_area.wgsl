@@ -41,13 +41,13 @@ fn through_map(leveled: Leveled, is_soft: bool) -> vec3<f32> {
     let taps = map_taps(view, lifted.point);
     let reach = lifted.bias / (view.far - view.near);
     let is_lit = taps.reaches && taps.z <= 1.0 + reach;
-    var own = filter_of(light_record(views.w));
+    var kernel = filter_of(light_record(views.w));
     if is_soft {
-        own = Filter(FILTER_SPLINE, 9u, 3.0, SPLINE_REACH);
+        kernel = Filter(FILTER_SPLINE, 9u, 3.0, SPLINE_REACH);
     }
     let fade = fade_between(leveled.since);
     let is_near = select(is_lit, leveled.is_near, is_soft);
-    let count = select(0u, own.count, select(taps.reaches, is_near, is_soft));
+    let count = select(0u, kernel.count, select(taps.reaches, is_near, is_soft));
     // A point without a normal was not lifted off its surface.
     let is_bare = is_soft && all(floats_of(aside(ASIDE_NORMAL)).xyz == vec3(0.0));
     var before = vec3(0.0);
@@ -56,7 +56,7 @@ fn through_map(leveled: Leveled, is_soft: bool) -> vec3<f32> {
     var i = 0u;
     if count > 0u {
         loop {
-            let tap = filter_tap(own, taps, i, rotation);
+            let tap = filter_tap(kernel, taps, i, rotation);
             let z = select(taps.z, receiver_depth(tap.texel + 0.5), is_bare);
             behind += receive_texel(view, tap.texel, z, reach) * tap.weight;
             before += light_before(view, tap.texel, fade) * tap.weight;

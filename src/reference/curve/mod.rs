@@ -230,25 +230,25 @@ impl Streaming {
 
     fn place_span(&mut self, span: u32, light: Vec3, added: Vec3) {
         let (count, start) = (self.count, span >> 16);
-        let place = self.nodes[..count].partition_point(|node| node.span <= span);
+        let index = self.nodes[..count].partition_point(|node| node.span <= span);
         // Nothing behind black is visible, so that a walk may stop there.
-        if place == count && self.is_dark() {
+        if index == count && self.is_dark() {
             return;
         }
-        let before = if place > 0 { self.nodes[place - 1] } else { Node::default() };
-        let reached = if place > 0 { self.light_of(&before) } else { Vec3::ONE };
+        let before = if index > 0 { self.nodes[index - 1] } else { Node::default() };
+        let reached = if index > 0 { self.light_of(&before) } else { Vec3::ONE };
         let is_late = start < self.latest;
         self.latest = self.latest.max(start);
         let is_inside = before.start() < start as f32 && before.end() > start as f32;
-        if is_late && is_inside || place < count && added != Vec3::ZERO {
+        if is_late && is_inside || index < count && added != Vec3::ZERO {
             self.disordered += 1;
         }
         let mut all = [Node::default(); MAX_NODES + 1];
-        all[..place].copy_from_slice(&self.nodes[..place]);
-        let behind = if place == count { self.passed } else { reached * light + added };
-        all[place] = Node { span, light: self.encode_light(behind), is_alone: true };
+        all[..index].copy_from_slice(&self.nodes[..index]);
+        let behind = if index == count { self.passed } else { reached * light + added };
+        all[index] = Node { span, light: self.encode_light(behind), is_alone: true };
         let light = light + added / reached.max(Vec3::splat(BLACK));
-        for i in place..count {
+        for i in index..count {
             let node = self.nodes[i];
             let light = self.encode_light(self.light_of(&node) * light);
             all[i + 1] = Node { light, ..node };
@@ -314,8 +314,9 @@ fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
         return 0.0;
     }
     let both = first + second;
-    let own = first * (b.end() - a.start());
-    (own - both * (a.end() - a.start())).abs() + (own - both * (b.start() - a.start())).abs()
+    let first_area = first * (b.end() - a.start());
+    (first_area - both * (a.end() - a.start())).abs()
+        + (first_area - both * (b.start() - a.start())).abs()
 }
 
 /// Span of the ramp with the mean and variance of both, clamped to what they span.

@@ -116,13 +116,13 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     let (mut light, mut seen) = (vec![Vec3::ZERO; count], vec![Surroundings::NONE; count]);
     let (mut behind, mut bends) = (vec![(Vec3::ZERO, 1.0); count], vec![None; count]);
     for (index, (colors, surfaces)) in tiles.iter().enumerate() {
-        for (place, pixel) in Tile::new(&view, index as u32).texels() {
+        for (in_tile, pixel) in Tile::new(&view, index as u32).texels() {
             let at = pixel.as_uvec2();
             let at = (at.y * size.x + at.x) as usize;
-            let Blended { light: color, ambient, bend } = colors[place];
+            let Blended { light: color, ambient, bend } = colors[in_tile];
             (light[at], bends[at]) = (color, bend);
-            behind[at] = (surfaces[place].light, surfaces[place].own.depth);
-            seen[at] = Surroundings { light: ambient, ..surfaces[place].own };
+            behind[at] = (surfaces[in_tile].light, surfaces[in_tile].around.depth);
+            seen[at] = Surroundings { light: ambient, ..surfaces[in_tile].around };
         }
     }
     if scene.materials.iter().any(Material::refracts) {
@@ -139,7 +139,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
 struct Behind {
     light: Vec3,
     /// The opaque surface, with the ambient light that it sends to the eye.
-    own: Surroundings,
+    around: Surroundings,
 }
 
 /// Light of translucent particles, and of the lattices of bricks by the index of their records.
@@ -208,9 +208,9 @@ impl Eye<'_> {
         let none = SeenSurface { depth: 1.0, point: None };
         let mut seen = vec![none; size.element_product() as usize];
         for (index, points) in points.into_iter().enumerate() {
-            for (place, pixel) in Tile::new(&self.view, index as u32).texels() {
+            for (in_tile, pixel) in Tile::new(&self.view, index as u32).texels() {
                 let at = pixel.as_uvec2();
-                seen[(at.y * size.x + at.x) as usize] = points[place];
+                seen[(at.y * size.x + at.x) as usize] = points[in_tile];
             }
         }
         let slots = MaskSlots::new(scene, settings, camera, &FormerSlots::new());
@@ -302,16 +302,16 @@ impl Eye<'_> {
     fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<Behind> {
         let points = self.solid_points(solid, index, tile);
         let mut surfaces =
-            TileTexels::filled(Behind { light: Vec3::ZERO, own: Surroundings::NONE });
-        for (place, pixel) in tile.texels() {
-            let SeenSurface { depth, point } = points[place];
+            TileTexels::filled(Behind { light: Vec3::ZERO, around: Surroundings::NONE });
+        for (in_tile, pixel) in tile.texels() {
+            let SeenSurface { depth, point } = points[in_tile];
             let before = self.air_before(pixel, depth);
-            let mut own = Surroundings { depth, ..Surroundings::NONE };
+            let mut around = Surroundings { depth, ..Surroundings::NONE };
             let color = match point {
                 Some(point) => {
                     // Spheres of particles are flat in the depths.
-                    own.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
-                    own.light = self.lighting.ambient_of(&point) * before.left;
+                    around.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
+                    around.light = self.lighting.ambient_of(&point) * before.left;
                     self.lighting.light(&point, self.masks.as_ref())
                 }
                 None => {
@@ -319,7 +319,7 @@ impl Eye<'_> {
                     self.lighting.radiance_around(away.normalize(), 0.0)
                 }
             };
-            surfaces[place] = Behind { light: color * before.left + before.light, own };
+            surfaces[in_tile] = Behind { light: color * before.left + before.light, around };
         }
         surfaces
     }

@@ -34,12 +34,12 @@ impl Eye<'_> {
         for pair in solid.bins.tile(index) {
             let footprint = &solid.casters.footprints[pair.footprint as usize];
             let target = Target::new(solid.records(), footprint);
-            for (place, pixel) in target.texels(tile) {
+            for (in_tile, pixel) in target.texels(tile) {
                 if let Some(hit) = target.hit(pixel, 1.0)
                     && is_solid(target.material, &hit)
-                    && hit.depth < nearest[place].map_or(1.0, |nearest| nearest.hit.depth)
+                    && hit.depth < nearest[in_tile].map_or(1.0, |nearest| nearest.hit.depth)
                 {
-                    nearest[place] = Some(Nearest { footprint, material: target.material, hit });
+                    nearest[in_tile] = Some(Nearest { footprint, material: target.material, hit });
                 }
             }
         }
@@ -55,10 +55,10 @@ impl Eye<'_> {
     ) -> TileTexels<SeenSurface> {
         let nearest = self.nearest(solid, index, tile);
         let mut points = TileTexels::filled(SeenSurface { depth: 1.0, point: None });
-        for (place, pixel) in tile.texels() {
-            if let Some(nearest) = nearest[place] {
+        for (in_tile, pixel) in tile.texels() {
+            if let Some(nearest) = nearest[in_tile] {
                 let point = Some(self.solid_point(solid, &nearest, pixel));
-                points[place] = SeenSurface { depth: nearest.hit.depth, point };
+                points[in_tile] = SeenSurface { depth: nearest.hit.depth, point };
             }
         }
         points

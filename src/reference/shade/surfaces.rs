@@ -46,8 +46,8 @@ pub fn surfaces(scene: &Scene, sample: u32, next: Option<&Scene>) -> Vec<Option<
     let of_tiles = each(tile_count, |index| {
         let tile = Tile::new(&view, index as u32);
         let nearest = eye.nearest(&solid, index, &tile);
-        let of_pixel = |(place, pixel): (usize, Vec2)| {
-            let found = nearest[place]?;
+        let of_pixel = |(in_tile, pixel): (usize, Vec2)| {
+            let found = nearest[in_tile]?;
             let mut surface = eye.surface(&solid, &found, pixel);
             if let Some((casters, camera)) = &next {
                 let position = eye.point(pixel, found.hit.depth);
@@ -73,8 +73,8 @@ struct Next {
 
 fn camera(scene: &Scene, sample: u32) -> View {
     let whole = View::from_camera(&scene.camera, &scene.bounds());
-    let own = View::of_samples(scene, &whole).nth(sample as usize);
-    own.unwrap_or(whole)
+    let of_sample = View::of_samples(scene, &whole).nth(sample as usize);
+    of_sample.unwrap_or(whole)
 }
 
 /// Where the camera sees a point [pixels].
@@ -84,26 +84,26 @@ fn pixel_of(camera: &View, point: Vec3) -> Vec2 {
     camera.size.as_vec2() * 0.5 + camera.scale * Vec2::new(slope.x, -slope.y)
 }
 
-/// How far what is seen moves until the next frame [m]: triangles by their place in the scene, with all that bends them,
+/// How far what is seen moves until the next frame [m]: triangles by their index in the scene, with all that bends them,
 /// others by their centre; not at all what is not found again.
 fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Vec3 {
     let footprint = found.footprint;
     let index = (footprint.caster & !TRIANGLE_BIT) as usize;
     if footprint.caster & TRIANGLE_BIT != 0 {
-        let (own, all) = (&now.records.triangles, &next.records.triangles);
-        let is_same = own.len() == all.len() && own[index].id == all[index].id;
+        let (moved, all) = (&now.records.triangles, &next.records.triangles);
+        let is_same = moved.len() == all.len() && moved[index].id == all[index].id;
         let Some(met) = now.setup(footprint).hit(pixel).filter(|_| is_same) else {
             return Vec3::ZERO;
         };
         let step = |i: usize| {
-            let [from, to] = [own, all].map(|all| all[index].positions_u[i].truncate());
+            let [from, to] = [moved, all].map(|all| all[index].positions_u[i].truncate());
             (to - from) * met.barycentric[i]
         };
         return step(0) + step(1) + step(2);
     }
-    let (own, all) = (&now.records.casters, &next.records.casters);
-    let is_same = own.len() == all.len() && own[index].id == all[index].id;
-    if is_same { all[index].center - own[index].center } else { Vec3::ZERO }
+    let (moved, all) = (&now.records.casters, &next.records.casters);
+    let is_same = moved.len() == all.len() && moved[index].id == all[index].id;
+    if is_same { all[index].center - moved[index].center } else { Vec3::ZERO }
 }
 
 impl Eye<'_> {

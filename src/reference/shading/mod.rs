@@ -11,7 +11,7 @@ use super::{air::phase, area::LightPoints, mask::Masks};
 use crate::{
     model::{
         Environment, IRRADIANCE, LEVELS, Light, Material, ROUGH_SIZE, ReceiverPoint, Receives,
-        Scene, View, irradiance_at, place_of,
+        Scene, View, irradiance_at, octahedral,
     },
     records::{
         GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, ViewMaps, owner_tag,
@@ -180,14 +180,14 @@ impl<'a> Lighting<'a> {
             // Brighter above.
             return self.background * (1.0 + 0.35 * direction.y);
         };
-        let place = place_of(direction) * 0.5 + 0.5;
+        let point = octahedral(direction) * 0.5 + 0.5;
         let level = roughness.clamp(0.0, 1.0) * (LEVELS - 1) as f32;
         let low = level as u32;
-        let sharp = level_around(environment, low, place);
+        let sharp = level_around(environment, low, point);
         if level == low as f32 {
             return sharp;
         }
-        sharp.lerp(level_around(environment, low + 1, place), level - low as f32)
+        sharp.lerp(level_around(environment, low + 1, point), level - low as f32)
     }
 
     /// Reflection of the environment by an opaque surface, by its material and its own colour. Where the
@@ -385,7 +385,7 @@ fn mirrored_solid(albedo: Vec3, metallic: f32, cosine: f32, roughness: f32) -> V
 }
 
 /// Bilinear sample of an environment's level at a point of the octahedral square, 0..1.
-fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
+fn level_around(environment: &Environment, level: u32, point: Vec2) -> Vec3 {
     let fine = environment.size();
     let size = if level == 0 { fine } else { ROUGH_SIZE };
     let row = size + 2;
@@ -394,7 +394,7 @@ fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
         None => 0,
     };
     // The centre of the border's texel is half a texel outside the square.
-    let at = place * size as f32 + 0.5;
+    let at = point * size as f32 + 0.5;
     let low = at.as_uvec2();
     let part = at - low.as_vec2();
     let corner = (first + low.y * row + low.x) as usize;
