@@ -157,7 +157,7 @@ fn views_of(
 struct Owner<'a> {
     light: usize,
     names: &'a Names,
-    /// ViewRole of a single view.
+    /// Role of a single view.
     role: ViewRole,
 }
 

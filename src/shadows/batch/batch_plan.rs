@@ -1,4 +1,4 @@
-//! BatchPlan of a frame, made on the CPU: its batches, and the casters that each of their lists projects.
+//! Plan of a frame, made on the CPU: its batches, and the casters that each of their lists projects.
 use crate::shadows::{
     Config,
     batch::{list_plan::ListPlan, scratch::Scratch},
@@ -32,7 +32,7 @@ const FEWER_HOST_FOOTPRINTS: u64 = 3 << 17;
 /// for the nearest casters and the rest.
 const DENSE: u32 = 16;
 
-/// BatchPlan of a batch, made on the CPU.
+/// Plan of a batch, made on the CPU.
 #[derive(Clone, Debug)]
 pub(crate) struct BatchPlan {
     pub views: Vec<GpuView>,
@@ -233,7 +233,7 @@ impl BatchPlan {
         Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }
 
-    /// BatchPlan of the camera, with the visible casters of the classes of `list` as the first list.
+    /// Plan of the camera, with the visible casters of the classes of `list` as the first list.
     #[cfg(feature = "picture")]
     pub(crate) fn of_camera(
         view: GpuView,
