@@ -25,35 +25,41 @@ impl Names<'_> {
     }
 }
 
-/// Layers of the scene as it is. `names`: of its lights; `next`: the scene at the next frame, if anything in it moves.
+/// Layers of the scene as it is. `whole`: the picture's light; `names`: of its lights; `next`: the scene at the next frame, if anything in it moves.
 pub(super) fn of_scene(
     renderer: &mut Renderer,
     scene: &Scene,
+    whole: &[[f32; 3]],
     names: &[String],
     next: Option<&Scene>,
 ) -> Result<Vec<Channel>, Failure> {
     let mut channels = of_surfaces(renderer, scene, names, next)?;
-    channels.extend(of_lights(renderer, scene, names)?);
+    channels.extend(of_lights(renderer, scene, whole, names)?);
     Ok(channels)
 }
 
-/// What each light adds, and the rest: their sum is the picture's light.
+/// What each light adds to none, and the rest: their sum is the picture's light.
 fn of_lights(
     renderer: &mut Renderer,
     scene: &Scene,
+    whole: &[[f32; 3]],
     names: &[String],
 ) -> Result<Vec<Channel>, Failure> {
     let options = RenderOptions { light: true, keep: true, ..RenderOptions::default() };
     let mut alone = scene.clone();
     alone.lights.iter_mut().for_each(|light| light.intensity = 0.0);
-    let rest = renderer.render(&alone, &options)?.picture.light;
+    let none = renderer.render(&alone, &options)?.picture.light;
+    let mut rest = whole.to_vec();
     let mut channels = Vec::new();
     for (index, name) in names.iter().enumerate() {
         alone.lights[index].intensity = scene.lights[index].intensity;
         let mut light = renderer.render(&alone, &options)?.picture.light;
         alone.lights[index].intensity = 0.0;
-        for (pixel, rest) in light.iter_mut().zip(&rest) {
-            (0..3).for_each(|channel| pixel[channel] -= rest[channel]);
+        for ((pixel, none), rest) in light.iter_mut().zip(&none).zip(&mut rest) {
+            for channel in 0..3 {
+                pixel[channel] -= none[channel];
+                rest[channel] -= pixel[channel];
+            }
         }
         channels.extend(rgb_channels(&format!("{name}."), &light));
     }

@@ -178,7 +178,11 @@ impl Job<'_> {
             let most = self.counts.skipped.entry(reason).or_default();
             *most = count.max(*most);
         }
-        let layers = if self.arguments.layers { self.layers(seconds + step)? } else { Vec::new() };
+        let layers = if self.arguments.layers {
+            self.layers(&frame.picture.light, seconds + step)?
+        } else {
+            Vec::new()
+        };
         let claim = claim.map_or_else(|| self.wait(index), Ok)?;
         self.write(index, &frame, &layers, &claim)?;
         if let Some(preview) = &mut self.preview {
@@ -188,14 +192,14 @@ impl Job<'_> {
         Ok(true)
     }
 
-    /// Layers of the frame that was rendered; `next`: the time of the next [s].
-    fn layers(&mut self, next: f64) -> Result<Vec<Channel>, Failure> {
+    /// Layers of the frame that was rendered; `whole`: its light, `next`: the time of the next [s].
+    fn layers(&mut self, whole: &[[f32; 3]], next: f64) -> Result<Vec<Channel>, Failure> {
         let next = (!self.scene.motions.is_empty()).then(|| {
             let mut scene = self.scene.clone();
             scene.set_time(next);
             scene
         });
-        layers::of_scene(&mut self.renderer, &self.scene, &self.light_names, next.as_ref())
+        layers::of_scene(&mut self.renderer, &self.scene, whole, &self.light_names, next.as_ref())
     }
 
     /// The right to write a frame's files; `None` while another process has it.

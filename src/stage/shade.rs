@@ -64,6 +64,8 @@ const AMBIENT_NONE: Choice = Choice::new("ambient", "shade/ambient_none.wgsl");
 const AMBIENT_KEPT: Choice = Choice::new("ambient", "shade/ambient_kept.wgsl");
 const STRAIGHT: Choice = Choice::new("refraction", "shade/refraction_none.wgsl");
 const REFRACTED: Choice = Choice::new("refraction", "shade/refraction_kept.wgsl");
+const NO_CATCHERS: Choice = Choice::new("catcher", "shade/catcher_none.wgsl");
+const CATCHERS: Choice = Choice::new("catcher", "shade/catcher_shown.wgsl");
 const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
 const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
 
@@ -97,7 +99,21 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
     }
 }
 
-pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl");
+pub const SURFACES: KernelDesc = KernelDesc {
+    with: &[IN_ORDER, SEEN_STATE, NO_CATCHERS],
+    ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl")
+};
+/// [`SURFACES`], some of which show the surroundings behind them.
+pub const CATCHING_SURFACES: KernelDesc = KernelDesc {
+    name: "shade_catching_surfaces",
+    with: &[IN_ORDER, SEEN_STATE, CATCHERS],
+    ..SURFACES
+};
+/// The kernel that makes points of visible opaque surfaces; `catches`: whether some are catchers.
+pub fn surfaces(catches: bool) -> &'static KernelDesc {
+    if catches { &CATCHING_SURFACES } else { &SURFACES }
+}
+
 pub const COMPOSITE: KernelDesc = KernelDesc {
     with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, STRAIGHT],
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")

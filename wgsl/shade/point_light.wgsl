@@ -10,6 +10,7 @@ import package::records::point::{
 };
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
+import package::shade::irradiance::irradiance;
 import package::shade::phase::phase_of_orders;
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
@@ -32,19 +33,6 @@ fn scattered(point: Point, cosine: f32) -> f32 {
         // that faces the light.
         default: { return PER_TWO_PI; }
     }
-}
-
-// Irradiance of a surface of normal `n`, divided by pi: spherical harmonics up to order 2 (Ramamoorthi and
-// Hanrahan 2001).
-fn irradiance(n: vec3<f32>) -> vec3<f32> {
-    let linear = coefficient(0u) + coefficient(1u) * n.y + coefficient(2u) * n.z + coefficient(3u) * n.x;
-    let mixed = coefficient(4u) * (n.x * n.y) + coefficient(5u) * (n.y * n.z) + coefficient(7u) * (n.x * n.z);
-    let squares = coefficient(6u) * (3.0 * n.z * n.z - 1.0) + coefficient(8u) * (n.x * n.x - n.y * n.y);
-    return max(linear + mixed + squares, vec3(0.0));
-}
-
-fn coefficient(i: u32) -> vec3<f32> {
-    return picture_params.irradiance[i].rgb;
 }
 
 fn ambient(point: Point) -> vec3<f32> {

@@ -70,6 +70,12 @@ impl Eye<'_> {
         nearest: &Nearest<'_>,
         pixel: Vec2,
     ) -> Point {
+        let point = self.plain_point(solid, nearest, pixel);
+        if nearest.material.catcher { self.lighting.caught(&point) } else { point }
+    }
+
+    /// As if nothing showed the surroundings behind it.
+    fn plain_point(&self, solid: &Seen<'_>, nearest: &Nearest<'_>, pixel: Vec2) -> Point {
         let Nearest { footprint, material, hit } = nearest;
         if footprint.caster & TRIANGLE_BIT != 0 {
             let facet = self.triangle(solid, footprint, material, hit, pixel);

@@ -255,6 +255,25 @@ impl<'a> Lighting<'a> {
         point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine
     }
 
+    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: the whole of it is
+    /// divided out of what [`Self::light`] multiplies with.
+    pub fn caught(&self, point: &Point) -> Point {
+        let of_light = |light: &GpuLight| {
+            let (toward, color) = incoming(light, point.position);
+            color * scattered(PointKind::Solid, point.normal.dot(toward))
+        };
+        let whole = self.ambient_at(point) + self.lights().iter().map(of_light).sum::<Vec3>();
+        let behind = self.radiance_around(-point.to_eye, 0.0);
+        let is_lit = whole.cmpgt(Vec3::ZERO);
+        Point {
+            albedo: Vec3::select(is_lit, behind / whole, Vec3::ZERO),
+            emission: Vec3::select(is_lit, Vec3::ZERO, behind),
+            gloss: Gloss { reflectivity: 0.0, polish: 0.0 },
+            metallic: 0.0,
+            ..*point
+        }
+    }
+
     /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0 behind
     /// a given far plane (rule 1, with nothing in the map).
     pub fn share(&self, index: usize, point: &ReceiverPoint) -> Vec3 {
