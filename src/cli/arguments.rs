@@ -1,5 +1,10 @@
 //! Command line arguments.
-use super::bench::BenchArguments;
+use super::{
+    bench::BenchArguments,
+    values::{
+        BackendName, DebugName, Frames, Shard, SimulationName, Target, frame_rate, key_value, share,
+    },
+};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use gobo::{
@@ -7,12 +12,6 @@ use gobo::{
     scene::{Scene, Share},
 };
 use std::{ops::Range, path::PathBuf};
-
-mod values;
-
-pub(super) use values::key_value;
-pub(crate) use values::{BackendName, DebugName, SimulationName, Target};
-use values::{Frames, Shard, frame_rate, share};
 
 /// Coloured translucent shadows by compute shaders alone
 #[derive(Debug, Parser)]

@@ -1,10 +1,10 @@
 //! `gobo export`: kernels and a manifest for engines without wgpu.
 use super::{
-    arguments::Target,
     failure::Failure,
     files, frame,
     look_up::{self, LookUp},
     translate::{Kernel, translate},
+    values::Target,
     writers::BufferSizes,
 };
 use gobo::{

@@ -1,13 +1,13 @@
 //! A scene's frame as a recording: its resources with their contents, its kernels, its commands, and the maps
 //! that they make, bit for bit. For engines without wgpu: `docs/export.md`.
 use super::{
-    arguments::Target,
     export::binding_entry,
     failure::Failure,
     files,
     memory::Needs,
     structs::structs,
     translate::{self, translate},
+    values::Target,
 };
 use gobo::{
     Error, Gpu, Prepared, Shadows,

@@ -1,14 +1,16 @@
 //! `gobo render`: frames, maps, and their costs.
 use super::{
-    arguments::{RenderArguments, SimulationName},
+    arguments::RenderArguments,
     claim::{self, Claim},
     exr::{self, Channel},
     failure::Failure,
     files, layers, maps,
     memory::Needs,
     preview::Preview,
+    report::{json, kept_json},
     sidecar::{self, FrameFiles, Sidecar},
     stop,
+    values::SimulationName,
 };
 use gobo::{
     internals::{gpu::Backend, records::Picture},
@@ -19,11 +21,6 @@ use gobo::{
 use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
-
-mod report;
-
-pub(super) use report::as_map;
-use report::{json, kept_json};
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     if arguments.backend() == Backend::Cpu && !arguments.debug().is_empty() {

@@ -1,8 +1,8 @@
 //! Translation of a kernel to another shading language. Flags stay override constants if the language has
 //! such; other constants are resolved.
 use super::{
-    arguments::Target,
     specialise,
+    values::Target,
     writers::{BufferSizes, glsl, hlsl, msl, slots, spirv},
 };
 use gobo::internals::gpu::Constant;

@@ -1,9 +1,9 @@
 //! `gobo verify`: checks that all frames of a job exist, belong together and are as they were written.
 use super::{
-    arguments::DebugName,
     failure::Failure,
     files::{self, entries},
     sidecar::{Fault, Sidecar, frame_of, maps, stem},
+    values::DebugName,
 };
 use clap::ValueEnum as _;
 use gobo::internals::picture::debug::DebugMode;

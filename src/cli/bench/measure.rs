@@ -8,7 +8,7 @@ use super::{
         agree::{Difference, Map, Rounding, agree},
     },
 };
-use crate::cli::{failure::Failure, render::as_map};
+use crate::cli::{failure::Failure, report::as_map};
 use gobo::{
     Counters, Prepared, Receiver, ShadowSettings, Shadows,
     internals::{

@@ -39,10 +39,7 @@ pub(super) fn kept_json(index: u32, picture: &Path) -> String {
 }
 
 /// Serializes entries in order; values of equal names are added.
-pub(in crate::cli) fn as_map<T, S>(
-    entries: &[(&'static str, T)],
-    serializer: S,
-) -> Result<S::Ok, S::Error>
+pub(super) fn as_map<T, S>(entries: &[(&'static str, T)], serializer: S) -> Result<S::Ok, S::Error>
 where
     T: Copy + Serialize + std::ops::AddAssign,
     S: Serializer,

@@ -123,7 +123,7 @@ pub(super) fn frame_rate(text: &str) -> Result<f64, String> {
     }
 }
 
-pub(in crate::cli) fn key_value(text: &str) -> Result<(String, String), String> {
+pub(super) fn key_value(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() => {
             Ok((key.trim().to_owned(), value.trim().to_owned()))
