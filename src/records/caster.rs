@@ -29,7 +29,8 @@ crate::texel_layout!(Caster { center, radius, red_green, blue_alpha, material_ro
 impl Caster {
     pub fn new(particle: &Particle, material: &Material) -> Self {
         let color = particle.color.truncate() / material.transfer.max_color();
-        let turns = (particle.rotation / std::f32::consts::TAU).rem_euclid(1.0);
+        let turns = particle.rotation / std::f32::consts::TAU;
+        let turns = turns - turns.floor();
         Self {
             center: particle.center,
             radius: particle.radius,

@@ -4,7 +4,7 @@ use half::f16;
 
 /// Packs two numbers in 0..=1 like `pack2x16unorm`.
 pub(super) fn unorm2(x: f32, y: f32) -> u32 {
-    let unorm = |v: f32| (0.5 + 65535.0 * v.clamp(0.0, 1.0)).floor() as u32;
+    let unorm = |v: f32| (0.5 + 65535.0 * v.clamp(0.0, 1.0)) as u32;
     unorm(x) | unorm(y) << 16
 }
 
