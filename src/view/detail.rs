@@ -14,7 +14,7 @@ use crate::model::{Light, LightKind, Material, Scene, ShadowFilter, Transfer};
 use glam::{DMat2, DVec2, DVec3, IVec2, Mat4, UVec2, Vec3};
 
 /// Names of the windows, the finest first.
-const NAMES: [&str; 3] = ["detail0", "detail1", "detail2"];
+const NAMES: [&str; 6] = ["detail0", "detail1", "detail2", "detail3", "detail4", "detail5"];
 /// Pixels of the picture to one of the small picture, each way.
 const COARSE: u32 = 8;
 /// Edge of the small map [texels].
@@ -25,8 +25,18 @@ const FINER: f64 = 1.2;
 const LIMITS: i32 = 14;
 /// Places that are asked what a window brings.
 const ASKED: usize = 1000;
-/// What a window must bring: mean square of the share by which texels are too wide.
-const PRICE: f64 = 0.02;
+/// What a window of [`LARGEST`] texels a side must bring: mean square of the share by which texels are too wide.
+const PRICE: f64 = 0.01;
+/// Share of that price for a window of few texels.
+const FIXED: f64 = 0.1;
+/// Texels of a light's windows, in windows of [`LARGEST`] a side.
+const MOST_TEXELS: f64 = 3.0;
+/// Edge of the largest window [texels].
+const LARGEST: u32 = 2048;
+/// How often places are halved, to try windows of their own around the halves.
+const HALVINGS: u32 = 3;
+/// Width of a texel that is narrow enough [pixels].
+const FINENESS: f64 = 0.85;
 /// Largest such share.
 const MOST_EXCESS: f64 = 8.0;
 /// Places to one that is left coarser than it needs.
@@ -46,7 +56,7 @@ const FADE: f32 = 0.05;
 /// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping [texels].
 const BORDER: f64 = 3.0;
 /// Sizes of windows [texels].
-const SIZES: [u32; 9] = [128, 192, 256, 384, 512, 768, 1024, 1536, 2048];
+const SIZES: [u32; 9] = [128, 192, 256, 384, 512, 768, 1024, 1536, LARGEST];
 /// Sizes that windows of curves have: up to 1024 texels.
 const WITH_CURVES: usize = 7;
 /// Least cosine at which a surface is measured.
@@ -64,7 +74,7 @@ impl View {
 struct Seen {
     /// On the light's plane: [m], or in a perspective view at 1 m along the axis.
     place: DVec2,
-    /// Widest texel there that is no wider than a pixel, in the same unit.
+    /// Widest texel there that is narrow enough, in the same unit.
     texel: f64,
 }
 
@@ -121,17 +131,24 @@ fn windows(scene: &Scene, picture: &Picture<'_>, base: &View) -> Vec<View> {
     let limits = (0..LIMITS).map(|i| coarsest * (-0.5 * f64::from(i)).exp2());
     let counts = limits.map(|limit| seen.partition_point(|seen| seen.texel < limit));
     let counts = counts.filter(|&count| count >= LEAST);
+    let parts = counts.flat_map(|count| in_parts(seen[..count].to_vec(), HALVINGS));
     let wishes: Vec<Window> =
-        counts.filter_map(|count| Window::around(&seen[..count], sizes, coarsest)).collect();
+        parts.filter_map(|part| Window::around(&part, sizes, coarsest)).collect();
     let asked: Vec<Seen> = seen.iter().step_by(seen.len() / ASKED + 1).copied().collect();
     let price = PRICE * asked.len() as f64;
     let mut chosen: Vec<&Window> = Vec::new();
     let mut least = excess(&asked, &chosen, coarsest);
     while chosen.len() < NAMES.len() {
         let with = |window| [&chosen[..], &[window]].concat();
-        let costs = wishes.iter().map(|window| excess(&asked, &with(window), coarsest));
-        let best = costs.zip(&wishes).min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((cost, window)) = best.filter(|&(cost, _)| cost + price < least) else { break };
+        let left = MOST_TEXELS - chosen.iter().map(|window| window.area()).sum::<f64>();
+        let small = wishes.iter().filter(|window| window.area() <= left);
+        // What a window brings, for its share of texels.
+        let gains = small.map(|window| {
+            let cost = excess(&asked, &with(window), coarsest);
+            (least - cost - price * (FIXED + window.area()), cost, window)
+        });
+        let best = gains.max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, cost, window)) = best.filter(|&(gain, ..)| gain > 0.0) else { break };
         chosen.push(window);
         least = cost;
     }
@@ -144,6 +161,24 @@ fn windows(scene: &Scene, picture: &Picture<'_>, base: &View) -> Vec<View> {
             View { name: NAMES[index as usize], role, ..window.view(scene, base) }
         })
         .collect()
+}
+
+/// Places together, and those of the halves of their box, of the halves' halves, and so on.
+fn in_parts(seen: Vec<Seen>, halvings: u32) -> Vec<Vec<Seen>> {
+    if halvings == 0 || seen.len() < 2 * LEAST {
+        return vec![seen];
+    }
+    let low = seen.iter().fold(DVec2::INFINITY, |low, seen| low.min(seen.place));
+    let high = seen.iter().fold(DVec2::NEG_INFINITY, |high, seen| high.max(seen.place));
+    let (size, middle) = (high - low, (low + high) * 0.5);
+    let is_first = |seen: &Seen| {
+        if size.x > size.y { seen.place.x < middle.x } else { seen.place.y < middle.y }
+    };
+    let (first, rest) = seen.iter().copied().partition::<Vec<_>, _>(is_first);
+    let halves = [first, rest].into_iter().filter(|half| half.len() >= LEAST);
+    let mut parts: Vec<_> = halves.flat_map(|half| in_parts(half, halvings - 1)).collect();
+    parts.push(seen);
+    parts
 }
 
 /// How much wider than needed texels are: squares of excess, summed over places.
@@ -176,6 +211,11 @@ impl Window {
         let size = *sizes.iter().find(is_enough).or(sizes.last())?;
         let texel = rounded_up(edge / inner(size), FINE_STEPS);
         (texel * FINER <= coarsest).then_some(Self { low, high, texel, size })
+    }
+
+    /// Share of the texels of the largest window.
+    fn area(&self) -> f64 {
+        (f64::from(self.size) / f64::from(LARGEST)).powi(2)
     }
 
     fn holds(&self, place: DVec2) -> bool {
@@ -313,6 +353,6 @@ impl<'a> Picture<'a> {
         let stretch = ((sum + (sum * sum - 4.0 * area * area).max(0.0).sqrt()) * 0.5).sqrt();
         let place = in_light.truncate() / spread;
         (stretch.is_finite() && stretch > 0.0 && place.is_finite())
-            .then(|| Seen { place, texel: 1.0 / stretch })
+            .then(|| Seen { place, texel: FINENESS / stretch })
     }
 }
