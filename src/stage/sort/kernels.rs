@@ -7,6 +7,14 @@ use crate::gpu::{Choice, KernelDesc, Tier};
 const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
 const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
 
+/// How workgroups rank pairs and sum, on GPUs.
+const RANKS: Choice =
+    Choice::by_tier("ranks", "sort/ranks_shared.wgsl", Tier::Subgroups, "sort/ranks_subgroup.wgsl");
+/// Replaces [`RANKS`] where subgroups have more lanes than it reads.
+pub const SHARED_RANKS: Choice = Choice::new("ranks", "sort/ranks_shared.wgsl");
+const SUMS: Choice =
+    Choice::by_tier("sums", "sort/sums_shared.wgsl", Tier::Subgroups, "sort/sums_subgroup.wgsl");
+
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     name: "sort_serial_count",
     entry: "sort_serial_count",
@@ -65,16 +73,16 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
     name: "sort_wide_scan",
     entry: "sort_wide_scan",
     root: "sort/sort_wide_scan.wgsl",
-    with: &[],
+    with: &[SUMS],
     constants: &[],
-    tiers: &[Tier::Core],
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     name: "sort_wide_scatter",
     entry: "sort_wide_scatter",
     root: "sort/sort_wide_scatter.wgsl",
-    with: &[],
+    with: &[RANKS, SUMS],
     constants: &[],
-    tiers: &[Tier::Core],
+    tiers: Tier::BY_SUBGROUPS,
 };

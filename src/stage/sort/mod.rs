@@ -17,8 +17,8 @@ mod kernels;
 use crate::{gpu::KernelDesc, model::MAX_PAIRS};
 use bytemuck::{Pod, Zeroable};
 pub use kernels::{
-    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, WIDE_COUNT, WIDE_SCAN,
-    WIDE_SCATTER,
+    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, SHARED_RANKS, WIDE_COUNT,
+    WIDE_SCAN, WIDE_SCATTER,
 };
 use std::ops::Range;
 use wgpu::TextureFormat::Rg32Uint;
@@ -92,7 +92,8 @@ pub enum Shape {
     /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For
     /// software adapters, where these are slow and parallelism is scarce.
     Serial,
-    /// Each workgroup sorts a block, ranked with bit masks in workgroup memory. For GPUs.
+    /// Each workgroup sorts a block, ranked by ballots of subgroups, or without them by bit masks in workgroup memory.
+    /// For GPUs.
     Wide,
 }
 
