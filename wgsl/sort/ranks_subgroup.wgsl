@@ -5,6 +5,7 @@
 import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;
 import package::features::WIDE;
+import package::scan::agreed::agreed;
 import package::sort::sort::texel_from_pair;
 import package::sort::wide::{ROUNDS, Share, TEAMS, WORKGROUP_SIZE, half_of, held, ranked, ranked_word, ranks};
 import package::traversal::subgroup_block::first_lane;
@@ -12,14 +13,8 @@ import package::traversal::subgroup_block::first_lane;
 const TEAM_SIZE: u32 = WORKGROUP_SIZE / TEAMS;
 const MAX_BITS: u32 = 8u; // of a digit
 
-// Lanes of a subgroup; all subgroups of a workgroup have the same.
-var<workgroup> subgroup_size: u32;
-
 fn share_of(lane: u32) -> Share {
     let size = subgroupAdd(1u);
-    if lane == 0u {
-        subgroup_size = size;
-    }
     return Share(lane / max(TEAM_SIZE, size), lane / size * ROUNDS * size + lane % size, size);
 }
 
@@ -48,7 +43,8 @@ fn lane_count(lanes: vec2<u32>) -> u32 {
 
 // Ranks the pairs from `begin` up to `count` that the share has.
 fn rank_pairs(lane: u32, share: Share, begin: u32, count: u32) {
-    let size = workgroupUniformLoad(&subgroup_size);
+    // All subgroups of a workgroup have as many lanes.
+    let size = agreed(lane, share.step);
     let own_lane = lane % share.step;
     let own_turn = lane % TEAM_SIZE / share.step;
     for (var turn = 0u; turn * size < TEAM_SIZE; turn += 1u) {

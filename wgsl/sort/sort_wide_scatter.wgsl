@@ -7,7 +7,7 @@ import package::bind::uniform::sort_pass;
 import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
 import package::sort::wide::{BLOCK, ROUNDS, TEAMS, WORKGROUP_SIZE, held, ranked, ranked_in, ranks};
 import choice::ranks::{rank_pairs, share_of};
-import choice::sums::sums_of;
+import choice::scan::prefix_sum;
 
 // Position of the block's first pair with that digit.
 var<workgroup> places: array<u32, 256>;
@@ -32,7 +32,7 @@ fn sort_wide_scatter(
         in_all = textureLoad(histograms, vec2(lane, TOTAL_ROW)).x;
         in_earlier_blocks = textureLoad(histograms, vec2(block.x, lane)).x;
     }
-    places[lane] = sums_of(lane, in_all).earlier + in_earlier_blocks;
+    places[lane] = prefix_sum(lane, in_all).before + in_earlier_blocks;
 
     // 2. Rank each pair among those of its team with the same digit.
     rank_pairs(lane, share, begin, count);

@@ -32,9 +32,3 @@ fn ranked_word(team: u32, digit: u32) -> u32 {
 fn ranked_in(team: u32, digit: u32) -> u32 {
     return half_of(atomicLoad(&ranked[ranked_word(team, digit)]), team);
 }
-
-// Sum over earlier invocations, and over all.
-struct Sums {
-    earlier: u32,
-    total: u32,
-}

@@ -46,6 +46,8 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
     ("RUN_TARGET", RUN_TARGET as f64),
     ("RUN_LIMIT", RUN_LIMIT as f64),
 ];
+/// Invocations of the workgroups of GPUs' kernels.
+const WIDE_CONSTANTS: &[(&str, f64)] = &[("SCAN_LANES", 256.0)];
 
 /// Bits of a digit with 64 values.
 pub const FEW_BITS: u32 = 6;
