@@ -9,8 +9,8 @@ import choice::scan::prefix_sum;
 
 @compute @workgroup_size(SCAN_LANES)
 fn bin_scan(@builtin(local_invocation_index) lane: u32) {
-    let blocks = (bin_params.run_count + bin_params.block_runs - 1u) / bin_params.block_runs;
-    let block_count = agreed(lane, blocks);
+    let runs = max(bin_params.block_runs, 1u);
+    let block_count = agreed(lane, (bin_params.run_count + runs - 1u) / runs);
     var total = 0u;
     for (var begin = 0u; begin < block_count; begin += SCAN_LANES) {
         let block = begin + lane;
