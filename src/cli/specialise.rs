@@ -17,6 +17,7 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         unrolled: false,
         kinds_apart: false,
         wide: true,
+        ballots: true,
         queued: false,
         interleaved: false,
         loaded: false,

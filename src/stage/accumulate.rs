@@ -14,11 +14,16 @@ use super::{
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
     model::TILE_SIZE,
+    records::SATURATED,
 };
 
-/// Workgroups of `tiny`: 8,192 invocations in flight, each adding at most 7 * 65,536 to a texel,
-/// stay below 2^32.
-pub const TINY_GROUPS: u32 = 32;
+/// Most workgroups of `tiny`, which fill a GPU.
+pub const TINY_GROUPS: u32 = 1024;
+/// Most that one of its invocations adds to a texel at a time. WGSL: `wgsl/sums/merge.wgsl`.
+pub const LARGEST_STEP: u32 = 16380;
+// All of them may have seen a sum that is not yet saturated.
+const _: () =
+    assert!(SATURATED as u64 + (TINY_GROUPS * CHUNK_SIZE) as u64 * (LARGEST_STEP as u64) < 1 << 32);
 
 /// Most texels of segments that are composed one by one, 32 bytes each, for so many pairs: the pair budget's
 /// default would need slightly more than a storage binding of 128 MiB holds.

@@ -5,7 +5,7 @@
 //! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
 //! binned again in parts of its tiles (`src/shadows/batch/parts.rs`).
 //! `dispatches` holds the workgroup counts that only the GPU knows.
-use super::sort::Shape;
+use super::{sort::Shape, walk};
 use crate::gpu::{KernelDesc, Tier};
 use bytemuck::{Pod, Zeroable};
 
@@ -34,25 +34,22 @@ pub const COUNT: KernelDesc = KernelDesc {
     name: "bin_count",
     entry: "bin_count",
     root: "bin/bin_count.wgsl",
-    with: &[],
-    constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
-    tiers: &[Tier::Core],
+    with: &[walk::SCAN],
+    constants: &[("SCAN_LANES", SERIAL_LANES as f64)],
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 /// [`COUNT`] for GPUs.
-pub const WIDE_COUNT: KernelDesc = KernelDesc {
-    name: "bin_count_wide",
-    constants: &[("WORKGROUP_SIZE", WIDE_LANES as f64)],
-    ..COUNT
-};
+pub const WIDE_COUNT: KernelDesc =
+    KernelDesc { name: "bin_count_wide", constants: &[("SCAN_LANES", WIDE_LANES as f64)], ..COUNT };
 
 pub const SCAN: KernelDesc = KernelDesc {
     name: "bin_scan",
     entry: "bin_scan",
     root: "bin/bin_scan.wgsl",
-    with: &[],
-    constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
-    tiers: &[Tier::Core],
+    with: &[walk::SCAN],
+    constants: &[("SCAN_LANES", SCAN_LANES as f64)],
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const EMIT: KernelDesc = KernelDesc {
@@ -148,6 +145,8 @@ pub struct BinParams {
     pub tile_count: u32,
     pub view_count: u32,
     pub segment_length: u32,
+    /// Runs that a workgroup counts.
+    pub block_runs: u32,
 }
 crate::gpu_layout!(BinParams {
     footprint_count,
@@ -156,7 +155,8 @@ crate::gpu_layout!(BinParams {
     pair_capacity,
     tile_count,
     view_count,
-    segment_length
+    segment_length,
+    block_runs
 });
 
 impl BinParams {
@@ -178,6 +178,7 @@ impl BinParams {
             tile_count,
             view_count,
             segment_length,
+            block_runs: lanes(shape),
         }
     }
 
@@ -279,9 +280,10 @@ fn usual_runs(shape: Shape) -> u32 {
     }
 }
 
-/// Most runs of a list.
-pub fn max_runs(shape: Shape) -> u32 {
-    2 * usual_runs(shape)
+/// Most runs of a list and blocks of them.
+pub fn max_offsets(shape: Shape) -> u32 {
+    let runs = 2 * usual_runs(shape);
+    runs + runs.div_ceil(lanes(shape))
 }
 
 /// Length of a run [footprints]. With its pairs ([`RUN_PAIRS`]) it stays below llvmpipe's 65,535

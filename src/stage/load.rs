@@ -3,10 +3,10 @@
 //! `load_casters`, `load_gaussians` (once a frame and set) In: the host's `load_caster` or `load_gaussian`. Out: `casters`,
 //! as if they had been uploaded, and a box around each group of [`CHUNK_SIZE`]. `pack_voxels` (before, once a
 //! grid of the host) In: `host_voxels`, or the host's `load_density`. Out: `voxels`, and which bricks have some; these
-//! `load_bricks` takes for casters. `cull_groups` (once a list) In: the boxes, six
-//! planes a view. Out: chunks for `project` and their number, which is never read back: the dispatch covers
+//! `load_bricks` takes for casters. `cull_groups`, `cull_scan`, `cull_list` (once a list)
+//! In: the boxes, six planes a view. Out: chunks for `project` and their number, which is never read back: the dispatch covers
 //! all groups, and surplus workgroups end early.
-use super::project::CHUNK_SIZE;
+use super::{project::CHUNK_SIZE, walk::SCAN};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Name of the import that a host's text implements.
@@ -51,14 +51,45 @@ pub const VOXELS: KernelDesc = KernelDesc {
     tiers: &[Tier::Core],
 };
 
-pub const GROUPS: KernelDesc = KernelDesc {
+/// Combinations of a view and a group that a workgroup culls. WGSL: `wgsl/load/cull.wgsl`.
+pub const CULL_BLOCK: u32 = 128;
+/// Invocations of `cull_scan`'s only workgroup.
+const SCAN_LANES: u32 = 256;
+
+pub const CULL_GROUPS: KernelDesc = KernelDesc {
     name: "cull_groups",
     entry: "cull_groups",
     root: "load/cull_groups.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
+    with: &[SCAN],
+    constants: &[("SCAN_LANES", CULL_BLOCK as f64)],
+    tiers: Tier::BY_SUBGROUPS,
 };
+
+pub const CULL_SCAN: KernelDesc = KernelDesc {
+    name: "cull_scan",
+    entry: "cull_scan",
+    root: "load/cull_scan.wgsl",
+    constants: &[("SCAN_LANES", SCAN_LANES as f64)],
+    ..CULL_GROUPS
+};
+
+pub const CULL_LIST: KernelDesc = KernelDesc {
+    name: "cull_list",
+    entry: "cull_list",
+    root: "load/cull_list.wgsl",
+    ..CULL_GROUPS
+};
+
+/// The kernels that cull so many combinations of a view and a group, and their workgroups.
+pub fn cull(entries: u32) -> [(&'static KernelDesc, [u32; 3]); 3] {
+    let blocks = [entries.div_ceil(CULL_BLOCK), 1, 1];
+    [(&CULL_GROUPS, blocks), (&CULL_SCAN, [1; 3]), (&CULL_LIST, blocks)]
+}
+
+/// Elements of `listed_counts` for so many combinations.
+pub fn listed_length(entries: u32) -> u64 {
+    u64::from(entries) + 2 * u64::from(entries.div_ceil(CULL_BLOCK))
+}
 
 /// Number of groups of a set of `capacity` casters.
 pub fn group_count(capacity: u32) -> u32 {

@@ -4,7 +4,7 @@
 use super::{
     bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
     llvmpipe,
-    sort::Shape,
+    sort::{SHARED_RANKS, Shape},
 };
 use crate::gpu::{Choice, Constant, KernelDesc};
 
@@ -31,6 +31,8 @@ pub struct Profile {
     pub kinds_apart: bool,
     /// Whether subgroups may have more than 32 lanes.
     pub wide: bool,
+    /// Whether the sort ranks by ballots where there are subgroups: the kernel reads 64 lanes of them.
+    pub ballots: bool,
     /// Whether soft discs are collected in batches of eight, one for each lane of a subgroup. On software
     /// adapters with such subgroups, on the native tier, if the device has
     /// [`FETCH_FEATURES`](crate::gpu::FETCH_FEATURES).
@@ -57,6 +59,7 @@ impl Profile {
             unrolled: is_software && !adapter.driver.starts_with("SwiftShader"),
             kinds_apart: is_software,
             wide: adapter.subgroup_max_size > 32,
+            ballots: adapter.subgroup_max_size <= 64,
             queued: is_software && lanes == [8, 8],
             interleaved: is_software,
             loaded: is_software,
@@ -86,7 +89,8 @@ impl Profile {
     /// Choices that replace a kernel's own.
     pub fn choices(&self) -> Vec<Choice> {
         let chosen = [
-            (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
+            (!self.ballots, &[SHARED_RANKS][..]),
+            (self.interleaved, &[llvmpipe::INTERLEAVED]),
             (self.loaded, &[llvmpipe::LOADED]),
             (self.columns, &llvmpipe::COLUMNS),
             (self.unrolled, &[llvmpipe::WRITTEN_OUT]),

@@ -1,4 +1,4 @@
-//! Choices shared by all kernels that walk the pairs of a tile or a segment.
+//! Choices shared by kernels of several stages.
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Kernels that walk the pairs of a list of casters.
@@ -24,6 +24,13 @@ pub(super) const WALK: Choice = Choice::by_tier(
 /// Sums of a batch's texels: textures where these have atomics, else buffers.
 pub(super) const SUMS: Choice =
     Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
+/// Prefix sums of a workgroup.
+pub(super) const SCAN: Choice = Choice::by_tier(
+    "scan",
+    "scan/prefix_shared.wgsl",
+    Tier::Subgroups,
+    "scan/prefix_subgroup.wgsl",
+);
 /// Lanes load and test any caster, and broadcast it.
 pub(super) const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
 /// Like [`LANE_CASTER`], with particles set up by the lanes that broadcast them.

@@ -140,7 +140,7 @@ fn views() -> Vec<GpuView> {
 fn chunks_are_of_what_views_may_see_in_order() {
     let gpu = gpu(TIERS[0]);
     let mut chance = Chance::new(3);
-    let groups: Vec<_> = (0..300)
+    let groups: Vec<_> = (0..12_000)
         .map(|i| {
             let (center, half) = (chance.vec3(-9.0, 9.0), chance.vec3(0.0, 0.8));
             let count = if i % 7 == 0 { 0 } else { 1 + chance.below(256) as u32 };
@@ -148,7 +148,7 @@ fn chunks_are_of_what_views_may_see_in_order() {
         })
         .collect();
     let (views, first_group) = (views(), 5_u32);
-    let of_list = &groups[first_group as usize..290];
+    let of_list = &groups[first_group as usize..11_990];
     let params = CullParams {
         view_count: views.len() as u32,
         group_count: of_list.len() as u32,
@@ -167,7 +167,7 @@ fn chunks_are_of_what_views_may_see_in_order() {
         BufferUsages::STORAGE | BufferUsages::COPY_SRC,
     );
     let listed = gpu.storage::<Listed>("listed", 1);
-    let counts = gpu.storage::<u32>("counts", entries);
+    let counts = gpu.storage::<u32>("counts", load::listed_length(entries as u32) as usize);
     let of_params = gpu.upload("params", &[params], BufferUsages::UNIFORM);
     let of_planes = gpu.upload("planes", &planes, BufferUsages::UNIFORM);
     let of_groups = gpu.upload("groups", &groups, BufferUsages::STORAGE);
@@ -178,8 +178,13 @@ fn chunks_are_of_what_views_may_see_in_order() {
         .with("chunks", &chunks)
         .with("listed", &listed)
         .with("listed_counts", &counts);
-    let kernel = Kernel::new(&gpu.device, &load::GROUPS, gpu.tier, &[], &[]).unwrap();
-    run(&gpu, &kernel, &resources, 1);
+    let steps = load::cull(entries as u32);
+    // More blocks than one turn of the scan takes.
+    assert!(steps[0].1[0] > 256, "{steps:?}");
+    for (desc, groups) in steps {
+        let kernel = Kernel::new(&gpu.device, desc, gpu.tier, &[], &[]).unwrap();
+        run(&gpu, &kernel, &resources, groups[0]);
+    }
 
     let (mut expected, mut next) = (Vec::new(), 77);
     for (view, frustum) in (0..).zip(&frustums) {

@@ -21,6 +21,14 @@ use gobo::{
     wgpu::{self, BufferUsages},
 };
 
+/// Shapes, and tiers whose kernels differ.
+const WAYS: [(Shape, Tier); 4] = [
+    (Shape::Serial, Tier::Core),
+    (Shape::Serial, Tier::Subgroups),
+    (Shape::Wide, Tier::Core),
+    (Shape::Wide, Tier::Subgroups),
+];
+
 fn rect(x0: u32, y0: u32, x1: u32, y1: u32, view: u32) -> TileRect {
     let mut mask = 0;
     for (y, x) in (0..=y1 - y0).flat_map(|y| (0..=x1 - x0).map(move |x| (y, x))) {
@@ -86,20 +94,21 @@ fn scattered_rects(count: u32) -> Vec<TileRect> {
 /// Output of `count`, `scan` and `emit`: pairs, overflow, and the counters.
 fn emitted(
     gpu: &Gpu,
-    shape: Shape,
+    (shape, tier): (Shape, Tier),
     sorted: &[u32],
     rects: &[TileRect],
     views: &[GpuView],
     outlines: &[Outline],
     pair_capacity: u32,
 ) -> (Vec<Pair>, Vec<u32>, BatchCounters) {
-    let kernel = |desc| gpu.kernels.kernel(&gpu.device, desc, Tier::Core, &[], &[]).unwrap();
+    let kernel = |desc| gpu.kernels.kernel(&gpu.device, desc, tier, &[], &[]).unwrap();
     let [count, emit] = bin::count_and_emit(shape).map(kernel);
     let scan = kernel(&bin::SCAN);
     let footprint_count = sorted.len() as u32;
     let run_length = bin::run_length(shape, footprint_count);
     let run_count = footprint_count.div_ceil(run_length);
-    assert!(run_count <= bin::max_runs(shape));
+    let offset_count = run_count + run_count.div_ceil(bin::lanes(shape));
+    assert!(offset_count <= bin::max_offsets(shape));
     let params = BinParams {
         footprint_count,
         run_length,
@@ -108,6 +117,7 @@ fn emitted(
         tile_count: 32,
         view_count: 2,
         segment_length: 1,
+        block_runs: bin::lanes(shape),
     };
     let mut all_views = views.to_vec();
     all_views.resize(MAX_VIEWS, views[0]);
@@ -134,7 +144,7 @@ fn emitted(
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let params = gpu.upload("bin_params", &[params], BufferUsages::UNIFORM);
     let view_buffer = gpu.upload("views", &all_views, BufferUsages::UNIFORM);
-    let runs = gpu.upload("run_offsets", &vec![POISON; run_count.max(1) as usize], storage);
+    let runs = gpu.upload("run_offsets", &vec![POISON; offset_count as usize], storage);
     let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
     let dispatches = gpu.upload("dispatches", &[0_u32; 24], storage);
     let overflow = gpu.upload("overflow", &vec![POISON; rects.len()], storage);
@@ -164,16 +174,16 @@ fn emitted(
 /// The kernels' pairs and overflow on both shapes, on counts that leave lanes and runs unfilled.
 #[test]
 fn both_shapes_emit_what_the_reference_emits() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Subgroups);
     for (count, capacity) in [(1, 64), (7, 64), (700, 1 << 12), (70_001, 1 << 19), (5000, 9000)] {
         let rects = scattered_rects(count);
         let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
         let sorted: Vec<_> = (0..count).rev().filter(visible).collect();
         let bins = bin(&sorted, &rects, |_| None, &views(), 32, capacity);
-        for shape in [Shape::Serial, Shape::Wide] {
+        for way in WAYS {
             let (pairs, mut overflow, counters) =
-                emitted(&gpu, shape, &sorted, &rects, &views(), &[], capacity);
-            let name = format!("{count} footprints, {shape:?}");
+                emitted(&gpu, way, &sorted, &rects, &views(), &[], capacity);
+            let name = format!("{count} footprints, {way:?}");
             // A stable sort by tile, like the stage that follows.
             let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
             found.sort_by_key(|pair| pair.key);
@@ -204,7 +214,7 @@ fn ellipse(chance: &mut Chance) -> Ellipse {
 /// Count and emit take the tiles of an outline as the reference does, integer by integer.
 #[test]
 fn both_shapes_emit_the_tiles_of_outlines() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Subgroups);
     let views = [flat_view(1024, 1.0).to_gpu(0, UVec2::ZERO, 0)];
     let mut chance = Chance::new(3);
     let (mut rects, mut outlines) = (Vec::new(), Vec::new());
@@ -222,13 +232,13 @@ fn both_shapes_emit_the_tiles_of_outlines() {
     let bins = bin(&sorted, &rects, |i| outlines.get(i as usize), &views, 4096, u32::MAX);
     assert!(bins.pairs.len() > 1_000_000, "{}", bins.pairs.len());
     let capacity = bins.pairs.len() as u32;
-    for shape in [Shape::Serial, Shape::Wide] {
+    for way in WAYS {
         let (mut found, _, counters) =
-            emitted(&gpu, shape, &sorted, &rects, &views, &outlines, capacity);
-        assert_eq!((counters.pair_count, counters.overflowed), (capacity, 0), "{shape:?}");
+            emitted(&gpu, way, &sorted, &rects, &views, &outlines, capacity);
+        assert_eq!((counters.pair_count, counters.overflowed), (capacity, 0), "{way:?}");
         found.truncate(bins.pairs.len());
         found.sort_by_key(|pair| pair.key);
         let cpu = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
-        assert!(found.into_iter().eq(cpu), "{shape:?}");
+        assert!(found.into_iter().eq(cpu), "{way:?}");
     }
 }

@@ -14,7 +14,9 @@ use gobo::{
 };
 use std::ops::Range;
 
-const SHAPES: [Shape; 2] = [Shape::Serial, Shape::Wide];
+/// Shapes, and tiers whose kernels differ for them.
+const WAYS: [(Shape, Tier); 3] =
+    [(Shape::Serial, Tier::Core), (Shape::Wide, Tier::Core), (Shape::Wide, Tier::Subgroups)];
 const POISON: Pair = Pair { key: 0xdead_beef, value: 0xdead_beef };
 
 /// Keys by a bijective mix of the index (the finalizer of Appleby 2011, `MurmurHash3`).
@@ -63,16 +65,16 @@ fn pair_textures(gpu: &Gpu, pairs: &[Pair], capacity: u32) -> [wgpu::Texture; 2]
     })
 }
 
-fn kernels(gpu: &Gpu, shape: Shape) -> Kernels {
+fn kernels(gpu: &Gpu, (shape, tier): (Shape, Tier)) -> Kernels {
     let profile = Profile { shape, ..Profile::of(&gpu.adapter) };
-    Kernels::new(&gpu.device, Tier::Core, profile, gpu.kernels.clone())
+    Kernels::new(&gpu.device, tier, profile, gpu.kernels.clone())
 }
 
 /// Sorts the first `count` of `pairs`; all texels of the result. `lowered`: the count that a kernel has
 /// lowered a known one to.
 fn sort_on(
     gpu: &Gpu,
-    shape: Shape,
+    way: (Shape, Tier),
     pairs: &[Pair],
     count: SortCount<'_>,
     lowered: Option<u32>,
@@ -83,7 +85,7 @@ fn sort_on(
     };
     let textures = pair_textures(gpu, pairs, capacity);
     let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
-    let sort = Sort::new(&kernels(gpu, shape), views.each_ref(), count, bits).unwrap();
+    let sort = Sort::new(&kernels(gpu, way), views.each_ref(), count, bits).unwrap();
     if let Some(count) = lowered {
         gpu.queue.write_buffer(sort.count_buffer(), 0, &count.to_le_bytes());
     }
@@ -96,11 +98,11 @@ fn sort_on(
     gpu.read_texture(&textures[result])
 }
 
-fn check(gpu: &Gpu, shape: Shape, pairs: &[Pair], bits: Range<u32>) {
+fn check(gpu: &Gpu, way: (Shape, Tier), pairs: &[Pair], bits: Range<u32>) {
     let count = SortCount::Known(pairs.len() as u32);
-    let found = sort_on(gpu, shape, pairs, count, None, bits.clone());
+    let found = sort_on(gpu, way, pairs, count, None, bits.clone());
     compare(&found, &sorted(pairs, bits.clone()))
-        .unwrap_or_else(|error| panic!("{} pairs, bits {bits:?}, {shape:?}: {error}", pairs.len()));
+        .unwrap_or_else(|error| panic!("{} pairs, bits {bits:?}, {way:?}: {error}", pairs.len()));
 }
 
 #[test]
@@ -127,12 +129,12 @@ fn digits_are_even_and_cover_the_bits() {
 
 #[test]
 fn gpu_matches_cpu() {
-    let gpu = gpu(Tier::Core);
-    for shape in SHAPES {
+    let gpu = gpu(Tier::Subgroups);
+    for way in WAYS {
         for count in [0, 1, 63, 64, 65, 1000, 600_003] {
             for bits in [0..12, 0..24, 0..32, 5..14] {
                 if count > 0 || bits.end == 24 {
-                    check(&gpu, shape, &mixed(count), bits);
+                    check(&gpu, way, &mixed(count), bits);
                 }
             }
         }
@@ -141,38 +143,38 @@ fn gpu_matches_cpu() {
 
 #[test]
 fn gpu_sort_is_stable_whatever_the_keys() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Subgroups);
     let count = 20_000;
-    for shape in SHAPES {
-        check(&gpu, shape, &with_keys(count, |_| 7), 0..24);
-        check(&gpu, shape, &with_keys(count, |i| count - i), 0..32);
-        check(&gpu, shape, &with_keys(count, |i| i), 0..16);
-        check(&gpu, shape, &with_keys(count, |i| i % 3 * 0x0101_0101), 0..32);
-        check(&gpu, shape, &with_keys(count, |_| u32::MAX), 0..32);
+    for way in WAYS {
+        check(&gpu, way, &with_keys(count, |_| 7), 0..24);
+        check(&gpu, way, &with_keys(count, |i| count - i), 0..32);
+        check(&gpu, way, &with_keys(count, |i| i), 0..16);
+        check(&gpu, way, &with_keys(count, |i| i % 3 * 0x0101_0101), 0..32);
+        check(&gpu, way, &with_keys(count, |_| u32::MAX), 0..32);
     }
 }
 
 #[test]
 fn a_million_pairs_match() {
-    let gpu = gpu(Tier::Core);
-    for shape in SHAPES {
-        check(&gpu, shape, &mixed(1_300_001), 0..16);
+    let gpu = gpu(Tier::Subgroups);
+    for way in WAYS {
+        check(&gpu, way, &mixed(1_300_001), 0..16);
     }
 }
 
 #[test]
 fn count_may_stay_below_the_capacity() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Subgroups);
     let pairs = mixed(3000);
     let expected = sorted(&pairs, 0..24);
-    for shape in SHAPES {
+    for way in WAYS {
         for capacity in [3000, 50_000, 2_000_000] {
             let known = SortCount::Known(capacity);
-            let found = sort_on(&gpu, shape, &pairs, known, Some(3000), 0..24);
+            let found = sort_on(&gpu, way, &pairs, known, Some(3000), 0..24);
             compare(&found, &expected).unwrap();
             let counts = gpu.upload("counts", &[9, 9, 3000], wgpu::BufferUsages::STORAGE);
             let counted = SortCount::FromBuffer { counts: &counts, index: 2, capacity };
-            let found = sort_on(&gpu, shape, &pairs, counted, None, 0..24);
+            let found = sort_on(&gpu, way, &pairs, counted, None, 0..24);
             compare(&found, &expected).unwrap();
         }
     }
@@ -203,13 +205,13 @@ fn partitions_of_the_capacity_hold_those_of_any_count() {
 /// A count past the capacity: the first `capacity` pairs are sorted, none is written past them.
 #[test]
 fn count_past_the_capacity_is_the_capacity() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Subgroups);
     let pairs = mixed(3000);
     let expected = sorted(&pairs[..2000], 0..12);
     let counts = gpu.upload("counts", &[u32::MAX], wgpu::BufferUsages::STORAGE);
-    for shape in SHAPES {
+    for way in WAYS {
         let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 2000 };
-        let found = sort_on(&gpu, shape, &pairs, counted, None, 0..12);
+        let found = sort_on(&gpu, way, &pairs, counted, None, 0..12);
         // Two passes: the result lies where the pairs were, with the unsorted ones behind.
         assert_eq!(found[2000..3000], pairs[2000..]);
         compare(&found[..2000], &expected).unwrap();
@@ -218,9 +220,9 @@ fn count_past_the_capacity_is_the_capacity() {
 
 #[test]
 fn too_many_pairs_are_refused() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Subgroups);
     let view = gpu.texture("pairs", [1, 1], PAIR_FORMAT).create_view(&Default::default());
-    let kernels = kernels(&gpu, Shape::Serial);
+    let kernels = kernels(&gpu, WAYS[0]);
     let limit = pair_limit(&gpu.device);
     let count = SortCount::Known(limit + 1);
     let error = Sort::new(&kernels, [&view, &view], count, 0..8).unwrap_err();

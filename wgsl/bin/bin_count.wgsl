@@ -1,21 +1,23 @@
-// bin, count: number of pairs of each run of the depth-sorted footprints. One invocation per run. The sort
-// has put footprints without tiles at the end. CPU reference: src/reference/bin.rs. Rust: src/stage/bin.rs.
+// bin, count: number of pairs of each run of the depth-sorted footprints. One invocation per run, one workgroup per
+// block of runs. `run_offsets` has of each run the pairs of those before it in its block, and behind all runs the pairs
+// of each block. The sort has put footprints without tiles at the end. CPU reference: src/reference/bin.rs. Rust:
+// src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};
 import package::bind::loaded::{rects, sorted};
 import package::bind::uniform::bin_params;
 import package::records::bin::{RUN_PAIRS, emit_turns, rect_count};
 import package::records::record::record_texel;
+import package::scan::prefix::SCAN_LANES;
+import choice::scan::prefix_sum;
 
-override WORKGROUP_SIZE: u32;
-
-@compute @workgroup_size(WORKGROUP_SIZE)
-fn bin_count(@builtin(global_invocation_id) id: vec3<u32>) {
-    let run = id.x;
-    if run >= bin_params.run_count {
-        return;
-    }
-    let first = run * bin_params.run_length;
+@compute @workgroup_size(SCAN_LANES)
+fn bin_count(
+    @builtin(workgroup_id) block: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let run = block.x * SCAN_LANES + lane;
+    let first = min(run, bin_params.run_count) * bin_params.run_length;
     let end = min(first + bin_params.run_length, bin_params.footprint_count);
     var pairs = 0u;
     var run_turns = 0u;
@@ -30,6 +32,14 @@ fn bin_count(@builtin(global_invocation_id) id: vec3<u32>) {
         pairs += select(0u, count, counted);
         run_turns += select(0u, turns, counted);
     }
-    run_offsets[run] = pairs;
-    atomicAdd(&counters.visible, visible);
+    let prefix = prefix_sum(lane, pairs);
+    if run < bin_params.run_count {
+        run_offsets[run] = prefix.before;
+    }
+    if lane == 0u {
+        run_offsets[bin_params.run_count + block.x] = prefix.total;
+    }
+    if visible > 0u {
+        atomicAdd(&counters.visible, visible);
+    }
 }

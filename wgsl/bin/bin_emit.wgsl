@@ -40,7 +40,8 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let first = run * bin_params.run_length;
     let end = min(first + bin_params.run_length, bin_params.footprint_count);
-    var offset = run_offsets[run];
+    let block = bin_params.run_count + run / WORKGROUP_SIZE;
+    var offset = run_offsets[block] + run_offsets[run];
     var run_turns = 0u;
     var overflowed = 0u; // running total of all runs after this one's last addition
     for (var i = first; i < end; i += 1u) {

@@ -1,6 +1,6 @@
 // accumulate, tiny: particles of at most 2x2 texels, added straight to the sums. One invocation per
 // footprint; workgroups stride over the chunks, few enough that the invocations in flight on one texel
-// cannot wrap its sum. CPU reference: src/reference/accumulate.rs. Rust: src/stage/accumulate.rs.
+// cannot wrap its sum by steps. CPU reference: src/reference/accumulate.rs. Rust: src/stage/accumulate.rs.
 
 import package::bind::changed::counters;
 import package::bind::read::chunks;
@@ -20,18 +20,22 @@ fn accumulate_tiny(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
+    var scattered = 0u;
     for (var i = workgroup.x; i < project_params.chunk_count; i += workgroups.x) {
-        scatter_particle(chunks[i], lane);
+        scattered += scatter_particle(chunks[i], lane);
+    }
+    if scattered > 0u {
+        atomicAdd(&counters.scattered, scattered);
     }
 }
 
-fn scatter_particle(chunk: Chunk, lane: u32) {
+// Number of particles that were scattered: one or none.
+fn scatter_particle(chunk: Chunk, lane: u32) -> u32 {
     let index = chunk.first_footprint + lane;
     let rect = textureLoad(rects, record_texel(index), 0).rg;
     if lane >= chunk.count || !is_scattered(rect) {
-        return;
+        return 0u;
     }
-    atomicAdd(&counters.scattered, 1u);
     let view = views[chunk.view];
     let footprint = load_footprint(index);
     let first = vec2<i32>(scatter_texel(footprint.bounds.xy));
@@ -41,4 +45,5 @@ fn scatter_particle(chunk: Chunk, lane: u32) {
             scatter(view, footprint, vec2<u32>(texel));
         }
     }
+    return 1u;
 }

@@ -1,20 +1,19 @@
-// cull: groups of host casters that each view of a batch may see -> chunks for `project`, view by view, in
-// order. One workgroup: every invocation takes consecutive (view, group) combinations. CPU reference: `Frustum`
-// in src/shadows/cull/frustum.rs. Rust: src/stage/load.rs.
+// cull, groups: casters of each group of host casters that a view of a batch may see. One invocation per (view, group)
+// combination, one workgroup per block of them: `listed_counts` has the casters of each combination, and behind them the
+// chunks of each block, then the casters of each. CPU reference: `Frustum` in src/shadows/cull/frustum.rs. Rust:
+// src/stage/load.rs.
 
-import package::bind::changed::{chunks, listed, listed_counts};
+import package::bind::changed::listed_counts;
 import package::bind::read::host_groups;
 import package::bind::uniform::{cull_params, cull_planes};
-import package::records::chunk::Chunk;
-import package::records::host::CHUNK_SIZE;
+import package::load::cull::{both_counts, chunks_of, cull_blocks, cull_entries, footprints_of};
+import package::scan::prefix::SCAN_LANES;
+import choice::scan::prefix_sum;
 
-const CULL_LANES: u32 = 256u;
 // Rounding of a box as a share of its largest coordinate, and enlargement as a share of its size for axes
 // of a view that are not quite unit. Rust: `widened` in src/shadows/cull/frustum.rs.
 const BOX_ROUNDING: f32 = 3.8146973e-6;
 const BOX_SKEW: f32 = 2e-5;
-
-var<workgroup> sums: array<vec2<u32>, CULL_LANES>;
 
 // Number of casters of the group, or 0 if its box is outside a plane of the view.
 fn seen_count(view: u32, group: u32) -> u32 {
@@ -32,36 +31,22 @@ fn seen_count(view: u32, group: u32) -> u32 {
     return count;
 }
 
-@compute @workgroup_size(CULL_LANES)
-fn cull_groups(@builtin(local_invocation_index) lane: u32) {
-    let entries = cull_params.view_count * cull_params.group_count;
-    let stretch = (entries + CULL_LANES - 1u) / CULL_LANES;
-    let first = min(lane * stretch, entries);
-    let end = min(first + stretch, entries);
-    var sum = vec2(0u); // chunks, footprints
-    for (var entry = first; entry < end; entry += 1u) {
-        let count = seen_count(entry / cull_params.group_count, entry % cull_params.group_count);
-        // Stored, so that the same counts are listed below.
+@compute @workgroup_size(SCAN_LANES)
+fn cull_groups(
+    @builtin(workgroup_id) block: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let entry = block.x * SCAN_LANES + lane;
+    let entries = cull_entries();
+    var count = 0u;
+    if entry < entries {
+        count = seen_count(entry / cull_params.group_count, entry % cull_params.group_count);
         listed_counts[entry] = count;
-        sum += vec2(min(count, 1u), count);
     }
-    sums[lane] = sum;
-    workgroupBarrier(); // every sum before any is read
-    var next = vec2(0u, cull_params.first_footprint);
-    for (var before = 0u; before < lane; before += 1u) {
-        next += sums[before];
-    }
-    for (var entry = first; entry < end; entry += 1u) {
-        let count = listed_counts[entry];
-        let group = cull_params.first_group + entry % cull_params.group_count;
-        if count > 0u {
-            let caster = cull_params.first_caster + group * CHUNK_SIZE;
-            chunks[next.x] = Chunk(entry / cull_params.group_count, caster, count, next.y);
-            next += vec2(1u, count);
-        }
-    }
-    if lane == CULL_LANES - 1u {
-        listed.chunk_count = next.x;
-        listed.footprint_end = next.y;
+    let total = prefix_sum(lane, both_counts(count)).total;
+    if lane == 0u {
+        let at = entries + block.x;
+        listed_counts[at] = chunks_of(total);
+        listed_counts[at + cull_blocks()] = footprints_of(total);
     }
 }

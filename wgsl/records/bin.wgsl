@@ -12,6 +12,7 @@ struct BinParams {
     tile_count: u32,
     view_count: u32,
     segment_length: u32, // pairs that one workgroup of `accumulate` walks
+    block_runs: u32,     // runs that one workgroup counts
 }
 
 // Keeps counting past every capacity; reset before each batch. Rust: `BatchCounters`.

@@ -3,7 +3,8 @@
 
 import package::bind::updated::histograms;
 import package::sort::sort::{TOTAL_ROW, pair_count};
-import package::sort::wide::{BLOCK, WORKGROUP_SIZE, exclusive_sum, sums};
+import package::sort::wide::{BLOCK, WORKGROUP_SIZE};
+import choice::scan::prefix_sum;
 
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn sort_wide_scan(
@@ -18,11 +19,11 @@ fn sort_wide_scan(
         if at.x < block_count {
             in_block = textureLoad(histograms, at).x;
         }
-        let earlier = total + exclusive_sum(lane, in_block);
+        let prefix = prefix_sum(lane, in_block);
         if at.x < block_count {
-            textureStore(histograms, at, vec4(earlier, 0u, 0u, 0u));
+            textureStore(histograms, at, vec4(total + prefix.before, 0u, 0u, 0u));
         }
-        total += sums[WORKGROUP_SIZE - 1u];
+        total += prefix.total;
     }
     if lane == 0u {
         textureStore(histograms, vec2(digit.x, TOTAL_ROW), vec4(total, 0u, 0u, 0u));

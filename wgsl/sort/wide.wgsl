@@ -1,28 +1,34 @@
-// Blocks: each workgroup owns one. Round r of warp w holds pairs (w * ROUNDS + r) * 32 + lane of
-// the block, so the order of pairs is (warp, round, lane). A warp here is 32 consecutive
-// invocations, whatever the hardware's subgroups are.
+// Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its pairs are
+// consecutive; `choice::ranks` says which those of an invocation are.
 
 const WORKGROUP_SIZE: u32 = 256u;
-const WARP_SIZE: u32 = 32u; // bits of a mask
-const WARP_COUNT: u32 = WORKGROUP_SIZE / WARP_SIZE;
+const TEAMS: u32 = 8u;      // at most
 const ROUNDS: u32 = 16u;    // pairs per invocation
 const BLOCK: u32 = WORKGROUP_SIZE * ROUNDS; // [pairs]
 
-var<workgroup> sums: array<u32, WORKGROUP_SIZE>;
+// What an invocation sorts of a block: the pair `first` and each `step` further.
+struct Share {
+    team: u32,
+    first: u32,
+    step: u32,
+}
 
-// Sum over earlier invocations (Hillis, Steele 1986); `sums[last]` is the total.
-fn exclusive_sum(lane: u32, value: u32) -> u32 {
-    workgroupBarrier(); // an earlier call may still be read
-    sums[lane] = value;
-    workgroupBarrier();
-    for (var reach = 1u; reach < WORKGROUP_SIZE; reach *= 2u) {
-        var sum = sums[lane];
-        if lane >= reach {
-            sum += sums[lane - reach];
-        }
-        workgroupBarrier(); // all have read
-        sums[lane] = sum;
-        workgroupBarrier(); // all have written
-    }
-    return sums[lane] - value;
+// Its pairs, and the number of pairs with the same digit in the team before each.
+var<private> held: array<vec2<u32>, ROUNDS>;
+var<private> ranks: array<u32, ROUNDS>;
+
+// Per team and digit, a team in each half word: pairs of the team, later of earlier teams. A block is
+// shorter than 2^16, so no half overflows.
+var<workgroup> ranked: array<atomic<u32>, TEAMS / 2u * 256u>;
+
+fn half_of(word: u32, team: u32) -> u32 {
+    return (word >> (team % 2u * 16u)) & 0xffffu;
+}
+
+fn ranked_word(team: u32, digit: u32) -> u32 {
+    return team / 2u * 256u + digit;
+}
+
+fn ranked_in(team: u32, digit: u32) -> u32 {
+    return half_of(atomicLoad(&ranked[ranked_word(team, digit)]), team);
 }

@@ -1,15 +1,40 @@
 // Adds a caster or a segment to the sums of a texel. CPU reference: src/reference/accumulate.rs.
+//
+// Bit-identical in every order: a saturated sum is black whatever is added.
 
 import package::features::HAS_GAIN;
 import package::sums::sums::SATURATED;
 import choice::sums::{add_to_sums, load_sums};
 
-// Bit-identical in every order: a saturated sum is black whatever is added.
+// Most that one of many invocations adds at a time: 1,024 workgroups of 256 do not wrap a sum that they all saw below
+// `SATURATED`. Rust: src/stage/accumulate.rs.
+const LARGEST_STEP: u32 = 16380u;
+
 fn merge(texel: u32, tau: vec3<u32>) {
     let sums = load_sums(texel);
     if HAS_GAIN {
         add_to_sums(texel, tau);
     } else if any(sums < vec3(SATURATED)) && any(tau != vec3(0u)) {
         add_to_sums(texel, select(tau, vec3(0u), sums >= vec3(SATURATED)));
+    }
+}
+
+// Like `merge`, of so many invocations at a time that what they add would wrap: in steps, each after a look at the sum.
+fn merge_in_steps(texel: u32, tau: vec3<u32>) {
+    if HAS_GAIN {
+        add_to_sums(texel, tau);
+        return;
+    }
+    var left = tau;
+    loop {
+        left = select(left, vec3(0u), load_sums(texel) >= vec3(SATURATED));
+        let step = min(left, vec3(LARGEST_STEP));
+        if any(step != vec3(0u)) {
+            add_to_sums(texel, step);
+        }
+        left -= step;
+        if all(left == vec3(0u)) {
+            break;
+        }
     }
 }

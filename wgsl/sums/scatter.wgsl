@@ -11,7 +11,7 @@ import package::hit::object::object_of;
 import package::records::footprint::{Footprint, caster_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::faint::absorbed_tau;
-import package::sums::merge::merge;
+import package::sums::merge::merge_in_steps;
 import package::sums::sums::{FIXED_ONE, VISIBLE_PRESENCE, depth_to_nearness};
 import package::traversal::lane::sum_index;
 import choice::sums::{add_to_sums, raise_nearness};
@@ -54,7 +54,7 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
     if HAS_VOLUMES {
         add_to_sums(sum, tau);
     } else {
-        merge(sum, tau);
+        merge_in_steps(sum, tau);
     }
     if presence_of(hit) >= VISIBLE_PRESENCE {
         raise_nearness(sum, depth_to_nearness(hit.depth));

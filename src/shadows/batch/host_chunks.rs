@@ -25,7 +25,7 @@ pub(crate) struct HostChunks {
     /// Six frustum planes of each view.
     pub planes: Buffer,
     listed: Buffer,
-    cull: Dispatch,
+    cull: Vec<Dispatch>,
 }
 
 impl HostChunks {
@@ -48,7 +48,11 @@ impl HostChunks {
         let planes = padded(&host.planes, 6 * MAX_VIEWS);
         let planes = context.allocator.filled("cull_planes", &planes, BufferUsages::UNIFORM);
         let none = BufferUsages::empty();
-        let counts = context.allocator.storage::<u32>("listed_counts", entries.into(), none)?;
+        let counts = context.allocator.storage::<u32>(
+            "listed_counts",
+            load::listed_length(entries),
+            none,
+        )?;
         let listed = context.allocator.storage::<Listed>("listed", 1, BufferUsages::COPY_SRC)?;
         let resources = Resources::new()
             .with("cull_params", &params)
@@ -58,7 +62,10 @@ impl HostChunks {
             .with("listed", &listed)
             .with("chunks", &buffers.chunks);
         let kernels = context.kernels;
-        let cull = kernels.dispatch(&load::GROUPS, Features::NONE, &resources, [1, 1, 1])?;
+        let cull = load::cull(entries)
+            .into_iter()
+            .map(|(desc, groups)| kernels.dispatch(desc, Features::NONE, &resources, groups))
+            .collect::<Result<_, _>>()?;
         Ok(Self { buffers, planes, kinds: host.kinds, listed, cull })
     }
 
@@ -72,7 +79,7 @@ impl HostChunks {
     ) -> Commands {
         const LABEL: &str = "gobo cull";
         let mut commands = Commands::new();
-        commands.pass(LABEL, [self.cull.clone()]);
+        commands.pass(LABEL, self.cull.clone());
         for (from, to, offset) in [
             (
                 offset_of!(Listed, chunk_count),

@@ -272,7 +272,7 @@ impl Scratch {
         let mut words = |name, count| allocator.storage::<u32>(name, count, none);
         let scattered_tiles = words("scattered_tiles", sizes.tiles)?;
         let merged_tiles = words("merged_tiles", sizes.tiles)?;
-        let run_offsets = words("run_offsets", bin::max_runs(shape).into())?;
+        let run_offsets = words("run_offsets", bin::max_offsets(shape).into())?;
         let overflow = words("overflow", sizes.footprints)?;
         let curves = u64::from(nodes > 0);
         let nothing_scattered = words("nothing_scattered", curves * sizes.tiles)?;

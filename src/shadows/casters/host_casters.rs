@@ -362,7 +362,7 @@ impl HostSeen {
     }
 }
 
-/// Six frustum planes of each view, for [`crate::stage::load::GROUPS`].
+/// Six frustum planes of each view, for [`crate::stage::load::CULL_GROUPS`].
 pub(in crate::shadows) fn planes(views: &[GpuView], kinds: HostKinds) -> Vec<Vec4> {
     views.iter().flat_map(|view| kinds.frustum(view).planes()).collect()
 }

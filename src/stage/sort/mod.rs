@@ -17,8 +17,8 @@ mod kernels;
 use crate::{gpu::KernelDesc, model::MAX_PAIRS};
 use bytemuck::{Pod, Zeroable};
 pub use kernels::{
-    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, WIDE_COUNT, WIDE_SCAN,
-    WIDE_SCATTER,
+    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, SHARED_RANKS, WIDE_COUNT,
+    WIDE_SCAN, WIDE_SCATTER,
 };
 use std::ops::Range;
 use wgpu::TextureFormat::Rg32Uint;
@@ -46,6 +46,8 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
     ("RUN_TARGET", RUN_TARGET as f64),
     ("RUN_LIMIT", RUN_LIMIT as f64),
 ];
+/// Invocations of the workgroups of GPUs' kernels.
+const WIDE_CONSTANTS: &[(&str, f64)] = &[("SCAN_LANES", 256.0)];
 
 /// Bits of a digit with 64 values.
 pub const FEW_BITS: u32 = 6;
@@ -92,7 +94,8 @@ pub enum Shape {
     /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For
     /// software adapters, where these are slow and parallelism is scarce.
     Serial,
-    /// Each workgroup sorts a block, ranked with bit masks in workgroup memory. For GPUs.
+    /// Each workgroup sorts a block, ranked by ballots of subgroups, or without them by bit masks in workgroup memory.
+    /// For GPUs.
     Wide,
 }
 
