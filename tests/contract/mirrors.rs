@@ -390,6 +390,7 @@ const KERNELS_OWN: &[&str] = &[
     "LIT",
     "DIM",
     "EARLY",
+    "LEAST_SQUARE",
     "LONGEST",
     "BLOCK_REACH",
     "NOTHING",
