@@ -53,7 +53,7 @@ BY_TIER := maps:: picture:: guest:: contract::recording
 units:
 	cargo test --lib --bins
 
-# And what `make test` leaves out: units, long sweeps, and maps and pictures on the other tier.
+# And what `make test` leaves out: units, long sweeps, and maps and pictures on the other tiers.
 test-all: test units program
 	sh tools/gpu_static.sh --all
 	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 GOBO_TEST_TIERS=all cargo test --test root -- --include-ignored $(BY_TIER)
@@ -63,8 +63,8 @@ test-all: test units program
 test-swiftshader: setup
 	GOBO_TEST_TIERS=all sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
 
-# In a headless Chromium on SwiftShader: every exported core kernel, by its WGSL compiler, Tint; and
-# the example of examples/web beside its native picture.
+# In a headless Chromium on SwiftShader: every exported kernel of core, and with subgroups where it has them, by its WGSL
+# compiler, Tint; and the example of examples/web beside its native picture.
 web-test: web-kernels
 	sh tools/web_example.sh
 

@@ -6,7 +6,7 @@ use gobo::{
     Counters, ShadowSettings, Shadows,
     glam::{Mat4, UVec2},
     internals::gpu::Gpu,
-    model::{Casters, Material, Part, Pattern, Projection, Transfer, View},
+    model::{Casters, Material, Pattern, Projection, Transfer, View, ViewRole},
     wgpu,
 };
 use std::{
@@ -170,7 +170,7 @@ impl Clock {
 /// A view along -z; a texel is 1 m wide.
 fn view() -> View {
     View {
-        part: Part::Whole,
+        role: ViewRole::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -66,8 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ShadowSettings { size: 256, receiver: Receiver::Curve, nodes: 8, ..Default::default() };
     let adapter = wgpu::Instance::default().request_adapter(&Default::default());
     let adapter = pollster::block_on(adapter)?;
-    let native = settings.features(Tier::Native);
-    let tier = if adapter.features().contains(native) { Tier::Native } else { Tier::Core };
+    let tier = Tier::of(&adapter);
     let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         required_features: settings.features(tier),
         required_limits: settings.limits(tier, settings.size),

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Hashes of the pictures and maps of every scene of data/, on both tiers and the CPU reference: one line for
+# Hashes of the pictures and maps of every scene of data/, on all tiers and the CPU reference: one line for
 # each scene, tier and kind. Two builds that agree print the same lines.
 # Usage: tools/hashes.sh [GOBO] [SCENE...]. SETS holds further arguments for `gobo render`.
 set -eu
@@ -16,7 +16,7 @@ hash_of() { (cd "$out" && xargs sha256sum) | sha256sum | cut -c 1-16; }
 
 for scene in "$@"; do
     name=$(basename "$scene" .toml)
-    for tier in native core cpu; do
+    for tier in native subgroups core cpu; do
         case $tier in
             cpu) backend=cpu ;;
             *) backend=auto ;;

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes and runs every exported core kernel in a headless Chromium, whose WGSL compiler is Tint. Fails
-# where one is refused. GOBO may name the program; tools/browser.sh says what names the browser.
+# Makes and runs every exported kernel of core, and with subgroups where the browser has them, in a headless
+# Chromium, whose WGSL compiler is Tint. Fails where one is refused. GOBO may name the program; tools/browser.sh says what names the browser.
 set -eu
 
 gobo=${GOBO:-target/release/gobo}

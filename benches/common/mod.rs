@@ -5,7 +5,7 @@ use gobo::{
         gpu::{Gpu, Timeline},
         reference::Pair,
     },
-    model::{Part, Particle, Projection, View},
+    model::{Particle, Projection, View, ViewRole},
     wgpu,
 };
 use std::time::Duration;
@@ -40,7 +40,7 @@ pub(crate) fn particles(count: u32, footprint: f32) -> Vec<Particle> {
 
 pub(crate) fn view() -> View {
     View {
-        part: Part::Whole,
+        role: ViewRole::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

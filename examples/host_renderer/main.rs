@@ -168,8 +168,7 @@ impl Host {
         let settings = settings();
         let adapter = wgpu::Instance::default().request_adapter(&Default::default());
         let adapter = pollster::block_on(adapter)?;
-        let native = adapter.features().contains(settings.features(Tier::Native));
-        let tier = if native { Tier::Native } else { Tier::Core };
+        let tier = Tier::of(&adapter);
         let (device, queue) =
             pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
                 required_features: settings.features(tier),

@@ -5,11 +5,11 @@ use gobo::{
         records::ViewMaps,
         reference::{
             MapTexel,
-            dither::{Place, threshold},
+            dither::{PatternPoint, threshold},
             light_by_channel, receive, render_maps,
         },
     },
-    model::{Material, Part, Particle, Pattern, Profile, Projection, Scene, Transfer, View},
+    model::{Material, Particle, Pattern, Profile, Projection, Scene, Transfer, View, ViewRole},
 };
 
 /// Edge of the maps that are measured [texels]; a texel is a metre wide.
@@ -33,7 +33,7 @@ pub(crate) fn coverage_error(pattern: Pattern) -> CoverageError {
     let step = Vec2::new(0.031, 0.017);
     let place = |i: u32| {
         let cell = UVec2::new(i % EDGE, i / EDGE);
-        Place { cell: cell + EDGE * 1000, own: cell.as_vec2() * step, step }
+        PatternPoint { cell: cell + EDGE * 1000, on_caster: cell.as_vec2() * step, step }
     };
     let (mut squares, mut max, mut count) = (0.0, 0.0_f32, 0);
     for id in 0..8 {
@@ -74,7 +74,7 @@ fn dithered(pattern: Pattern) -> Material {
 /// A view along -z; `moved` by texels.
 fn view(moved: Vec2) -> View {
     View {
-        part: Part::Whole,
+        role: ViewRole::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

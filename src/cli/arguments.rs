@@ -1,12 +1,17 @@
 //! Command line arguments.
-use super::bench::BenchArguments;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use super::{
+    bench::BenchArguments,
+    values::{
+        BackendName, DebugName, Frames, Shard, SimulationName, Target, frame_rate, key_value, share,
+    },
+};
+use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use gobo::{
     internals::{gpu::Backend, picture::debug::DebugMode},
     scene::{Scene, Share},
 };
-use std::{ops::Range, path::PathBuf, str::FromStr};
+use std::{ops::Range, path::PathBuf};
 
 /// Coloured translucent shadows by compute shaders alone
 #[derive(Debug, Parser)]
@@ -127,7 +132,8 @@ pub(crate) struct RenderArguments {
     /// Write the linear light too, before exposure and tone curve, as `OpenEXR`
     #[arg(long)]
     pub(crate) exr: bool,
-    /// Write what each light adds to that, too, as layers of the same file
+    /// Write layers of the same file for compositors, too: what each light adds, its shadows, albedo, normal, depth, motion
+    /// and numbers of objects and materials
     #[arg(long, requires = "exr")]
     pub(crate) layers: bool,
     /// A model or particle file by itself gets no floor
@@ -281,132 +287,6 @@ impl RenderArguments {
             (u64::from(index) + u64::from(count) - u64::from(start % count)) % u64::from(count);
         let first = u64::from(start).saturating_add(skip).min(u64::from(end)) as u32;
         (first..end).step_by(count as usize)
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum BackendName {
-    Auto,
-    Vulkan,
-    Metal,
-    Dx12,
-    Gl,
-    Cpu,
-}
-
-impl From<BackendName> for Backend {
-    fn from(name: BackendName) -> Self {
-        match name {
-            BackendName::Auto => Self::Auto,
-            BackendName::Vulkan => Self::Vulkan,
-            BackendName::Metal => Self::Metal,
-            BackendName::Dx12 => Self::Dx12,
-            BackendName::Gl => Self::Gl,
-            BackendName::Cpu => Self::Cpu,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SimulationName {
-    Auto,
-    Device,
-    Cpu,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DebugName {
-    /// Lights of the cluster that each pixel is in
-    Clusters,
-    /// Pairs that each pixel walked, and lights that it evaluated
-    Cost,
-    /// The cascade that each pixel's surface is in
-    Cascades,
-    /// The maps of all views as they are packed
-    Atlas,
-    /// The shadow masks of the picture, if the scene has a `[mask]`
-    Masks,
-}
-
-impl From<DebugName> for DebugMode {
-    fn from(name: DebugName) -> Self {
-        match name {
-            DebugName::Clusters => Self::Clusters,
-            DebugName::Cost => Self::Cost,
-            DebugName::Cascades => Self::Cascades,
-            DebugName::Atlas => Self::Atlas,
-            DebugName::Masks => Self::Masks,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Target {
-    Spirv,
-    Hlsl,
-    Msl,
-    Glsl,
-    Wgsl,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Frames(Range<u32>);
-
-impl FromStr for Frames {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("{text:?} is not a range of frames such as 0..24");
-        let (start, end) = text.split_once("..").ok_or_else(expected)?;
-        let range = start.parse().map_err(|_| expected())?..end.parse().map_err(|_| expected())?;
-        if range.is_empty() {
-            return Err(format!("{text} holds no frame: the end is not part of the range"));
-        }
-        Ok(Self(range))
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Shard {
-    index: u32,
-    count: u32,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("{text:?} is not a shard such as 0/4");
-        let (index, count) = text.split_once('/').ok_or_else(expected)?;
-        let index = index.parse().map_err(|_| expected())?;
-        let count = count.parse().map_err(|_| expected())?;
-        if index >= count {
-            return Err(format!(
-                "shard {text}: the shards are 0/{count} up to, but not {count}/{count}"
-            ));
-        }
-        Ok(Self { index, count })
-    }
-}
-
-fn share(text: &str) -> Result<Share, String> {
-    let Shard { index, count } = text.parse()?;
-    Share::new(index, count).ok_or_else(|| format!("{text:?} is not a share such as 0/4"))
-}
-
-fn frame_rate(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(rate) if (0.001..=1000.0).contains(&rate) => Ok(rate),
-        _ => Err(format!("{text:?} is not a number of frames a second, 0.001 to 1000")),
-    }
-}
-
-pub(super) fn key_value(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((key, value)) if !key.trim().is_empty() => {
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
-        }
-        _ => Err(format!("{text:?} is not KEY=VALUE, such as shadow.size=512")),
     }
 }
 

@@ -1,10 +1,10 @@
 //! `gobo export`: kernels and a manifest for engines without wgpu.
 use super::{
-    arguments::Target,
     failure::Failure,
     files, frame,
     look_up::{self, LookUp},
     translate::{Kernel, translate},
+    values::Target,
     writers::BufferSizes,
 };
 use gobo::{
@@ -35,7 +35,7 @@ struct KernelEntry {
     /// Unique id.
     id: String,
     name: &'static str,
-    /// `core`, or `native` for the variant that needs `features`.
+    /// `core`, `subgroups` or `native`: a device takes of each name the variant of its highest tier.
     tier: &'static str,
     #[serde(flatten)]
     outcome: Outcome,

@@ -1,13 +1,13 @@
 //! A scene's frame as a recording: its resources with their contents, its kernels, its commands, and the maps
 //! that they make, bit for bit. For engines without wgpu: `docs/export.md`.
 use super::{
-    arguments::Target,
     export::binding_entry,
     failure::Failure,
     files,
     memory::Needs,
     structs::structs,
     translate::{self, translate},
+    values::Target,
 };
 use gobo::{
     Error, Gpu, Prepared, Shadows,
@@ -36,15 +36,12 @@ pub(super) fn write(
     Needs { maps: true, ..Needs::default() }.check(&scene)?;
     files::create_dir(&out.join("frame"))?;
     let mut tiers = Map::new();
-    for tier in [Tier::Core, Tier::Native] {
-        let gpu = match Gpu::new(&Selection { tier: Some(tier), ..Selection::default() }) {
-            Ok(gpu) => gpu,
-            Err(reason) if tier == Tier::Native => {
-                tracing::warn!("no frame of the native tier: {reason}");
-                continue;
-            }
-            Err(reason) => return Err(reason.into()),
-        };
+    for &tier in Tier::ALL {
+        let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() })?;
+        if gpu.tier != tier {
+            tracing::warn!("no frame of the {tier} tier: {}", gpu.tier_reason);
+            continue;
+        }
         let folder = format!("frame/{tier}");
         files::create_dir(&out.join(&folder))?;
         let (resources, kernels) = (Vec::new(), Vec::new());
@@ -123,12 +120,12 @@ impl Recording<'_> {
             });
             results.insert(name.to_owned(), result);
         }
-        let placed = shadow_views(scene).into_iter().zip(&maps.places);
+        let placed = shadow_views(scene).into_iter().zip(&maps.slots);
         let views: Vec<_> = placed
-            .map(|(view, place)| {
+            .map(|(view, slot)| {
                 json!({
-                    "layer": place.layer,
-                    "origin": place.origin.to_array(),
+                    "layer": slot.layer,
+                    "origin": slot.origin.to_array(),
                     "size": view.size.to_array(),
                 })
             })
@@ -166,21 +163,21 @@ impl Recording<'_> {
                 json!({ "copy_to_texture": {
                     "from": self.buffer("copied", buffer)?, "from_offset": layout.offset,
                     "bytes_per_row": layout.bytes_per_row,
-                    "to": self.place(to)?, "size": extent(*size),
+                    "to": self.copied(to)?, "size": extent(*size),
                 } })
             }
             Command::CopyTexture { from, to, size, .. } => json!({ "copy_texture": {
-                "from": self.place(from)?, "to": self.place(to)?, "size": extent(*size),
+                "from": self.copied(from)?, "to": self.copied(to)?, "size": extent(*size),
             } }),
         };
         value["label"] = command.label().into();
         Ok(value)
     }
 
-    fn place(&mut self, place: &TexelCopyTextureInfoBase<Texture>) -> Result<Value, Failure> {
-        let name = self.texture("copied", &place.texture)?;
-        let origin = [place.origin.x, place.origin.y, place.origin.z];
-        Ok(json!({ "texture": name, "level": place.mip_level, "origin": origin }))
+    fn copied(&mut self, copied: &TexelCopyTextureInfoBase<Texture>) -> Result<Value, Failure> {
+        let name = self.texture("copied", &copied.texture)?;
+        let origin = [copied.origin.x, copied.origin.y, copied.origin.z];
+        Ok(json!({ "texture": name, "level": copied.mip_level, "origin": origin }))
     }
 
     fn dispatch(&mut self, dispatch: &Dispatch) -> Result<Value, Failure> {

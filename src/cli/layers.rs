@@ -1,40 +1,101 @@
-//! A picture's light by where it comes from: what each light adds, and the rest.
-use super::failure::Failure;
+//! What a compositor asks for: a picture's light by where it comes from, and its surfaces.
+use super::{
+    exr::{Channel, full_channel, rgb_channels},
+    failure::Failure,
+};
 use gobo::{
-    render::{RenderOptions, Renderer},
+    render::{RenderOptions, Renderer, Surface},
     scene::Scene,
 };
 
-/// A layer's name, and linear light by pixel.
-pub(super) type Layer = (String, Vec<[f32; 3]>);
+/// Depth where there is no surface [m], as Blender writes it.
+const NO_SURFACE: f32 = 1e10;
 
-/// Name of what no light adds: ambient light, surroundings, and what glows.
-const REST: &str = "rest";
+/// What no two layers may share; those of lights have the lights' own names.
+struct Names<'a>(&'a [String]);
 
-/// Layers of the scene as it is; their sum is the picture's light. `names`: of its lights.
-pub(super) fn of_lights(
+impl Names<'_> {
+    /// The name of a layer that is of no light.
+    fn of(&self, layer: &str) -> String {
+        let mut name = layer.to_owned();
+        while self.0.contains(&name) {
+            name.push('_');
+        }
+        name
+    }
+}
+
+/// Layers of the scene as it is. `whole`: the picture's light; `names`: of its lights; `next`: the scene at the next frame, if anything in it moves.
+pub(super) fn of_scene(
     renderer: &mut Renderer,
     scene: &Scene,
+    whole: &[[f32; 3]],
     names: &[String],
-) -> Result<Vec<Layer>, Failure> {
+    next: Option<&Scene>,
+) -> Result<Vec<Channel>, Failure> {
+    let mut channels = of_surfaces(renderer, scene, names, next)?;
+    channels.extend(of_lights(renderer, scene, whole, names)?);
+    Ok(channels)
+}
+
+/// What each light adds to none, and the rest: their sum is the picture's light.
+fn of_lights(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    whole: &[[f32; 3]],
+    names: &[String],
+) -> Result<Vec<Channel>, Failure> {
     let options = RenderOptions { light: true, keep: true, ..RenderOptions::default() };
     let mut alone = scene.clone();
     alone.lights.iter_mut().for_each(|light| light.intensity = 0.0);
-    let rest = renderer.render(&alone, &options)?.picture.light;
-    let mut layers = Vec::with_capacity(names.len() + 1);
+    let none = renderer.render(&alone, &options)?.picture.light;
+    let mut rest = whole.to_vec();
+    let mut channels = Vec::new();
     for (index, name) in names.iter().enumerate() {
         alone.lights[index].intensity = scene.lights[index].intensity;
         let mut light = renderer.render(&alone, &options)?.picture.light;
         alone.lights[index].intensity = 0.0;
-        for (pixel, rest) in light.iter_mut().zip(&rest) {
-            (0..3).for_each(|channel| pixel[channel] -= rest[channel]);
+        for ((pixel, none), rest) in light.iter_mut().zip(&none).zip(&mut rest) {
+            for channel in 0..3 {
+                pixel[channel] -= none[channel];
+                rest[channel] -= pixel[channel];
+            }
         }
-        layers.push((name.clone(), light));
+        channels.extend(rgb_channels(&format!("{name}."), &light));
     }
-    let mut name = REST.to_owned();
-    while names.contains(&name) {
-        name.push('_');
+    channels.extend(rgb_channels(&format!("{}.", Names(names).of("rest")), &rest));
+    Ok(channels)
+}
+
+/// Data of the opaque surfaces that the picture shows.
+fn of_surfaces(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    names: &[String],
+    next: Option<&Scene>,
+) -> Result<Vec<Channel>, Failure> {
+    let layers = renderer.surface_layers(scene, next)?;
+    let own = Names(names);
+    let data = |layer: &str, channel: &str, none: f32, value: fn(&Surface) -> f32| {
+        let values = layers.first.iter().map(|first| first.as_ref().map_or(none, value));
+        full_channel(&format!("{}.{channel}", own.of(layer)), values)
+    };
+    let mut channels = vec![
+        data("normal", "X", 0.0, |surface| surface.normal.x),
+        data("normal", "Y", 0.0, |surface| surface.normal.y),
+        data("normal", "Z", 0.0, |surface| surface.normal.z),
+        data("depth", "Z", NO_SURFACE, |surface| surface.distance),
+        data("object", "X", 0.0, |surface| surface.object as f32 + 1.0),
+        data("material", "X", 0.0, |surface| surface.material as f32 + 1.0),
+    ];
+    if next.is_some() {
+        // Rows of a compositor's picture are counted from below.
+        channels.push(data("motion", "X", 0.0, |surface| surface.motion.x));
+        channels.push(data("motion", "Y", 0.0, |surface| -surface.motion.y));
     }
-    layers.push((name, rest));
-    Ok(layers)
+    channels.extend(rgb_channels(&format!("{}.", own.of("albedo")), &layers.albedo));
+    for (name, shadow) in names.iter().zip(&layers.shadows) {
+        channels.extend(rgb_channels(&format!("{}.{name}.", own.of("shadow")), shadow));
+    }
+    Ok(channels)
 }

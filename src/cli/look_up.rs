@@ -1,10 +1,10 @@
 //! The look-up of light for shaders of a host's, in its language.
 use super::{
-    arguments::Target,
     export::{BindingEntry, binding_entry},
     failure::Failure,
     files,
     translate::{Kernel, translate},
+    values::Target,
 };
 use gobo::internals::shadows::look_up_text;
 use serde::Serialize;

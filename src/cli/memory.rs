@@ -90,8 +90,8 @@ impl Needs {
         if self.backend_is_cpu {
             // What the CPU reference keeps of a texel of the view that it renders, softens or blurs.
             let filters = shadow.soften || shadow.blur > 0;
-            let own = 64 + 24 * nodes + u64::from(filters) * (128 + 8 * nodes);
-            bytes = bytes.saturating_add(most * own);
+            let of_texel = 64 + 24 * nodes + u64::from(filters) * (128 + 8 * nodes);
+            bytes = bytes.saturating_add(most * of_texel);
             if scene.lights.iter().any(|light| light.source.is_some()) {
                 // Levels: four nodes to a block of four texels, of nine, and so on.
                 bytes = bytes.saturating_add(all * 24);

@@ -24,11 +24,13 @@ mod part;
 mod preview;
 mod relight;
 mod render;
+mod report;
 mod sidecar;
 mod specialise;
 mod stop;
 mod structs;
 mod translate;
+mod values;
 mod verify;
 mod writers;
 

@@ -108,8 +108,8 @@ fn shares(renderer: &mut Renderer, scene: &Scene, lit: &[Gaussian]) -> Result<Ve
                 let opacity = scene.materials[gaussian.material as usize].gaussian;
                 let views = &views;
                 scene.lights.iter().enumerate().map(move |(index, light)| {
-                    let own = views.iter().filter(|view| view.light == Some(index));
-                    let before = before(gaussian, opacity, light, own);
+                    let of_light = views.iter().filter(|view| view.light == Some(index));
+                    let before = before(gaussian, opacity, light, of_light);
                     ReceiverPoint { position: before + scene.origin, normal: Vec3::ZERO }
                 })
             })

@@ -1,44 +1,26 @@
 //! `gobo render`: frames, maps, and their costs.
 use super::{
-    arguments::{RenderArguments, SimulationName},
+    arguments::RenderArguments,
     claim::{self, Claim},
-    exr,
+    exr::{self, Channel},
     failure::Failure,
-    files,
-    layers::{self, Layer},
-    maps,
+    files, layers, maps,
     memory::Needs,
     preview::Preview,
+    report::{json, kept_json},
     sidecar::{self, FrameFiles, Sidecar},
     stop,
+    values::SimulationName,
 };
 use gobo::{
     internals::{gpu::Backend, records::Picture},
-    model::{Counters, Skipped},
+    model::Skipped,
     render::{Frame, RenderOptions, Renderer},
     scene,
 };
 use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
-
-/// One line of `--json`.
-#[derive(Serialize)]
-struct Report<'a> {
-    frame: u32,
-    picture: std::borrow::Cow<'a, str>,
-    #[serde(flatten)]
-    counters: &'a Counters,
-    /// Stage and its time [ms].
-    #[serde(serialize_with = "as_map")]
-    stages: &'a [(&'static str, f64)],
-    /// Buffer or texture and its size [bytes].
-    #[serde(serialize_with = "as_map")]
-    bytes: &'a [(&'static str, u64)],
-    /// Sum over all buffers and textures.
-    peak_bytes: u64,
-}
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     if arguments.backend() == Backend::Cpu && !arguments.debug().is_empty() {
@@ -47,6 +29,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     if arguments.backend() == Backend::Cpu && arguments.simulation == SimulationName::Device {
         let message = "--simulation device needs an adapter: leave --backend cpu out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    if arguments.layers && arguments.simulation == SimulationName::Device {
+        let message = "--layers needs particles on the CPU: leave --simulation device out";
         return Err(Failure::Usage(message.to_owned()));
     }
     let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
@@ -63,10 +49,15 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     files::warn(&scene.notes);
     // A picture beside maps is made of them.
     scene.shadow.detail &= !arguments.maps;
-    Needs { maps: arguments.maps, picture: true, ..Needs::of(arguments.backend()) }
-        .check(&scene)?;
+    let pixels = u64::from(scene.camera.size.element_product());
+    // The CPU sees what is in the layers.
+    let backend_is_cpu = arguments.layers || arguments.backend() == Backend::Cpu;
+    let points = if arguments.layers { pixels } else { 0 };
+    Needs { maps: arguments.maps, picture: true, points, backend_is_cpu }.check(&scene)?;
     let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
-    leave_to_device(&mut scene, &renderer, arguments.simulation);
+    if !arguments.layers {
+        leave_to_device(&mut scene, &renderer, arguments.simulation);
+    }
     let inputs = arguments.skip_existing.then(|| sidecar::inputs(&mut scene, arguments));
     let debug = arguments.debug();
     let options = RenderOptions {
@@ -185,7 +176,7 @@ impl Job<'_> {
             *most = count.max(*most);
         }
         let layers = if self.arguments.layers {
-            layers::of_lights(&mut self.renderer, &self.scene, &self.light_names)?
+            self.layers(&frame.picture.light, seconds + step)?
         } else {
             Vec::new()
         };
@@ -196,6 +187,16 @@ impl Job<'_> {
         }
         self.report(index, |picture| json(index, picture, &frame))?;
         Ok(true)
+    }
+
+    /// Layers of the frame that was rendered; `whole`: its light, `next`: the time of the next [s].
+    fn layers(&mut self, whole: &[[f32; 3]], next: f64) -> Result<Vec<Channel>, Failure> {
+        let next = (!self.scene.motions.is_empty()).then(|| {
+            let mut scene = self.scene.clone();
+            scene.set_time(next);
+            scene
+        });
+        layers::of_scene(&mut self.renderer, &self.scene, whole, &self.light_names, next.as_ref())
     }
 
     /// The right to write a frame's files; `None` while another process has it.
@@ -244,7 +245,7 @@ impl Job<'_> {
         &self,
         index: u32,
         frame: &Frame,
-        layers: &[Layer],
+        layers: &[Channel],
         claim: &Claim,
     ) -> Result<(), Failure> {
         let out = &self.arguments.out;
@@ -336,83 +337,4 @@ fn image_of(picture: &Picture) -> DynamicImage {
     let bytes = picture.rgb.as_flattened().to_vec();
     let image = RgbImage::from_raw(picture.size.x, picture.size.y, bytes);
     DynamicImage::from(image.expect("a picture has all its pixels"))
-}
-
-fn json(index: u32, picture: &Path, frame: &Frame) -> String {
-    let report = Report {
-        frame: index,
-        picture: picture.to_string_lossy(),
-        counters: &frame.counters,
-        stages: &frame.stages,
-        bytes: &frame.memory,
-        peak_bytes: frame.memory.iter().map(|&(_, bytes)| bytes).sum(),
-    };
-    serde_json::to_string(&report).expect("plain data is JSON")
-}
-
-/// JSON entry of a frame that was skipped because it exists.
-fn kept_json(index: u32, picture: &Path) -> String {
-    let picture = picture.to_string_lossy();
-    serde_json::json!({ "frame": index, "picture": picture, "kept": true }).to_string()
-}
-
-/// Serializes entries in order; values of equal names are added.
-pub(super) fn as_map<T, S>(entries: &[(&'static str, T)], serializer: S) -> Result<S::Ok, S::Error>
-where
-    T: Copy + Serialize + std::ops::AddAssign,
-    S: Serializer,
-{
-    let mut sums: Vec<(&str, T)> = Vec::with_capacity(entries.len());
-    for &(name, value) in entries {
-        match sums.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, sum)) => *sum += value,
-            None => sums.push((name, value)),
-        }
-    }
-    serializer.collect_map(sums)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_report_has_every_figure() {
-        let frame = Frame {
-            picture: Picture { size: glam::UVec2::ONE, rgb: vec![[0; 3]], light: Vec::new() },
-            debug: Vec::new(),
-            maps: Vec::new(),
-            counters: Counters { pairs: 7, skipped: [("radius", 2)].into(), ..Default::default() },
-            stages: vec![("sort", 1.5), ("bin", 1.0), ("sort", 0.5)],
-            memory: vec![("pairs", 56), ("sums", 8)],
-        };
-        let line = json(3, Path::new("out/frame_0003.png"), &frame);
-        assert!(!line.contains('\n'));
-        let value: serde_json::Value = serde_json::from_str(&line).unwrap();
-        assert_eq!(value["frame"], 3);
-        assert_eq!(value["picture"], "out/frame_0003.png");
-        assert_eq!(value["pairs"], 7);
-        assert_eq!(value["skipped"]["radius"], 2);
-        assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
-        assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
-        assert_eq!(value["peak_bytes"], 64);
-        for name in [
-            "casters",
-            "views_rendered",
-            "views_kept",
-            "culled",
-            "hidden",
-            "visible",
-            "segments",
-            "scattered",
-            "overflowed",
-            "shrunk",
-            "cluster_lights",
-            "clusters_overflowed",
-            "masks",
-            "unmasked_lights",
-        ] {
-            assert_eq!(value[name], 0, "{name}");
-        }
-    }
 }

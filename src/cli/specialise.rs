@@ -103,10 +103,10 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     let mut rest = words.get(HEADER..).unwrap_or_default();
     std::iter::from_fn(move || {
         let &first = rest.first()?;
-        let (own, next) =
-            rest.split_at_checked((first >> 16) as usize).filter(|(own, _)| !own.is_empty())?;
+        let (words, next) =
+            rest.split_at_checked((first >> 16) as usize).filter(|(words, _)| !words.is_empty())?;
         rest = next;
-        Some((first & 0xffff, own))
+        Some((first & 0xffff, words))
     })
 }
 

@@ -1,8 +1,8 @@
 //! Translation of a kernel to another shading language. Flags stay override constants if the language has
 //! such; other constants are resolved.
 use super::{
-    arguments::Target,
     specialise,
+    values::Target,
     writers::{BufferSizes, glsl, hlsl, msl, slots, spirv},
 };
 use gobo::internals::gpu::Constant;
@@ -183,9 +183,19 @@ pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
         Target::Hlsl => hlsl(&module, &info, name),
         Target::Msl => msl(&module, &info, name, &slots),
         Target::Glsl => glsl(&module, &info, name, &slots),
-        Target::Wgsl => Ok((wgsl.clone().into_bytes(), name.to_owned(), None)),
+        Target::Wgsl => Ok((enabled(wgsl, &features).into_bytes(), name.to_owned(), None)),
     }?;
     Ok(Translation { source, entry_point, workgroup_size, features, sizes, slots })
+}
+
+/// First lines of WGSL with subgroups in browsers, whose compilers see no more than that lanes' own values decide a branch:
+/// ballots do, which all lanes share.
+const ENABLED: &str = "enable subgroups;\ndiagnostic(off, subgroup_uniformity);\n\n";
+
+/// WGSL as browsers want it, if they have all its features.
+fn enabled(wgsl: &str, features: &[&str]) -> String {
+    let head = if features == ["SUBGROUP"] { ENABLED } else { "" };
+    format!("{head}{wgsl}")
 }
 
 /// The WGSL of a module.

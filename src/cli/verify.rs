@@ -1,9 +1,9 @@
 //! `gobo verify`: checks that all frames of a job exist, belong together and are as they were written.
 use super::{
-    arguments::DebugName,
     failure::Failure,
     files::{self, entries},
     sidecar::{Fault, Sidecar, frame_of, maps, stem},
+    values::DebugName,
 };
 use clap::ValueEnum as _;
 use gobo::internals::picture::debug::DebugMode;
@@ -28,8 +28,8 @@ pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
             dir.display()
         )));
     };
-    let own = sidecars.values().flatten().filter(|sidecar| identity(sidecar) == job);
-    let ranges = own.map(|sidecar| sidecar.frames);
+    let of_job = sidecars.values().flatten().filter(|sidecar| identity(sidecar) == job);
+    let ranges = of_job.map(|sidecar| sidecar.frames);
     let [first, end] =
         ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).expect("a job has a frame");
     // Frames to be rendered again, and files to be removed.

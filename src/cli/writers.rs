@@ -1,5 +1,5 @@
 //! Writers of a kernel's module in other shading languages.
-use super::{arguments::Target, specialise::specialised};
+use super::{specialise::specialised, values::Target};
 use naga::{
     Module, ResourceBinding, ShaderStage, back,
     proc::{BoundsCheckPolicies, BoundsCheckPolicy},

@@ -73,7 +73,7 @@ impl Kernels {
     ) -> Result<Kernel, KernelError> {
         let Self { device, tier, profile, cache, .. } = self;
         let constants = [constants, &profile.constants()].concat();
-        cache.plan(device, desc, *tier, &profile.choices(), &constants)
+        cache.request(device, desc, *tier, &profile.choices(), &constants)
     }
 
     /// A dispatch of a kernel with the resources that it declares.

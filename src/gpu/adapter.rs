@@ -28,23 +28,8 @@ pub struct Selection {
     pub backend: Backend,
     /// Part of the adapter's name; case does not matter.
     pub adapter: Option<String>,
-    /// Forces the tier; otherwise the environment variable `GOBO_TIER`, otherwise the best.
+    /// Otherwise that of the environment variable `GOBO_TIER`, otherwise the best.
     pub tier: Option<Tier>,
-}
-
-/// Features that kernels of [`Tier::Native`] use: an adapter must have all of them.
-pub const NATIVE_FEATURES: Features = Features::SUBGROUP.union(Features::TEXTURE_ATOMIC);
-
-/// Most storage textures that a kernel of [`Tier::Native`] binds: more than WebGPU guarantees.
-pub const NATIVE_STORAGE_TEXTURES: u32 = 9;
-
-/// Most storage textures that a kernel of a tier binds.
-pub(super) const fn max_storage_textures(tier: Tier) -> u32 {
-    match tier {
-        // WebGPU guarantees these.
-        Tier::Core => 4,
-        Tier::Native => NATIVE_STORAGE_TEXTURES,
-    }
 }
 
 /// Features of the kernels for software adapters that prefetch: they read storage textures that they write.
@@ -60,7 +45,7 @@ const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY
 #[derive(Clone, Debug)]
 pub struct TierChoice {
     pub tier: Tier,
-    /// `native: SUBGROUP, TEXTURE_ATOMIC` or `core: the adapter lacks ...`
+    /// `native: TEXTURE_ATOMIC, SUBGROUP` or `subgroups: the adapter lacks ...`
     pub reason: String,
     pub features: Features,
     pub limits: Limits,
@@ -68,29 +53,51 @@ pub struct TierChoice {
 
 impl TierChoice {
     pub fn new(selection: &Selection, adapter: &wgpu::Adapter) -> Self {
+        let (most, asked) = highest(selection);
+        let tier = Tier::of(adapter).min(most);
         let available = adapter.features();
-        let core = |reason: String| Self {
-            tier: Tier::Core,
-            reason: format!("core: {reason}"),
-            features: Features::empty(),
-            limits: Limits::default(),
+        let reason = if tier == Tier::Native {
+            names(tier.features())
+        } else if tier == most {
+            asked.to_owned()
+        } else {
+            format!("the adapter lacks {}", lacking(available, &adapter.limits()))
         };
-        match (selection.tier, std::env::var("GOBO_TIER").as_deref()) {
-            (Some(Tier::Core), _) => return core("as asked for".to_owned()),
-            (None, Ok("core")) => return core("GOBO_TIER asks for it".to_owned()),
-            _ => {}
-        }
-        let lacking = NATIVE_FEATURES - available;
-        if !lacking.is_empty() {
-            return core(format!("the adapter lacks {}", names(lacking)));
-        }
-        Self {
-            tier: Tier::Native,
-            reason: format!("native: {}", names(NATIVE_FEATURES)),
-            features: available & (NATIVE_FEATURES | BENCH_FEATURES | fetch_features(adapter)),
-            limits: raised(&adapter.limits()),
-        }
+        let (features, limits) = match tier {
+            Tier::Core => (Features::empty(), Limits::default()),
+            Tier::Subgroups => (tier.features() | BENCH_FEATURES, raised(&adapter.limits())),
+            Tier::Native => (
+                tier.features() | BENCH_FEATURES | fetch_features(adapter),
+                raised(&adapter.limits()),
+            ),
+        };
+        Self { tier, reason: format!("{tier}: {reason}"), features: features & available, limits }
     }
+}
+
+/// The highest tier allowed, and who says so.
+fn highest(selection: &Selection) -> (Tier, &'static str) {
+    if let Some(tier) = selection.tier {
+        return (tier, "as asked for");
+    }
+    let Ok(name) = std::env::var("GOBO_TIER") else { return (Tier::Native, "") };
+    let known = Tier::ALL.iter().find(|tier| tier.name() == name);
+    if known.is_none() {
+        let names: Vec<_> = Tier::ALL.iter().map(|tier| tier.name()).collect();
+        tracing::warn!("GOBO_TIER is `{name}`, no tier: it may be one of {}", names.join(", "));
+    }
+    (known.copied().unwrap_or(Tier::Native), "GOBO_TIER asks for it")
+}
+
+/// What an adapter lacks for the best tier.
+fn lacking(features: Features, limits: &Limits) -> String {
+    let mut lacking = names(Tier::Native.features() - features);
+    let need = Tier::Native.storage_textures();
+    if limits.max_storage_textures_per_shader_stage < need {
+        let comma = if lacking.is_empty() { "" } else { ", " };
+        lacking += &format!("{comma}{need} storage textures a stage");
+    }
+    lacking
 }
 
 fn fetch_features(adapter: &wgpu::Adapter) -> Features {

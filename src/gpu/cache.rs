@@ -61,13 +61,13 @@ impl KernelCache {
         choices: &[Choice],
         constants: &[Constant],
     ) -> Result<Kernel, KernelError> {
-        let kernel = self.plan(device, desc, tier, choices, constants)?;
+        let kernel = self.request(device, desc, tier, choices, constants)?;
         kernel.make().map(|()| kernel)
     }
 
     /// A kernel that can be bound at once, and is compiled by [`Self::finish`] or by running
     /// [`Self::pending`].
-    pub(crate) fn plan(
+    pub(crate) fn request(
         &self,
         device: &wgpu::Device,
         desc: &KernelDesc,
@@ -80,7 +80,7 @@ impl KernelCache {
         match kernels.entry((device.clone(), desc.entry, source.fingerprint())) {
             Entry::Occupied(known) => Ok(known.get().clone()),
             Entry::Vacant(place) => {
-                let kernel = Kernel::planned(device, desc, source, driver.clone());
+                let kernel = Kernel::uncompiled(device, desc, source, driver.clone());
                 pending.push(kernel.clone());
                 Ok(place.insert(kernel).clone())
             }

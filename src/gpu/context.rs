@@ -16,7 +16,7 @@ pub struct Gpu {
     pub adapter: wgpu::AdapterInfo,
     /// Tier of its kernels.
     pub tier: Tier,
-    /// Reason for the tier: `native: SUBGROUP, TEXTURE_ATOMIC`.
+    /// Reason for the tier: `native: TEXTURE_ATOMIC, SUBGROUP`.
     pub tier_reason: String,
     /// First error that occurred outside a call that could return it; later ones follow from it.
     pub(super) failure: Arc<Mutex<Option<Error>>>,

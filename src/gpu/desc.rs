@@ -1,6 +1,5 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
-    adapter::max_storage_textures,
     kernel_error::KernelError,
     link::{Constant, Library, Linked, SAMPLED, UNROLLED},
     resource::Binding,
@@ -35,7 +34,7 @@ pub struct KernelDesc {
     pub with: &'static [Choice],
     /// Overrides with defaults different from the WGSL's; [`Kernel::new`](super::Kernel::new) may replace them.
     pub constants: &'static [Constant],
-    /// Tiers on which the kernel runs.
+    /// Tiers with a source of their own; those between have the source of the tier below.
     pub tiers: &'static [Tier],
 }
 
@@ -44,21 +43,33 @@ pub struct KernelDesc {
 pub struct Choice {
     pub name: &'static str,
     /// Files by tier, core first.
-    pub files: [&'static str; 2],
+    pub files: [&'static str; Tier::ALL.len()],
 }
 
 impl Choice {
     pub const fn new(name: &'static str, file: &'static str) -> Self {
-        Self { name, files: [file, file] }
+        Self { name, files: [file; Tier::ALL.len()] }
     }
 
-    pub const fn by_tier(name: &'static str, core: &'static str, native: &'static str) -> Self {
-        Self { name, files: [core, native] }
+    /// `file` from `tier` on, `below` on tiers below.
+    pub const fn by_tier(
+        name: &'static str,
+        below: &'static str,
+        tier: Tier,
+        file: &'static str,
+    ) -> Self {
+        let mut files = [file; Tier::ALL.len()];
+        let mut at = 0;
+        while at < tier as usize {
+            files[at] = below;
+            at += 1;
+        }
+        Self { name, files }
     }
 }
 
 impl KernelDesc {
-    /// The whole source on a tier. A kernel of a single tier has the same source on both.
+    /// The whole source on a tier. A kernel that has no variant for it has the source of the tier below.
     pub fn link(&self, tier: Tier) -> Result<Linked, KernelError> {
         self.link_with(tier, &[])
     }
@@ -122,7 +133,7 @@ impl Specialised {
                     module,
                     &mut bindings,
                     file,
-                    max_storage_textures(tier),
+                    tier.storage_textures(),
                 );
             }
         }

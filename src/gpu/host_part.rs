@@ -33,8 +33,8 @@ impl Linked {
             match item.constant(constants) {
                 Some((comment, constant)) => part += &format!("{comment}const {prefix}{constant}"),
                 None => {
-                    let own = prefixed(item, &names, prefix);
-                    part += &own.replace("@group(0)", &format!("@group({group})"));
+                    let prefixed_item = prefixed(item, &names, prefix);
+                    part += &prefixed_item.replace("@group(0)", &format!("@group({group})"));
                 }
             }
             part += "\n\n";

@@ -19,10 +19,7 @@ mod tier;
 mod timing;
 mod transfer;
 
-pub use adapter::{
-    Backend, FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES, STORAGE_FORMATS, Selection,
-    TierChoice, shortcoming,
-};
+pub use adapter::{Backend, FETCH_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming};
 pub use allocate::{Allocator, Memory, array_view, view, write_records};
 #[cfg(feature = "picture")]
 pub(crate) use cache::while_made;

@@ -195,13 +195,13 @@ impl BindingKind {
                 texture.usage().contains(usage) && texture.format() == format
             }
             Self::Texture { sample, .. } => {
-                let own = texture.format().sample_type(None, None);
+                let found = texture.format().sample_type(None, None);
                 let is_float =
                     |sample: TextureSampleType| matches!(sample, TextureSampleType::Float { .. });
                 let is_depth = texture.format().has_depth_aspect() && is_float(sample);
-                let is_alike = |own| own == sample || is_float(own) && is_float(sample);
+                let is_alike = |found| found == sample || is_float(found) && is_float(sample);
                 texture.usage().contains(TextureUsages::TEXTURE_BINDING)
-                    && (is_depth || own.is_some_and(is_alike))
+                    && (is_depth || found.is_some_and(is_alike))
             }
         }
     }

@@ -1,8 +1,5 @@
 //! Features and limits that a device must be opened with, and those it lacks: none can be added later.
-use super::{
-    Tier,
-    adapter::{FETCH_FEATURES, NATIVE_FEATURES, NATIVE_STORAGE_TEXTURES},
-};
+use super::{Tier, adapter::FETCH_FEATURES};
 use crate::{
     error::Error,
     model::{ShadowSettings, TILE_SIZE, tiles_of},
@@ -62,7 +59,9 @@ pub enum Need {
     Core,
     /// Maps as large as the settings ask for.
     Maps,
-    /// The native tier, which is faster.
+    /// Tiers with subgroups, which are faster.
+    Subgroups,
+    /// The native tier, which is faster still.
     Native,
     /// The faster walk of soft discs on software adapters.
     SoftDiscs,
@@ -74,6 +73,7 @@ impl Support {
     /// Reads the device's features and limits. `adapter`: the one that it was opened on.
     pub fn of(device: &Device, adapter: &AdapterInfo, settings: &ShadowSettings) -> Self {
         let mut all = missing(device, Tier::Native);
+        let tier = Tier::best(|tier| !all.iter().any(|it| it.hinders(tier)));
         let mut ask = |limit_of: Limits, needed_for| {
             limit_of.check_limits_with_fail_fn(&device.limits(), false, |name, need, have| {
                 let requirement = Requirement::Limit { name, have, need };
@@ -96,12 +96,6 @@ impl Support {
         }
         wish(Features::TIMESTAMP_QUERY, Need::Times);
         all.sort_by_key(|missing| missing.needed_for);
-        let lacks = |need| all.iter().any(|missing: &Missing| missing.needed_for == need);
-        let tier = match (lacks(Need::Core), lacks(Need::Native)) {
-            (true, _) => None,
-            (false, true) => Some(Tier::Core),
-            (false, false) => Some(Tier::Native),
-        };
         Self { tier, missing: all }
     }
 
@@ -110,12 +104,7 @@ impl Support {
     /// # Errors
     /// If it cannot: with all that it lacks for it.
     pub fn check(&self, tier: Tier) -> Result<(), Error> {
-        let counts = |missing: &&Missing| match missing.needed_for {
-            Need::Core | Need::Maps => true,
-            Need::Native => tier == Tier::Native,
-            Need::SoftDiscs | Need::Times => false,
-        };
-        let missing: Vec<_> = self.missing.iter().filter(counts).copied().collect();
+        let missing: Vec<_> = self.missing.iter().filter(|it| it.hinders(tier)).copied().collect();
         if missing.is_empty() { Ok(()) } else { Err(Error::Unsupported { tier, missing }) }
     }
 }
@@ -124,10 +113,7 @@ impl ShadowSettings {
     /// Features to open a device with for `tier`. [`Support::of`] names the optional ones, for speed or for
     /// timings.
     pub fn features(&self, tier: Tier) -> Features {
-        match tier {
-            Tier::Core => Features::empty(),
-            Tier::Native => NATIVE_FEATURES,
-        }
+        tier.features()
     }
 
     /// Limits to open a device with for `tier`, if no map's edge exceeds `largest_map` [texels]. Larger
@@ -139,9 +125,7 @@ impl ShadowSettings {
         // A map has all layers of its curve in one array.
         let layers = self.curve_nodes() / 2;
         limits.max_texture_array_layers = limits.max_texture_array_layers.max(layers);
-        if tier == Tier::Native {
-            limits.max_storage_textures_per_shader_stage = NATIVE_STORAGE_TEXTURES;
-        }
+        limits.max_storage_textures_per_shader_stage = tier.storage_textures();
         limits
     }
 }
@@ -166,25 +150,32 @@ pub(crate) fn missing(device: &Device, tier: Tier) -> Vec<Missing> {
         let requirement = Requirement::Limit { name, have, need };
         all.push(Missing { requirement, needed_for: Need::Core });
     });
-    if tier == Tier::Native {
-        let needed_for = Need::Native;
-        let lacking = NATIVE_FEATURES - device.features();
-        all.extend(
-            lacking
-                .iter()
-                .map(|one| Missing { requirement: Requirement::Feature(one), needed_for }),
-        );
+    for feature in (tier.features() - device.features()).iter() {
+        let requirement = Requirement::Feature(feature);
+        let is_subgroups = Tier::Subgroups.features().contains(feature);
+        let needed_for = if is_subgroups { Need::Subgroups } else { Need::Native };
+        all.push(Missing { requirement, needed_for });
+    }
+    let (have, need) = (limits.max_storage_textures_per_shader_stage, tier.storage_textures());
+    if tier == Tier::Native && have < need {
         let name = "max_storage_textures_per_shader_stage";
-        let (have, need) = (limits.max_storage_textures_per_shader_stage, NATIVE_STORAGE_TEXTURES);
-        if have < need {
-            let requirement = Requirement::Limit { name, have: have.into(), need: need.into() };
-            all.push(Missing { requirement, needed_for });
-        }
+        let requirement = Requirement::Limit { name, have: have.into(), need: need.into() };
+        all.push(Missing { requirement, needed_for: Need::Native });
     }
     all
 }
 
 impl Missing {
+    /// Whether a device cannot run `tier` without it.
+    fn hinders(&self, tier: Tier) -> bool {
+        match self.needed_for {
+            Need::Core | Need::Maps => true,
+            Need::Subgroups => tier.has_subgroups(),
+            Need::Native => tier == Tier::Native,
+            Need::SoftDiscs | Need::Times => false,
+        }
+    }
+
     fn is_of(&self, limit: &str) -> bool {
         matches!(self.requirement, Requirement::Limit { name, .. } if name == limit)
     }
@@ -210,6 +201,7 @@ impl fmt::Display for Need {
         f.write_str(match self {
             Self::Core => "every kernel",
             Self::Maps => "maps of this size",
+            Self::Subgroups => "tiers with subgroups",
             Self::Native => "the native tier",
             Self::SoftDiscs => "a faster walk of soft discs on software adapters",
             Self::Times => "times of stages",

@@ -1,4 +1,5 @@
 //! Tiers of kernels.
+use wgpu::{Features, Limits};
 
 /// Set of device features that kernels use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -7,6 +8,8 @@ pub enum Tier {
     /// WebGPU's own limits and features.
     #[default]
     Core,
+    /// WebGPU's own limits, and `SUBGROUP`.
+    Subgroups,
     /// `SUBGROUP` and `TEXTURE_ATOMIC`; kernels for software adapters also
     /// [`FETCH_FEATURES`](super::FETCH_FEATURES).
     Native,
@@ -14,13 +17,66 @@ pub enum Tier {
 
 impl Tier {
     /// Every tier, core first.
-    pub const ALL: &'static [Self] = &[Self::Core, Self::Native];
+    pub const ALL: &'static [Self] = &[Self::Core, Self::Subgroups, Self::Native];
 
-    /// `core` or `native`.
+    /// Tiers of kernels whose walks differ, and nothing else.
+    pub(crate) const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
+    /// Tiers of kernels whose sums differ, and nothing else.
+    pub(crate) const BY_ATOMICS: &'static [Self] = &[Self::Core, Self::Native];
+
+    /// The best tier that a device of `adapter` can be opened for.
+    pub fn of(adapter: &wgpu::Adapter) -> Self {
+        Self::with(adapter.features(), &adapter.limits())
+    }
+
+    /// The best tier for these features and limits.
+    fn with(features: Features, limits: &Limits) -> Self {
+        let can = |tier: Self| {
+            features.contains(tier.features())
+                && tier.storage_textures() <= limits.max_storage_textures_per_shader_stage
+        };
+        Self::best(can).unwrap_or_default()
+    }
+
+    /// The best tier that a device `can` run.
+    pub(crate) fn best(can: impl Fn(Self) -> bool) -> Option<Self> {
+        Self::ALL.iter().rev().copied().find(|&tier| can(tier))
+    }
+
+    /// `core`, `subgroups` or `native`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Core => "core",
+            Self::Subgroups => "subgroups",
             Self::Native => "native",
+        }
+    }
+
+    /// Features that kernels use: a device must have all of them.
+    pub const fn features(self) -> Features {
+        match self {
+            Self::Core => Features::empty(),
+            Self::Subgroups => Features::SUBGROUP,
+            Self::Native => Features::SUBGROUP.union(Features::TEXTURE_ATOMIC),
+        }
+    }
+
+    /// Whether kernels use subgroups.
+    pub const fn has_subgroups(self) -> bool {
+        self.features().contains(Features::SUBGROUP)
+    }
+
+    /// Whether kernels use atomics on textures.
+    pub const fn has_texture_atomics(self) -> bool {
+        self.features().contains(Features::TEXTURE_ATOMIC)
+    }
+
+    /// Most storage textures that a kernel binds.
+    pub const fn storage_textures(self) -> u32 {
+        match self {
+            // WebGPU guarantees these.
+            Self::Core | Self::Subgroups => 4,
+            Self::Native => 9,
         }
     }
 }
@@ -28,5 +84,27 @@ impl Tier {
 impl std::fmt::Display for Tier {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn features_and_limits_choose_the_tier() {
+        let [few, many] = [8, 9].map(|max_storage_textures_per_shader_stage| Limits {
+            max_storage_textures_per_shader_stage,
+            ..Limits::default()
+        });
+        for (features, limits, tier) in [
+            (Features::empty(), &many, Tier::Core),
+            (Features::TEXTURE_ATOMIC, &many, Tier::Core),
+            (Features::SUBGROUP, &many, Tier::Subgroups),
+            (Tier::Native.features(), &few, Tier::Subgroups),
+            (Tier::Native.features(), &many, Tier::Native),
+        ] {
+            assert_eq!(Tier::with(features, limits), tier, "{features:?}");
+        }
     }
 }

@@ -154,6 +154,9 @@ pub struct Material {
     pub receives: Receives,
     /// Whether the picture shows it; if not, it casts a shadow without being seen. Default true.
     pub visible: bool,
+    /// Whether what is solid shows the surroundings behind it, times the share of its light that reaches it: a floor of
+    /// which a picture shows the shadows alone. Default false.
+    pub catcher: bool,
     /// Whether it blocks or filters light; if not, it is seen and casts no shadow. Default true.
     pub casts: bool,
 }
@@ -184,6 +187,7 @@ impl Default for Material {
             attenuation_distance: f32::INFINITY,
             receives: Receives::default(),
             visible: true,
+            catcher: false,
             casts: true,
         }
     }

@@ -1,5 +1,5 @@
 //! Views from the matrices of an engine's own shadow cameras.
-use super::{Part, Projection, View};
+use super::{Projection, View, ViewRole};
 use glam::{DMat4, DVec3, DVec4, Mat4, UVec2};
 
 /// Largest deviation of a matrix from a camera's [share].
@@ -41,7 +41,7 @@ impl View {
         Ok(Self {
             light: None,
             name: "clip",
-            part: Part::Whole,
+            role: ViewRole::Whole,
             projection: camera.projection,
             size,
             near: camera.near as f32,

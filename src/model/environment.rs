@@ -174,7 +174,7 @@ fn direction_at(e: Vec2) -> Vec3 {
 }
 
 /// The inverse of `direction_at`.
-pub fn place_of(direction: Vec3) -> Vec2 {
+pub fn octahedral(direction: Vec3) -> Vec2 {
     let n = direction / direction.abs().element_sum().max(1e-20);
     let flat = Vec2::new(n.x, n.y);
     if n.z < 0.0 { (Vec2::ONE - Vec2::new(n.y, n.x).abs()) * sides(flat) } else { flat }
@@ -189,8 +189,8 @@ impl Map {
     fn new(size: u32, radiance: impl Fn(Vec3) -> Vec3) -> Self {
         let texel = |i: u32| {
             let corner = Vec2::new((i % size) as f32, (i / size) as f32);
-            let place = |x: f32, y: f32| (corner + Vec2::new(x, y)) * (2.0 / size as f32) - 1.0;
-            let four = [place(0.25, 0.25), place(0.75, 0.25), place(0.25, 0.75), place(0.75, 0.75)];
+            let point = |x: f32, y: f32| (corner + Vec2::new(x, y)) * (2.0 / size as f32) - 1.0;
+            let four = [point(0.25, 0.25), point(0.75, 0.25), point(0.25, 0.75), point(0.75, 0.75)];
             four.map(|e| radiance(direction_at(e))).iter().sum::<Vec3>() * 0.25
         };
         Self { size, texels: (0..size * size).map(texel).collect() }
@@ -207,8 +207,8 @@ impl Map {
         let at = |direction: Vec3| {
             let around = 0.5 + (direction.x.atan2(-direction.z) + turn) / (2.0 * PI);
             let down = direction.y.clamp(-1.0, 1.0).acos() / PI;
-            let place = Vec2::new(around.rem_euclid(1.0), down) * size.as_vec2() - 0.5;
-            let (low, part) = (place.floor(), place - place.floor());
+            let point = Vec2::new(around.rem_euclid(1.0), down) * size.as_vec2() - 0.5;
+            let (low, part) = (point.floor(), point - point.floor());
             let (x, y) = (low.x as i64, low.y as i64);
             let top = texel(x, y).lerp(texel(x + 1, y), part.x);
             let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), part.x);
@@ -232,7 +232,7 @@ impl Map {
 
     /// Adds a disc; the sum over its texels has the disc's exact power.
     fn add_disc(&mut self, toward: Vec3, angle: f32, color: Vec3) {
-        const PLACES: u32 = 8;
+        const SUN_SAMPLES: u32 = 8;
         let least = (0.5 * angle).cos();
         let covered = |i: usize| {
             let corner = Vec2::new((i as u32 % self.size) as f32, (i as u32 / self.size) as f32);
@@ -241,12 +241,12 @@ impl Map {
             if self.direction(i).dot(toward) < reach.min(PI).cos() {
                 return 0.0;
             }
-            let inside = (0..PLACES * PLACES).filter(|place| {
-                let at = UVec2::new(place % PLACES, place / PLACES).as_vec2() + 0.5;
-                let e = (corner + at / PLACES as f32) * (2.0 / self.size as f32) - 1.0;
+            let inside = (0..SUN_SAMPLES * SUN_SAMPLES).filter(|point| {
+                let at = UVec2::new(point % SUN_SAMPLES, point / SUN_SAMPLES).as_vec2() + 0.5;
+                let e = (corner + at / SUN_SAMPLES as f32) * (2.0 / self.size as f32) - 1.0;
                 direction_at(e).dot(toward) >= least
             });
-            inside.count() as f32 / (PLACES * PLACES) as f32
+            inside.count() as f32 / (SUN_SAMPLES * SUN_SAMPLES) as f32
         };
         let shares: Vec<f32> = (0..self.texels.len()).map(covered).collect();
         let all: f32 = (0..shares.len()).map(|i| shares[i] * self.solid_angle(i)).sum();
@@ -300,7 +300,7 @@ impl Map {
     }
 
     fn nearest(&self, direction: Vec3) -> Vec3 {
-        let at = (place_of(direction) * 0.5 + 0.5) * self.size as f32;
+        let at = (octahedral(direction) * 0.5 + 0.5) * self.size as f32;
         let at = at.as_uvec2().min(UVec2::splat(self.size - 1));
         self.texels[(at.y * self.size + at.x) as usize]
     }

@@ -35,19 +35,19 @@ impl Fluid {
     }
 
     /// Density at each particle, its own included: equation 3.
-    pub fn densities(&self, places: &[Vec3]) -> Vec<f32> {
-        self.densities_by(places, &Cells::new(places, self.reach))
+    pub fn densities(&self, points: &[Vec3]) -> Vec<f32> {
+        self.densities_by(points, &Cells::new(points, self.reach))
     }
 
-    fn densities_by(&self, places: &[Vec3], cells: &Cells) -> Vec<f32> {
-        let density = |&place: &Vec3| {
+    fn densities_by(&self, points: &[Vec3], cells: &Cells) -> Vec<f32> {
+        let density = |&point: &Vec3| {
             let mut sum = 0.0;
-            cells.near(place, |other| {
-                sum += self.mass() * self.weight(place.distance_squared(places[other]));
+            cells.near(point, |other| {
+                sum += self.mass() * self.weight(point.distance_squared(points[other]));
             });
             sum
         };
-        places.iter().map(density).collect()
+        points.iter().map(density).collect()
     }
 
     /// Acceleration of each particle by the others [m/s^2].
@@ -56,16 +56,16 @@ impl Fluid {
     /// (21, 22), divided by both densities, so that forces between two particles are equal and opposite.
     /// Unlike the paper: below the density at rest there is no tension, so that smoke may thin out.
     pub fn accelerations(&self, emitted: &[EmittedParticle]) -> Vec<Vec3> {
-        let places: Vec<Vec3> = emitted.iter().map(|emitted| emitted.position).collect();
-        let cells = Cells::new(&places, self.reach);
-        let densities = self.densities_by(&places, &cells);
+        let points: Vec<Vec3> = emitted.iter().map(|emitted| emitted.position).collect();
+        let cells = Cells::new(&points, self.reach);
+        let densities = self.densities_by(&points, &cells);
         let pressure = |density: f32| self.stiffness * (density - 1.0).max(0.0);
         let whole = self.reach * self.reach * self.reach;
         let scale = self.mass() / whole * 45.0 / (PI * whole);
-        let of = |(i, own): (usize, &EmittedParticle)| {
+        let of = |(i, particle): (usize, &EmittedParticle)| {
             let mut sum = Vec3::ZERO;
-            cells.near(own.position, |j| {
-                let aside = own.position - places[j];
+            cells.near(particle.position, |j| {
+                let aside = particle.position - points[j];
                 let distance = aside.length();
                 // Particles at the same position have no direction apart.
                 if j == i || distance >= self.reach || distance == 0.0 {
@@ -74,7 +74,7 @@ impl Fluid {
                 let left = self.reach - distance;
                 let weight = scale * left / (densities[i] * densities[j]);
                 let push = (pressure(densities[i]) + pressure(densities[j])) * 0.5;
-                let drag = (emitted[j].velocity - own.velocity) * self.viscosity;
+                let drag = (emitted[j].velocity - particle.velocity) * self.viscosity;
                 sum += (aside * (push * left / distance) + drag) * weight;
             });
             sum
@@ -91,20 +91,20 @@ struct Cells {
 }
 
 impl Cells {
-    fn new(places: &[Vec3], edge: f32) -> Self {
-        let key = |place: &Vec3| Self::cell(*place, edge).to_array();
-        let mut members: Vec<_> = places.iter().map(key).zip(0..).collect();
+    fn new(points: &[Vec3], edge: f32) -> Self {
+        let key = |point: &Vec3| Self::cell(*point, edge).to_array();
+        let mut members: Vec<_> = points.iter().map(key).zip(0..).collect();
         members.sort_unstable();
         Self { edge, members }
     }
 
-    fn cell(place: Vec3, edge: f32) -> IVec3 {
-        (place / edge).floor().as_ivec3()
+    fn cell(point: Vec3, edge: f32) -> IVec3 {
+        (point / edge).floor().as_ivec3()
     }
 
     /// Visits the particles in the position's cell and its 26 neighbours, in a fixed order.
-    fn near(&self, place: Vec3, mut visit: impl FnMut(usize)) {
-        let [x, y, z] = Self::cell(place, self.edge).to_array();
+    fn near(&self, point: Vec3, mut visit: impl FnMut(usize)) {
+        let [x, y, z] = Self::cell(point, self.edge).to_array();
         let around = |v: i32| v.saturating_sub(1)..=v.saturating_add(1);
         for x in around(x) {
             for y in around(y) {

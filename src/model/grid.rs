@@ -102,8 +102,8 @@ impl Voxels {
     }
 
     /// The value at x, y, z of 0..=8.
-    pub fn at(&self, place: UVec3) -> f32 {
-        let [x, y, z] = place.to_array().map(|v| v as usize);
+    pub fn at(&self, voxel: UVec3) -> f32 {
+        let [x, y, z] = voxel.to_array().map(|v| v as usize);
         f16::from_bits(self.0[(z * BRICK_EDGE + y) * BRICK_EDGE + x]).to_f32()
     }
 
@@ -126,7 +126,7 @@ impl Brick {
             for y in first.y..=last.y {
                 for x in first.x..=last.x {
                     let origin = IVec3::new(x, y, z) * size;
-                    let voxels = Voxels::new(|place| value(origin + place.as_ivec3()));
+                    let voxels = Voxels::new(|voxel| value(origin + voxel.as_ivec3()));
                     if voxels.values().any(|density| density != 0.0) {
                         bricks.push(Self::new(origin, Density::Voxels(voxels)));
                     }

@@ -31,9 +31,9 @@ impl Map {
         let toward = self.direction(brightest);
         let near = |i: &usize| self.direction(*i).dot(toward) >= SUN_REACH.cos();
         let (disc, around): (Vec<usize>, Vec<usize>) = (0..self.texels.len()).partition(near);
-        let mean = |places: &[usize]| {
-            let angle: f32 = places.iter().map(|&i| self.solid_angle(i)).sum();
-            places.iter().map(|&i| self.texels[i] * self.solid_angle(i)).sum::<Vec3>() / angle
+        let mean = |texels: &[usize]| {
+            let angle: f32 = texels.iter().map(|&i| self.solid_angle(i)).sum();
+            texels.iter().map(|&i| self.texels[i] * self.solid_angle(i)).sum::<Vec3>() / angle
         };
         let all = mean(&around);
         let is_sun = |i: &usize| power(self.texels[*i]) > SUN_EXCESS * power(all);

@@ -225,7 +225,8 @@ impl Light {
     /// # Errors
     /// If a number is not finite, a direction is zero, a cone has no angle or a size is negative.
     pub fn check(&self, index: usize) -> Result<(), InvalidLight> {
-        let kinds = std::iter::once(&self.kind).chain(self.shadows.iter().map(|own| &own.kind));
+        let kinds =
+            std::iter::once(&self.kind).chain(self.shadows.iter().map(|shadow| &shadow.kind));
         let of_source = self.source.iter().filter_map(|source| source.problem(&self.kind));
         let problems = kinds.filter_map(LightKind::problem).chain(of_source);
         let problem = problems.chain(self.look_up.problem()).next();
@@ -248,8 +249,8 @@ impl Light {
     /// Its own shadow, then the further ones; none if the light casts no shadows.
     pub fn all_shadows(&self) -> impl Iterator<Item = Shadow> + '_ {
         let Self { kind, near, far, size, cascades, .. } = *self;
-        let own = Shadow { kind, near, far, size, cascades };
-        let all = std::iter::once(own).chain(self.shadows.iter().copied());
+        let shadow = Shadow { kind, near, far, size, cascades };
+        let all = std::iter::once(shadow).chain(self.shadows.iter().copied());
         all.take(if self.casts { MAX_SHADOWS } else { 0 })
     }
 

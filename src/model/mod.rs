@@ -44,7 +44,7 @@ pub use clip::InvalidClip;
 pub use counters::{Counters, Skipped};
 pub use dither::Pattern;
 pub use environment::{
-    Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, place_of,
+    Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, octahedral,
 };
 pub use gaussian::{Gaussian, GaussianOpacity, reach_squared};
 pub use grid::{
@@ -66,5 +66,5 @@ pub use settings::{
 };
 pub use strand::{Capsule, Strand, StrandVertex, mitre};
 pub(crate) use view::within_pixel;
-pub use view::{Part, Projection, TILE_SIZE, View, tiles_of};
+pub use view::{Projection, TILE_SIZE, View, ViewRole, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

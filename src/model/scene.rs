@@ -139,13 +139,13 @@ impl Scene {
     pub fn sample_offsets(&self) -> impl Iterator<Item = Vec2> {
         const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
         let count = self.samples.clamp(1, MAX_SAMPLES);
-        let place = |i| (0.5 + STEP * f64::from(i)).fract() - 0.5;
-        let mean = (0..count).map(place).sum::<DVec2>() / f64::from(count);
-        (0..count).map(move |i| (place(i) - mean).as_vec2())
+        let offset = |i| (0.5 + STEP * f64::from(i)).fract() - 0.5;
+        let mean = (0..count).map(offset).sum::<DVec2>() / f64::from(count);
+        (0..count).map(move |i| (offset(i) - mean).as_vec2())
     }
 
     /// Places of the samples on the lens [m], to the right and up: a spiral of equal areas around its middle (Vogel 1979).
-    pub fn lens_places(&self) -> impl Iterator<Item = Vec2> {
+    pub fn lens_points(&self) -> impl Iterator<Item = Vec2> {
         let count = self.samples.clamp(1, MAX_SAMPLES);
         let radius = self.lens.radius;
         let turn = std::f32::consts::PI * (3.0 - 5f32.sqrt());

@@ -96,8 +96,8 @@ impl Strand {
     fn distinct(&self) -> impl Iterator<Item = &StrandVertex> {
         let mut before = None;
         self.vertices.iter().filter(move |vertex| {
-            let place = before.replace(vertex.position);
-            place.is_none_or(|place| place.distance_squared(vertex.position) > 0.0)
+            let position = before.replace(vertex.position);
+            position.is_none_or(|position| position.distance_squared(vertex.position) > 0.0)
         })
     }
 

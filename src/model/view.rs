@@ -15,7 +15,7 @@ pub enum Projection {
 
 /// Role of a view among those of its shadow.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Part {
+pub enum ViewRole {
     /// The only view of its shadow: a cone, or a window on the whole scene.
     #[default]
     Whole,
@@ -34,9 +34,9 @@ pub enum Part {
     },
 }
 
-impl Part {
+impl ViewRole {
     /// Index among the views of its shadow, and their number.
-    pub fn place(self) -> (u32, u32) {
+    pub fn index_and_count(self) -> (u32, u32) {
         match self {
             Self::Whole => (0, 1),
             Self::Face(index) => (index, 6),
@@ -54,7 +54,7 @@ pub struct View {
     /// Name, unique among the views of a light.
     pub name: &'static str,
     /// Role among the views of its shadow.
-    pub part: Part,
+    pub role: ViewRole,
     /// Projection of its rays.
     pub projection: Projection,
     /// Size of the map [texels].

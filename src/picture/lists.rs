@@ -6,7 +6,7 @@ use crate::{
     gpu::{Allocator, Resources, view},
     shadows::{
         Shadows,
-        batch::{context::Context, list::List, plan::Plan, scratch::Scratch},
+        batch::{batch_plan::BatchPlan, context::Context, list::List, scratch::Scratch},
     },
     stage::{
         features::{Features, Flags},
@@ -34,7 +34,7 @@ impl CameraList {
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         shadows: &Shadows,
-        plan: &Plan,
+        plan: &BatchPlan,
         views: &Buffer,
         pairs: Option<u32>,
         parts: &[TileRect],
@@ -43,11 +43,11 @@ impl CameraList {
         let config = shadows.config();
         let plans = std::slice::from_ref(plan);
         let scratch = Arc::new(Scratch::new(allocator, queue, config, plans, pairs, 0)?);
-        let own = &plan.lists[0];
-        let is_clipped = parts.len() > 1 && own.footprint_count > 0;
+        let camera_list = &plan.lists[0];
+        let is_clipped = parts.len() > 1 && camera_list.footprint_count > 0;
         let clipped = is_clipped
             .then(|| {
-                let texels = u64::from(own.footprint_count);
+                let texels = u64::from(camera_list.footprint_count);
                 let usage = TextureUsages::STORAGE_BINDING;
                 allocator.records("clipped_rects", PAIR_FORMAT, texels, usage)
             })
@@ -63,14 +63,18 @@ impl CameraList {
             camera: true,
             binned_rects: clipped.as_ref(),
         };
-        let list = List::new(&mut context, own, views, 1, plan.tile_count)?;
+        let list = List::new(&mut context, camera_list, views, 1, plan.tile_count)?;
         let mut clips = Vec::new();
         if let Some(clipped) = &clipped {
-            let batch =
-                PointBatch { first: 0, count: own.footprint_count, has_normals: 0, list: NO_LIST };
+            let batch = PointBatch {
+                first: 0,
+                count: camera_list.footprint_count,
+                has_normals: 0,
+                list: NO_LIST,
+            };
             let batch = context.uniform("point_batch", &batch);
-            let groups = point_grid(own.footprint_count);
-            let gaussians = own.features.has(Flags::HAS_GAUSSIANS);
+            let groups = point_grid(camera_list.footprint_count);
+            let gaussians = camera_list.features.has(Flags::HAS_GAUSSIANS);
             let features = Features::NONE.with(Flags::HAS_GAUSSIANS, gaussians);
             for part in parts {
                 let band = context.uniform("band", &part.band(0, 0));
@@ -83,8 +87,8 @@ impl CameraList {
                 clips.push(kernels.dispatch(&CLIP, features, &resources, groups)?);
             }
         }
-        let (features, first_setup) = (own.features, own.first_setup);
-        let setup_origin = own.setup_origin();
+        let (features, first_setup) = (camera_list.features, camera_list.first_setup);
+        let setup_origin = camera_list.setup_origin();
         Ok(Self { list, scratch, features, first_setup, setup_origin, clips })
     }
 

@@ -37,6 +37,8 @@ pub(super) struct ShadeFeatures {
     /// Features of particles.
     casters: Features,
     composite: Features,
+    /// Kernel that makes points of visible opaque surfaces.
+    of_surfaces: &'static KernelDesc,
     has_layers: bool,
     /// Whether some translucent casters are triangles.
     has_panes: bool,
@@ -77,6 +79,7 @@ impl ShadeFeatures {
             layers: aired(Features { nodes: 0, ..blended.features })
                 .with(Flags::HAS_REFRACTION, scene.materials.iter().any(Material::refracts)),
             surfaces: shown(of_kinds(solid.features.flags & kinds)),
+            of_surfaces: shade::surfaces(scene.materials.iter().any(|material| material.catcher)),
             panes: shown(of_kinds(pane_kinds)),
             // Panes read the maps, with or without masks.
             light: light.with(Flags::HAS_SHADOWS, shadows),
@@ -182,7 +185,7 @@ impl ToShade<'_, '_> {
         let band = self.uniform("band", &rect.band(0, self.memory.tiles));
         let of_solid = of_solid.with("band", &band).with("blended_tiles", &blended.scratch.tiles);
         let of_blended = of_blended.with("band", &band);
-        surfaces.push(self.run(&shade::SURFACES, features.surfaces, &of_solid, groups)?);
+        surfaces.push(self.run(features.of_surfaces, features.surfaces, &of_solid, groups)?);
         let of_masks = |desc| self.run(desc, Features::NONE, &of_solid, groups);
         let masks = features.masks.map(of_masks).transpose()?;
         let mut pixels = Vec::new();

@@ -4,7 +4,7 @@
 //! around them: of a cube's face, those of its neighbours. A block holds the mean of its texels' light
 //! as a function of depth.
 use super::{
-    FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, PART_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS,
+    FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, ROLE_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS,
 };
 use crate::model::{Light, ShadowSettings, Source, View};
 use bytemuck::{Pod, Zeroable};
@@ -100,8 +100,12 @@ fn views_by_light(views: &[View]) -> Vec<Range<u32>> {
     let count = views.iter().filter_map(|view| view.light).max().map_or(0, |last| last + 1);
     let mut by_light = vec![0..0; count];
     for (index, light) in (0..).zip(views).filter_map(|(i, view)| Some((i, view.light?))) {
-        let own = &mut by_light[light];
-        *own = if own.start == own.end { index..index + 1 } else { own.start..own.end + 1 };
+        let gpu_light = &mut by_light[light];
+        *gpu_light = if gpu_light.start == gpu_light.end {
+            index..index + 1
+        } else {
+            gpu_light.start..gpu_light.end + 1
+        };
     }
     by_light
 }
@@ -118,27 +122,27 @@ impl LightRecords {
         let by_light = views_by_light(models);
         for (index, light) in lights {
             let of_light = by_light.get(index).cloned().unwrap_or_default();
-            let mut own = GpuLight::new(light, of_light, settings);
-            if let Some(source) = light.area().filter(|_| own.view_count > 0) {
+            let mut gpu_light = GpuLight::new(light, of_light, settings);
+            if let Some(source) = light.area().filter(|_| gpu_light.view_count > 0) {
                 // Area lights filter by their spots.
-                own.taps = FILTER_SPLINE;
+                gpu_light.taps = FILTER_SPLINE;
                 let first = records.leveled.len() as u32;
                 records.areas.push(GpuArea::new(&source, first));
-                own.traits |= (records.areas.len() as u32 * 2) & !SHAFTS_BIT;
-                for i in 0..own.view_count {
-                    records.add_view(own.first_view + i);
+                gpu_light.traits |= (records.areas.len() as u32 * 2) & !SHAFTS_BIT;
+                for i in 0..gpu_light.view_count {
+                    records.add_view(gpu_light.first_view + i);
                 }
             }
-            records.lights.push(own);
+            records.lights.push(gpu_light);
         }
         records.place_levels();
         records
     }
 
     fn add_view(&mut self, view: u32) {
-        let GpuView { size, part, part_index, .. } = self.views[view as usize];
+        let GpuView { size, role, role_index, .. } = self.views[view as usize];
         let number = self.leveled.len() as u32;
-        let face = if part == PART_FACE { part_index } else { 0 };
+        let face = if role == ROLE_FACE { role_index } else { 0 };
         self.leveled.push(LeveledView {
             first_blocks: [0; MAX_LEVELS],
             view,
@@ -155,9 +159,9 @@ impl LightRecords {
         for level in 1..=deepest {
             for i in 0..self.leveled.len() {
                 let size = self.view_of(i).size.as_uvec2();
-                let own = &mut self.leveled[i];
-                if level <= own.level_count {
-                    own.first_blocks[level as usize - 1] = end;
+                let gpu_light = &mut self.leveled[i];
+                if level <= gpu_light.level_count {
+                    gpu_light.first_blocks[level as usize - 1] = end;
                     end += (level_size(size, level) + 2 * SKIRT).element_product();
                 }
             }

@@ -18,7 +18,7 @@ pub const LATTICE_POINTS: u32 = LATTICE_EDGE * LATTICE_EDGE * LATTICE_EDGE;
 /// Records of bricks that a [`GridRecord`] takes the place of.
 const GRID_RECORDS: u32 = 4;
 /// [`BrickRecord::density`] of a brick with voxels of its own.
-const OWN_VOXELS: f32 = -1.0;
+const PLAIN_VOXELS: f32 = -1.0;
 /// The same of a brick whose temperatures are in the next slot.
 const HOT_VOXELS: f32 = -2.0;
 
@@ -50,11 +50,11 @@ pub struct BrickRecord {
     /// First texel of the grid's record.
     pub grid: u32,
     /// Its first texel in `voxels`; of a brick of constant density its size [voxels].
-    pub place: UVec3,
+    pub first_texel: UVec3,
     /// Its density, if it is constant; negative for voxels of its own.
     pub density: f32,
 }
-crate::texel_layout!(BrickRecord { origin, grid, place, density });
+crate::texel_layout!(BrickRecord { origin, grid, first_texel, density });
 
 /// All bricks of a scene: their records, and the particles that stand for them in the lists of casters.
 #[derive(Clone, Debug, Default)]
@@ -121,22 +121,23 @@ impl Bricks {
         for (index, grid) in (0..).zip(grids) {
             let anchor = anchor(grid);
             for brick in &grid.bricks {
-                let (place, density) = match &brick.density {
+                let (first_texel, density) = match &brick.density {
                     Density::Voxels(voxels) => {
                         let slot = all.voxels.len() as u32;
                         all.voxels.push(voxels.clone());
                         let (row, layer) = (slot / slots.x, slot / slots.x / slots.y);
-                        let place = UVec3::new(slot % slots.x, row % slots.y, layer);
+                        let first_texel = UVec3::new(slot % slots.x, row % slots.y, layer);
                         all.voxels.extend(brick.temperature.clone());
-                        let own = if brick.temperature.is_some() { HOT_VOXELS } else { OWN_VOXELS };
-                        (place * SLOT_SIZE, own)
+                        let own =
+                            if brick.temperature.is_some() { HOT_VOXELS } else { PLAIN_VOXELS };
+                        (first_texel * SLOT_SIZE, own)
                     }
                     &Density::Constant { size, density } => (size, density),
                 };
                 let id = all.records.len() as u32;
                 let grid_texel = index * GRID_RECORDS * BRICK_TEXELS;
                 let origin = brick.origin - anchor;
-                all.records.push(BrickRecord { origin, grid: grid_texel, place, density });
+                all.records.push(BrickRecord { origin, grid: grid_texel, first_texel, density });
                 all.particles.push(particle(grid, brick, id));
             }
         }
@@ -170,8 +171,8 @@ impl Bricks {
 
     /// Slot of the voxels of a brick that has some.
     fn slot(&self, brick: &BrickRecord) -> usize {
-        let place = brick.place / SLOT_SIZE;
-        ((place.z * self.slots.y + place.y) * self.slots.x + place.x) as usize
+        let first_texel = brick.first_texel / SLOT_SIZE;
+        ((first_texel.z * self.slots.y + first_texel.y) * self.slots.x + first_texel.x) as usize
     }
 
     /// Half edges of the box of the brick that record `id` is of, world space [m].
@@ -199,6 +200,6 @@ impl BrickRecord {
     /// Edges of its box [voxels].
     pub fn size(&self) -> Vec3 {
         let own = UVec3::splat(BRICK_SIZE);
-        if self.density < 0.0 { own.as_vec3() } else { self.place.as_vec3() }
+        if self.density < 0.0 { own.as_vec3() } else { self.first_texel.as_vec3() }
     }
 }

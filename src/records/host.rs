@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, UVec3, Vec3};
 
 /// Farthest position of a host caster from the origin along each axis [m].
-pub const FARTHEST_PLACE: f32 = 1e7;
+pub const MAX_COORDINATE: f32 = 1e7;
 
 /// Half a quad's diagonal, rounded up [radii].
 pub const DIAGONAL: f32 = 1.4143;

@@ -135,11 +135,11 @@ impl ScreenBounds {
         };
         let x = slopes(DVec2::new(center.x, center.z), radius)?;
         let y = slopes(DVec2::new(center.y, center.z), radius)?;
-        let own = Self {
+        let bounds = Self {
             low: DVec3::new(x.x, y.x, center.z - radius),
             high: DVec3::new(x.y, y.y, center.z + radius),
         };
-        own.overlaps(&screen).then_some(own)
+        bounds.overlaps(&screen).then_some(bounds)
     }
 
     fn overlaps(&self, other: &Self) -> bool {
@@ -262,7 +262,8 @@ fn tinting_bounds(scene: &Scene) -> Bounds {
     let bounds = grids.fold(bounds, |b, grid| b.with(&grid.bounds()));
     let strands = scene.strands.iter().filter(|strand| is(strand.material));
     let bounds = strands.fold(bounds, |b, strand| b.with(&strand.bounds()));
-    let corners = scene.triangles.iter().filter(|own| is(own.material)).flat_map(|t| t.positions);
+    let corners =
+        scene.triangles.iter().filter(|triangle| is(triangle.material)).flat_map(|t| t.positions);
     corners.fold(bounds, |b, p| b.with_sphere(p, 0.0))
 }
 

@@ -36,8 +36,9 @@ pub struct GpuMaterial {
     pub metallic: f32,
     pub ior: f32,
     pub frost: f32,
-    pub pad_0: u32,
-    pub pad_1: u32,
+    /// 1 if it shows the surroundings behind it, else 0.
+    pub catcher: u32,
+    pub pad: u32,
 }
 crate::gpu_layout!(GpuMaterial {
     tint,
@@ -61,8 +62,8 @@ crate::gpu_layout!(GpuMaterial {
     metallic,
     ior,
     frost,
-    pad_0,
-    pad_1
+    catcher,
+    pad
 });
 
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -101,8 +102,8 @@ impl GpuMaterial {
             metallic: material.metallic,
             ior: material.ior,
             frost: material.frost,
-            pad_0: 0,
-            pad_1: 0,
+            catcher: material.catcher.into(),
+            pad: 0,
         }
     }
 }

@@ -59,8 +59,8 @@ pub use gaussian::{
     UNIT_ROUNDING,
 };
 pub use host::{
-    CullParams, DIAGONAL, FARTHEST_PLACE, GaussianLook, HostGridParams, HostGroup, Listed,
-    LoadCounters, LoadParams,
+    CullParams, DIAGONAL, GaussianLook, HostGridParams, HostGroup, Listed, LoadCounters,
+    LoadParams, MAX_COORDINATE,
 };
 pub use image::{
     ImageDetail, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size, image_levels,
@@ -86,7 +86,7 @@ pub use pack::OPACITY_SCALE;
 pub(crate) use pack::{from_octahedral, octahedral};
 pub use sums::{FIXED_ONE, MAX_TAU, SATURATED, added, nearness, resolved};
 pub use triangle::{BACK_BIT, SETUP_TEXELS, TRIANGLE_TEXELS, TriangleRecord, TriangleSetup};
-pub use view::{GpuView, MAX_VIEWS, PART_FACE, PART_WHOLE, PART_WINDOW};
+pub use view::{GpuView, MAX_VIEWS, ROLE_FACE, ROLE_WHOLE, ROLE_WINDOW};
 
 /// Texels in a row of a record texture.
 pub const ROW: u32 = 4096;

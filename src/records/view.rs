@@ -1,15 +1,15 @@
 //! A view as kernels read it.
-use crate::model::{Part, Projection, View};
+use crate::model::{Projection, View, ViewRole};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, Vec2};
 
 /// Most views of a batch: the length of the uniform array.
 pub const MAX_VIEWS: usize = 64;
 
-/// Numbers of [`Part`] in [`GpuView::part`].
-pub const PART_WHOLE: u32 = 0;
-pub const PART_FACE: u32 = 1;
-pub const PART_WINDOW: u32 = 2;
+/// Numbers of [`ViewRole`] in [`GpuView::part`].
+pub const ROLE_WHOLE: u32 = 0;
+pub const ROLE_FACE: u32 = 1;
+pub const ROLE_WINDOW: u32 = 2;
 
 /// The part of a [`View`] that kernels read. WGSL: `wgsl/records/view.wgsl`.
 #[repr(C)]
@@ -35,12 +35,12 @@ pub struct GpuView {
     pub layer: u32,
     /// Index of the light; `u32::MAX` for the picture's camera.
     pub light: u32,
-    /// [`PART_WHOLE`], [`PART_FACE`] or [`PART_WINDOW`].
-    pub part: u32,
+    /// [`ROLE_WHOLE`], [`ROLE_FACE`] or [`ROLE_WINDOW`].
+    pub role: u32,
     /// Index among the views of its shadow: the cascade, the face.
-    pub part_index: u32,
+    pub role_index: u32,
     /// Number of views of its shadow.
-    pub part_count: u32,
+    pub role_count: u32,
     /// Width over which a window's border fades [texels].
     pub fade: f32,
 }
@@ -56,9 +56,9 @@ crate::gpu_layout!(GpuView {
     origin,
     layer,
     light,
-    part,
-    part_index,
-    part_count,
+    role,
+    role_index,
+    role_count,
     fade
 });
 
@@ -66,11 +66,13 @@ impl View {
     /// The view in kernel form. `first_tile`: among the tiles of a batch; `origin` and `layer`: of its map's
     /// rectangle [texels].
     pub fn to_gpu(&self, first_tile: u32, origin: UVec2, layer: u32) -> GpuView {
-        let (part_index, part_count) = self.part.place();
-        let (part, fade) = match self.part {
-            Part::Whole => (PART_WHOLE, 0.0),
-            Part::Face(_) => (PART_FACE, 0.0),
-            Part::Window { fade, .. } => (PART_WINDOW, fade * 0.5 * self.size.min_element() as f32),
+        let (role_index, role_count) = self.role.index_and_count();
+        let (role, fade) = match self.role {
+            ViewRole::Whole => (ROLE_WHOLE, 0.0),
+            ViewRole::Face(_) => (ROLE_FACE, 0.0),
+            ViewRole::Window { fade, .. } => {
+                (ROLE_WINDOW, fade * 0.5 * self.size.min_element() as f32)
+            }
         };
         GpuView {
             view_from_world: self.view_from_world,
@@ -84,9 +86,9 @@ impl View {
             origin,
             layer,
             light: self.light.map_or(u32::MAX, |light| light as u32),
-            part,
-            part_index,
-            part_count,
+            role,
+            role_index,
+            role_count,
             fade,
         }
     }

@@ -110,8 +110,8 @@ pub fn accumulate<'a>(
         if !target.filters() {
             continue;
         }
-        for (place, texel) in target.texels(&tile) {
-            let (ray, end) = (&mut rays[place], opaque[place]);
+        for (in_tile, texel) in target.texels(&tile) {
+            let (ray, end) = (&mut rays[in_tile], opaque[in_tile]);
             if let Some(face) = target.face(texel, end) {
                 ray.cross(&face);
             }
@@ -121,6 +121,6 @@ pub fn accumulate<'a>(
         }
     }
     let mut texels = TileTexels::filled(Accumulated::NONE);
-    (0..TEXELS).for_each(|place| texels[place] = rays[place].accumulated(modes));
+    (0..TEXELS).for_each(|in_tile| texels[in_tile] = rays[in_tile].accumulated(modes));
     texels
 }

@@ -58,8 +58,9 @@ pub(super) fn mean_over_points(
         let fitted = fit(&moved);
         let soft: Vec<usize> = (0..views.len()).filter(|&k| has_area(&views[k])).collect();
         let mut counters = Counters::default();
-        let own: Vec<_> = soft.iter().map(|&k| records.render(&fitted[k], &mut counters)).collect();
-        for (&k, maps) in soft.iter().zip(&own) {
+        let rendered: Vec<_> =
+            soft.iter().map(|&k| records.render(&fitted[k], &mut counters)).collect();
+        for (&k, maps) in soft.iter().zip(&rendered) {
             (points.views[k], points.maps[k]) = (fitted[k].clone(), maps);
         }
         let light = evaluate(&points);

@@ -64,12 +64,12 @@ pub fn bin<'a>(
     for count in counts {
         bins.tile_starts.push(bins.tile_starts[bins.tile_starts.len() - 1] + count);
     }
-    let mut places = bins.tile_starts.clone();
+    let mut offsets = bins.tile_starts.clone();
     bins.pairs = emitted.clone();
     for pair in emitted {
-        let place = &mut places[pair.tile as usize];
-        bins.pairs[*place as usize] = pair;
-        *place += 1;
+        let offset = &mut offsets[pair.tile as usize];
+        bins.pairs[*offset as usize] = pair;
+        *offset += 1;
     }
     bins
 }

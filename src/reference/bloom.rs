@@ -20,8 +20,8 @@ impl Level {
     }
 
     fn filled(size: UVec2, of: impl Fn(UVec2) -> Vec3) -> Self {
-        let places = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
-        Self { size, light: places.map(of).collect() }
+        let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
+        Self { size, light: texels.map(of).collect() }
     }
 
     /// The texel, or the nearest one.
@@ -59,10 +59,10 @@ pub fn bloomed(size: UVec2, light: &[Vec3], share: f32) -> Vec<Vec3> {
         let next = levels[levels.len() - 1].halved(size);
         levels.push(next);
     }
-    let spread = levels.into_iter().rev().reduce(|coarse, own| {
-        let share = if own.size == size { share } else { BLOOM_SPREAD };
-        Level::filled(own.size, |texel| {
-            own.at(texel.as_ivec2()).lerp(coarse.enlarged(texel), share)
+    let spread = levels.into_iter().rev().reduce(|coarse, level| {
+        let share = if level.size == size { share } else { BLOOM_SPREAD };
+        Level::filled(level.size, |texel| {
+            level.at(texel.as_ivec2()).lerp(coarse.enlarged(texel), share)
         })
     });
     spread.map_or_else(Vec::new, |level| level.light)

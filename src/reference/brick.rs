@@ -127,12 +127,12 @@ pub(super) fn passage(
         let middle = ray.start + ray.way * (0.5 * (t + next)) - cell;
         let apart = ray.way * (GAUSS * (next - t));
         let [a, b] = [middle - apart, middle + apart].map(|at| at.clamp(Vec3::ZERO, Vec3::ONE));
-        let own = (density(cell, a) + density(cell, b)) * (0.5 * (next - t));
-        depth += own;
+        let within = (density(cell, a) + density(cell, b)) * (0.5 * (next - t));
+        depth += within;
         for (sum, at) in before_third.iter_mut().zip(at_third) {
-            *sum += own * ((at - t) / (next - t).max(LEAST_WAY)).clamp(0.0, 1.0);
+            *sum += within * ((at - t) / (next - t).max(LEAST_WAY)).clamp(0.0, 1.0);
         }
-        if own > 0.0 {
+        if within > 0.0 {
             (begins, ends) = (begins.min(t), next);
         }
         let behind = (depth * dim).exp();
@@ -145,7 +145,7 @@ pub(super) fn passage(
     let tau = depth * of_density;
     let ramp = taken.fitted(begins, ends);
     let [one, two] = before_third;
-    let depths = [one, two - one, depth - two].map(|own| own.max(0.0) * of_density);
+    let depths = [one, two - one, depth - two].map(|within| within.max(0.0) * of_density);
     let thirds = Thirds { ends: along_box, depths };
     (tau.max_element() > 0.0).then_some(Passage { first: begins, ramp, tau, thirds })
 }

@@ -44,10 +44,10 @@ fn mean_way(tau: f32) -> f32 {
     if tau < SERIES { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / (tau.min(80.0).exp() - 1.0) }
 }
 
-/// Trilinear between the points of a lattice; `place` in the box, 0..1.
-fn interpolated(lattice: &Lattice, place: Vec3) -> Vec3 {
+/// Trilinear between the points of a lattice; `point` in the box, 0..1.
+fn interpolated(lattice: &Lattice, point: Vec3) -> Vec3 {
     let last = (LATTICE_EDGE - 1) as f32;
-    let at = place.clamp(Vec3::ZERO, Vec3::ONE) * last;
+    let at = point.clamp(Vec3::ZERO, Vec3::ONE) * last;
     let low = at.floor().min(Vec3::splat(last - 1.0));
     let aside = at - low;
     let point = |x, y, z| {
@@ -59,7 +59,7 @@ fn interpolated(lattice: &Lattice, place: Vec3) -> Vec3 {
     along_y(0).lerp(along_y(1), aside.z)
 }
 
-/// Place of a point in the lattice.
+/// Index of a point in the lattice.
 pub(super) fn lattice_cell(i: u32) -> UVec3 {
     let edge = LATTICE_EDGE;
     UVec3::new(i % edge, i / edge % edge, i / (edge * edge))

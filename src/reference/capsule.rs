@@ -62,7 +62,7 @@ pub struct CapsuleSetup {
     length: f32,
     planes: [Vec3; 2],
     /// Its radius, and the least one that shows.
-    own: Line,
+    taper: Line,
     least: Line,
 }
 
@@ -79,8 +79,8 @@ impl Line {
         Self { start: first, slope: (last - first) / length }
     }
 
-    fn at(self, place: f32) -> f32 {
-        self.start + self.slope * place
+    fn at(self, point: f32) -> f32 {
+        self.start + self.slope * point
     }
 }
 
@@ -97,9 +97,9 @@ impl CapsuleSetup {
             record.normals().map(|normal| to_map(view.view_from_world.transform_vector3(normal)));
         let [first, last] = ends;
         let length = first.distance(last).max(f32::MIN_POSITIVE);
-        let own = Line::new([record.first_radius, record.last_radius], length);
+        let taper = Line::new([record.first_radius, record.last_radius], length);
         let least = Line::new(ends.map(|end| least_radius(view, end.z)), length);
-        Self { first, axis: (last - first) / length, length, planes, own, least }
+        Self { first, axis: (last - first) / length, length, planes, taper, least }
     }
 
     /// Where the ray through `texel` is inside, up to light depth `opaque_depth`.
@@ -124,8 +124,8 @@ impl CapsuleSetup {
         let closest_place = begin + middle * step;
         // One cone for the whole ray, the same for the pieces of a strand.
         let nearest = closest_place.clamp(0.0, self.length);
-        let is_thin = self.own.at(nearest) < self.least.at(nearest);
-        let line = if is_thin { self.least } else { self.own };
+        let is_thin = self.taper.at(nearest) < self.least.at(nearest);
+        let line = if is_thin { self.least } else { self.taper };
         let radius = line.at(closest_place);
         let grows = line.slope * step;
         let open = sine - grows * grows;
@@ -168,8 +168,8 @@ impl CapsuleSetup {
         let along = |at: f32| begin + at * step;
         let metres = square.sqrt();
         let diameters = |from: f32, to: f32| {
-            let place = along(0.5 * (from + to));
-            let mean = line.at(place);
+            let point = along(0.5 * (from + to));
+            let mean = line.at(point);
             let rise = (0.5 * line.slope * step * (to - from) / mean).clamp(-TIP, TIP);
             let square = rise * rise;
             // The integral of 1 / r over a linear r.
@@ -181,12 +181,12 @@ impl CapsuleSetup {
             if mean > 0.0 { metres * (to - from) / (2.0 * mean) * stretch } else { 0.0 }
         };
         let inside = diameters(first, last);
-        let place = along(0.5 * (first + last));
+        let point = along(0.5 * (first + last));
         let depth = |at: f32| (closest + at - view.near) / range;
         (inside > 0.0).then(|| Way {
             inside,
             whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
-            thin: (self.own.at(place) / line.at(place)).clamp(0.0, 1.0),
+            thin: (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0),
             depth: depth(first),
             end: depth(last),
         })
@@ -249,10 +249,10 @@ pub fn project_capsule(
     params: ProjectParams,
 ) -> Projected {
     let setup = CapsuleSetup::new(view, record);
-    let CapsuleSetup { first, axis, length, planes, own, least } = setup;
+    let CapsuleSetup { first, axis, length, planes, taper, least } = setup;
     let last = first + axis * length;
-    let slope = own.slope.abs().max(least.slope.abs());
-    let radii = [0.0, length].map(|place| own.at(place).max(least.at(place)));
+    let slope = taper.slope.abs().max(least.slope.abs());
+    let radii = [0.0, length].map(|point| taper.at(point).max(least.at(point)));
     let reach = [0, 1].map(|i| radii[i] * mitre(planes[i].dot(axis), slope));
     let reach = reach[0].max(reach[1]);
     let range = view.far - view.near;

@@ -11,18 +11,22 @@ use super::{
 use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
-        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, FIXED_ONE, Footprint, GaussianAxes,
+        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, Footprint, GaussianAxes,
         GaussianSetup, GpuView, ImageDetail, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
-        dither::{Place, cell, threshold},
+        dither::{PatternPoint, cell, threshold},
         project::SLACK,
         tile::Tile,
     },
 };
-use glam::{IVec3, Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Records that the hit tests of one view read.
+mod hit;
+
+pub use hit::{Crossing, Face, Hit, metres_per_depth};
+
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
     pub view: &'a GpuView,
@@ -60,65 +64,6 @@ impl Records<'_> {
     }
 }
 
-/// Hit of a ray: light `L` from the light's side becomes `L * light + added`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Transmittance, per channel.
-    pub light: Vec3,
-    /// 1 - transmittance, with full precision where the transmittance is next to 1.
-    pub absorbed: Vec3,
-    /// Light added by `over`, per channel.
-    pub added: Vec3,
-    /// Colour `c`; divided by 16 for `gain`.
-    pub color: Vec3,
-    /// Opacity `a`.
-    pub opacity: f32,
-    /// What sets depths: the opacity, or the light that `stain` and `gain` change without any.
-    pub presence: f32,
-    /// Light depth, 0..=1.
-    pub depth: f32,
-    /// Ramp of a curve, in light depth: up to where the whole hit is in front.
-    pub start: f32,
-    pub end: f32,
-}
-
-impl Hit {
-    pub const NONE: Self = Self {
-        light: Vec3::ONE,
-        absorbed: Vec3::ZERO,
-        added: Vec3::ZERO,
-        color: Vec3::ZERO,
-        opacity: 0.0,
-        presence: 0.0,
-        depth: -1.0,
-        start: -1.0,
-        end: -1.0,
-    };
-}
-
-/// Crossing of a ray with the surface of a volume.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
-    /// Light depth, at most that of the ray's end.
-    pub depth: f32,
-    /// Length of the ray from light depth 0 to 1 [m].
-    pub metres: f32,
-    /// Absorption coefficient of the volume [1/m].
-    pub absorption: Vec3,
-    /// 1 if the ray leaves the volume, -1 if it enters.
-    pub leaves: i32,
-}
-
-/// Contribution of a volume's face to a ray's sums.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crossing {
-    /// Optical depth from the near plane to the face, in fixed point and modulo 2^32; negative for a face
-    /// that looks towards the light.
-    pub tau: IVec3,
-    /// 1 if the ray leaves the volume, -1 if it enters.
-    pub leaves: i32,
-}
-
 /// A caster set up for the texels of a view.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
@@ -128,7 +73,7 @@ pub struct Target<'a> {
     pub id: u32,
     form: Form<'a>,
     /// Centre in the map and reach along each axis [texels].
-    place: (Vec2, f32),
+    bounds: (Vec2, f32),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -143,12 +88,12 @@ enum Form<'a> {
 
 impl<'a> Target<'a> {
     pub fn new(records: Records<'a>, footprint: &Footprint) -> Self {
-        let place = |shape| (footprint.center, reach(records.view, footprint, shape));
+        let bounds = |shape| (footprint.center, reach(records.view, footprint, shape));
         if footprint.caster & TRIANGLE_BIT != 0 {
             let setup = &records.setups[footprint.red_green as usize];
             let material = &records.materials[setup.material as usize];
-            let (form, place) = (Form::Triangle(setup), place(None));
-            return Self { records, material, id: setup.id, form, place };
+            let (form, bounds) = (Form::Triangle(setup), bounds(None));
+            return Self { records, material, id: setup.id, form, bounds };
         }
         let caster = &records.casters[footprint.caster as usize];
         let material = &records.materials[caster.material() as usize];
@@ -157,7 +102,7 @@ impl<'a> Target<'a> {
             let is_medium = caster.material_rotation & MEDIUM_BIT != 0;
             let form = Form::Gaussian { footprint: *footprint, setup, is_medium };
             let id = records.axes[caster.id as usize].id;
-            return Self { records, material, id, form, place: (Vec2::ZERO, f32::INFINITY) };
+            return Self { records, material, id, form, bounds: (Vec2::ZERO, f32::INFINITY) };
         }
         if material.shape == Shape::Capsule {
             let record = &records.capsules[caster.id as usize];
@@ -171,7 +116,7 @@ impl<'a> Target<'a> {
                 material,
                 id: record.id,
                 form,
-                place: (footprint.center, reach),
+                bounds: (footprint.center, reach),
             };
         }
         let facing = Facing::new(records.view, footprint, caster.rotation());
@@ -188,12 +133,12 @@ impl<'a> Target<'a> {
                 Form::Facing { facing, color, base, slope }
             }
         };
-        Self { records, material, id: caster.id, form, place: place(Some(material.shape)) }
+        Self { records, material, id: caster.id, form, bounds: bounds(Some(material.shape)) }
     }
 
     /// Texels of a tile that the caster may touch, as [`Tile::texels`].
     pub fn texels(&self, tile: &Tile) -> impl Iterator<Item = (usize, Vec2)> + use<> {
-        let (center, reach) = self.place;
+        let (center, reach) = self.bounds;
         tile.texels_near(center, reach)
     }
 
@@ -204,11 +149,11 @@ impl<'a> Target<'a> {
 
     /// Hit of the ray through `texel` (view's map), which ends at light depth `opaque_depth`.
     pub fn hit(&self, texel: Vec2, opaque_depth: f32) -> Option<Hit> {
-        self.part_hit(texel, opaque_depth, [0, 1])
+        self.ramp_hit(texel, opaque_depth, [0, 1])
     }
 
     /// Hits of a ray that a curve of so many nodes takes one by one: a brick is several.
-    pub fn part_count(&self, nodes: u32) -> u32 {
+    pub fn ramp_count(&self, nodes: u32) -> u32 {
         match self.form {
             Form::Brick { brick, .. } if brick.density < 0.0 => VOXEL_PARTS,
             Form::Brick { .. } => nodes,
@@ -216,8 +161,8 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Like [`Self::hit`], of one of [`Self::part_count`] parts: its number, and theirs.
-    pub fn part_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
+    /// Like [`Self::hit`], of one of [`Self::ramp_count`] parts: its number, and theirs.
+    pub fn ramp_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
         let hit = match self.form {
             Form::Facing { facing, color, base, slope } => {
                 self.facing_hit(&facing, color, base, slope, texel)
@@ -288,16 +233,16 @@ impl<'a> Target<'a> {
 
     fn threshold_of(&self, texel: Vec2, id: u32) -> f32 {
         let (pattern, scale) = (self.material.pattern, self.material.pattern_scale);
-        let (own, step) = match self.form {
+        let (on_caster, step) = match self.form {
             _ if pattern != Pattern::Hashed => (Vec2::ZERO, Vec2::ONE),
             // Grids are not opaque.
             Form::Brick { .. } => (Vec2::ZERO, Vec2::ONE),
             Form::Capsule { middle, .. } => (texel - middle, Vec2::ONE),
-            Form::Triangle(setup) => setup.own(texel),
+            Form::Triangle(setup) => setup.on_triangle(texel),
             Form::Gaussian { ref footprint, setup, .. } => {
                 let [a, b, c] = setup.whitening.to_array();
                 let met = approach(self.records.view, footprint, setup, texel);
-                (met.place, Vec2::new(a.abs().max(b.abs()), c.abs()))
+                (met.position, Vec2::new(a.abs().max(b.abs()), c.abs()))
             }
             Form::Facing { facing, .. } | Form::Puff { facing, .. } => {
                 let met = facing.hit(self.records.view, texel);
@@ -306,8 +251,8 @@ impl<'a> Target<'a> {
                 (met.map_or(Vec2::splat(2.0), |met| met.q), step)
             }
         };
-        let place = Place { cell: cell(self.records.view, scale, texel), own, step };
-        threshold(pattern, scale, &place, id)
+        let point = PatternPoint { cell: cell(self.records.view, scale, texel), on_caster, step };
+        threshold(pattern, scale, &point, id)
     }
 
     fn facing_hit(
@@ -392,13 +337,6 @@ impl<'a> Target<'a> {
     }
 }
 
-impl Face {
-    pub fn crossing(&self) -> Crossing {
-        let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
-        Crossing { tau, leaves: self.leaves }
-    }
-}
-
 /// Least distance from the centre, along either axis, beyond which a footprint touches no texel [texels];
 /// `shape`: of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
 fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
@@ -421,21 +359,6 @@ fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
             if ends { view.scale * reach * (1.0 + slope * slope) / rest } else { f32::INFINITY };
     }
     reach + SLACK
-}
-
-/// Length of the ray through a texel from light depth 0 to 1 [m].
-pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
-    let slope = (texel - view.size * 0.5) / view.scale;
-    let stretch = if view.perspective > 0.0 { (1.0 + slope.length_squared()).sqrt() } else { 1.0 };
-    (view.far - view.near) * stretch
-}
-
-/// Nearest integers, modulo 2^32. Exact: the wraps are powers of two.
-fn modular(v: Vec3) -> IVec3 {
-    const WRAP: f32 = 4_294_967_296.0;
-    let rounded = v.round();
-    let rest = rounded - (rounded / WRAP).floor() * WRAP;
-    IVec3::from_array(rest.to_array().map(|v| (v as u32).cast_signed()))
 }
 
 /// Light added by a hit of `over`.

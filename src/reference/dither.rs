@@ -16,11 +16,11 @@ pub const BLOCK_BITS: u32 = 4;
 
 /// Position at which a caster's threshold is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PatternPoint {
     /// Cell of the pattern, in light space.
     pub cell: UVec2,
     /// Coordinates in the caster's own space, without unit.
-    pub own: Vec2,
+    pub on_caster: Vec2,
     /// Change of `own` from one texel to the next, per axis.
     pub step: Vec2,
 }
@@ -49,15 +49,15 @@ fn pcg_cell(cell: UVec2, id: u32) -> u32 {
 }
 
 /// Dither threshold, 0..1: an opacity above it blocks the light.
-pub fn threshold(pattern: Pattern, scale: u32, place: &Place, id: u32) -> f32 {
+pub fn threshold(pattern: Pattern, scale: u32, point: &PatternPoint, id: u32) -> f32 {
     let bits = match pattern {
-        Pattern::Hashed => return hashed(place, scale, id),
-        Pattern::Ign => gradient_noise(place.cell, id),
-        Pattern::Blue => blue(place.cell, id),
-        Pattern::Checkerboard => ordered(place.cell, 2, id, pcg(id)),
+        Pattern::Hashed => return hashed(point, scale, id),
+        Pattern::Ign => gradient_noise(point.cell, id),
+        Pattern::Blue => blue(point.cell, id),
+        Pattern::Checkerboard => ordered(point.cell, 2, id, pcg(id)),
         _ => {
             let order = pattern.order();
-            ordered(place.cell, order, id, pcg_cell(place.cell >> order, id))
+            ordered(point.cell, order, id, pcg_cell(point.cell >> order, id))
         }
     };
     bits as f32 / 65536.0
@@ -130,21 +130,22 @@ fn blue(cell: UVec2, id: u32) -> u32 {
 
 /// Hashed threshold. Unlike the paper: base-2 logarithms are those of the float's bits, and the ratio of
 /// the axes' scales is a power of two, so that nearing the caster never jumps.
-fn hashed(place: &Place, scale: u32, id: u32) -> f32 {
-    let step = (place.step * scale as f32).max(Vec2::splat(1e-9));
+fn hashed(point: &PatternPoint, scale: u32, id: u32) -> f32 {
+    let step = (point.step * scale as f32).max(Vec2::splat(1e-9));
     let per_unit = std::f32::consts::FRAC_1_SQRT_2 / step.x;
     let between = f32::from_bits(per_unit.to_bits() & 0x007f_ffff | 0x3f80_0000) - 1.0;
     let exponent = |v: f32| (v.to_bits() >> 23 & 255) as i32 - 127;
     let x = exponent(per_unit).clamp(-20, 20);
     let y = (x + exponent(step.x / step.y * std::f32::consts::SQRT_2)).clamp(-24, 24);
-    let coarse = own_hash(place.own, x, y, id);
-    let fine = own_hash(place.own, x + 1, y + 1, id);
+    let coarse = caster_hash(point.on_caster, x, y, id);
+    let fine = caster_hash(point.on_caster, x + 1, y + 1, id);
     uniform(coarse * (1.0 - between) + fine * between, between.min(1.0 - between))
 }
 
-fn own_hash(own: Vec2, x: i32, y: i32, id: u32) -> f32 {
+fn caster_hash(on_caster: Vec2, x: i32, y: i32, id: u32) -> f32 {
     let power = |e: i32| f32::from_bits(((e + 127) as u32) << 23);
-    let cell = Vec2::new(own.x * power(x), own.y * power(y)).floor().as_ivec2().as_uvec2();
+    let cell =
+        Vec2::new(on_caster.x * power(x), on_caster.y * power(y)).floor().as_ivec2().as_uvec2();
     ((pcg_cell(cell, id ^ ((x + 127) as u32) << 24) >> 16) as f32 + 0.5) / 65536.0
 }
 

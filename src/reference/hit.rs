@@ -183,14 +183,14 @@ impl TriangleSetup {
     }
 
     /// Barycentric weights of two corners, and their change from one texel to the next.
-    pub fn own(&self, texel: Vec2) -> (Vec2, Vec2) {
+    pub fn on_triangle(&self, texel: Vec2) -> (Vec2, Vec2) {
         let weighted = |i: usize| self.edge(i, texel) * self.weights[i];
         let step = |i: usize| Vec2::new(-self.edges[i].w, self.edges[i].z) * self.weights[i];
         let sum = weighted(0) + weighted(1) + weighted(2);
         let step_of_sum = step(0) + step(1) + step(2);
-        let own = Vec2::new(weighted(0), weighted(1)) / sum;
-        let along = |i: usize| ((step(i) - own[i] * step_of_sum).abs() / sum).max_element();
-        (own, Vec2::new(along(0), along(1)))
+        let weighted = Vec2::new(weighted(0), weighted(1)) / sum;
+        let along = |i: usize| ((step(i) - weighted[i] * step_of_sum).abs() / sum).max_element();
+        (weighted, Vec2::new(along(0), along(1)))
     }
 
     /// Colour of the corners, which are stored as square roots of linear light, and alpha.

@@ -35,8 +35,8 @@ impl ClipRay {
     pub fn light_depth(&self, params: &ImportParams, depth: f32) -> f32 {
         let Self { slope, start } = self;
         let distance = (depth * start.w - start.z) / (slope.z - depth * slope.w);
-        let own = (distance - params.near) / (params.far - params.near);
+        let light_depth = (distance - params.near) / (params.far - params.near);
         // A NaN is no surface.
-        if depth != params.empty && own <= 1.0 { own.max(0.0) } else { 1.0 }
+        if depth != params.empty && light_depth <= 1.0 { light_depth.max(0.0) } else { 1.0 }
     }
 }

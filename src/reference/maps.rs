@@ -34,6 +34,10 @@ use crate::{
 };
 use glam::{UVec2, Vec3};
 
+mod tiles;
+
+use tiles::{last_depths, without_curves};
+
 /// Pairs of a segment of the kernels, which are counted.
 const SEGMENT: usize = 2048;
 /// Casters per work item of a thread.
@@ -216,10 +220,10 @@ impl<'a> SceneRecords<'a> {
             let nodes = modes.nodes as usize;
             let mut packed = vec![[0; 2]; maps.nearest.len() * nodes];
             for (index, tile) in tiles.iter().enumerate() {
-                for (place, texel) in Tile::new(&gpu_view, index as u32).texels() {
+                for (in_tile, texel) in Tile::new(&gpu_view, index as u32).texels() {
                     let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
-                    packed[at * nodes..(at + 1) * nodes].copy_from_slice(&tile[place].nodes);
-                    counters.disordered += u64::from(tile[place].disordered);
+                    packed[at * nodes..(at + 1) * nodes].copy_from_slice(&tile[in_tile].nodes);
+                    counters.disordered += u64::from(tile[in_tile].disordered);
                 }
             }
             maps.curve = Some(CurveMap { nodes, gain: modes.gain, packed });
@@ -241,9 +245,9 @@ impl<'a> SceneRecords<'a> {
         if self.colored {
             maps.colored = vec![[1.0; 3]; maps.opaque.len()];
             for (index, depths) in depths.iter().enumerate() {
-                for (place, texel) in Tile::new(view, index as u32).texels() {
+                for (in_tile, texel) in Tile::new(view, index as u32).texels() {
                     let at = (texel.y as u32 * maps.view.size.x + texel.x as u32) as usize;
-                    maps.colored[at] = depths[place].to_array();
+                    maps.colored[at] = depths[in_tile].to_array();
                 }
             }
         }
@@ -360,37 +364,18 @@ impl<'a> SceneRecords<'a> {
             owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {
-            for (place, texel) in Tile::new(gpu_view, index as u32).texels() {
+            for (in_tile, texel) in Tile::new(gpu_view, index as u32).texels() {
                 let at = (texel.y as u32 * view.size.x + texel.x as u32) as usize;
-                maps.filter[at] = resolve(tile[place].light, self.modes.gain);
-                maps.nearest[at] = tile[place].nearest;
-                maps.opaque[at] = opaque[place];
+                maps.filter[at] = resolve(tile[in_tile].light, self.modes.gain);
+                maps.nearest[at] = tile[in_tile].nearest;
+                maps.opaque[at] = opaque[in_tile];
                 if self.modes.owners {
-                    maps.owner[at] = tile[place].owner;
+                    maps.owner[at] = tile[in_tile].owner;
                 }
             }
         }
         maps
     }
-}
-
-/// Depth behind which all channels are blocked.
-fn last_depths(depths: &TileTexels<Vec3>) -> TileTexels<f32> {
-    let mut last = TileTexels::filled(1.0);
-    for place in 0..TEXELS {
-        last[place] = depths[place].max_element();
-    }
-    last
-}
-
-/// Values that curve mode and nearest-depth mode have in common.
-fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
-    let mut texels = TileTexels::filled(Accumulated::NONE);
-    for place in 0..TEXELS {
-        let CurveTexel { passed, nearest, .. } = tile[place];
-        texels[place] = Accumulated { light: passed, nearest, owner: NO_OWNER };
-    }
-    texels
 }
 
 /// Visible footprints, front to back; equal keys in order of footprints.

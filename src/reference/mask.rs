@@ -53,7 +53,7 @@ impl Masks {
         if slot == 0 || point.kind != PointKind::Solid {
             return None;
         }
-        let (mask, channel) = place(slot);
+        let (mask, channel) = texel(slot);
         let value = self.values[mask][(point.pixel.y * self.size.x + point.pixel.x) as usize];
         let is_colored = slot & COLORED_BIT != 0;
         Some(if is_colored { value.truncate() } else { Vec3::splat(value[channel]) })
@@ -67,7 +67,7 @@ impl Masks {
 }
 
 /// Mask and channel of a slot.
-fn place(slot: u32) -> (usize, usize) {
+fn texel(slot: u32) -> (usize, usize) {
     let at = (slot & !COLORED_BIT) - 1;
     ((at / SLOTS) as usize, (at % SLOTS) as usize)
 }
@@ -153,14 +153,14 @@ impl MaskInput<'_> {
             let mut passed = Vec4::ONE;
             let Some(point) = surface.point.filter(|_| surface.depth < 1.0) else { return passed };
             for (light, &slot) in slots.of_lights.iter().enumerate() {
-                if slot == 0 || place(slot).0 != mask {
+                if slot == 0 || texel(slot).0 != mask {
                     continue;
                 }
                 let share = self.lighting.mask_share(light, &point);
                 if slot & COLORED_BIT != 0 {
                     passed = passed.min(share.extend(1.0));
                 } else {
-                    let channel = place(slot).1;
+                    let channel = texel(slot).1;
                     passed[channel] = passed[channel].min(share.y);
                 }
             }
@@ -229,15 +229,15 @@ impl Filter<'_> {
             let at = UVec2::new(i as u32 % grid.size.x, i as u32 / grid.size.x).as_ivec2();
             let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
             for step in -side..=side {
-                let place = at + along * step;
-                if place.cmplt(IVec2::ZERO).any() || place.cmpge(grid.size.as_ivec2()).any() {
+                let texel = at + along * step;
+                if texel.cmplt(IVec2::ZERO).any() || texel.cmpge(grid.size.as_ivec2()).any() {
                     continue;
                 }
-                let place = place.as_uvec2();
+                let texel = texel.as_uvec2();
                 let gaussian = (-0.5 * (step as f32 / width).powi(2)).exp();
                 // A surface is its own, whichever way its facet looks.
-                let near = if step == 0 { 1.0 } else { self.weight(&plane, grid.at(place)) };
-                sum += values[(place.y * grid.size.x + place.x) as usize] * gaussian * near;
+                let near = if step == 0 { 1.0 } else { self.weight(&plane, grid.at(texel)) };
+                sum += values[(texel.y * grid.size.x + texel.x) as usize] * gaussian * near;
                 weights += gaussian * near;
             }
             stored(sum / weights)
@@ -254,12 +254,12 @@ impl Filter<'_> {
             let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
             let (mut best, mut least) = (Vec4::ONE, 1e30);
             for step in [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| IVec2::new(x, y)) {
-                let place = first.as_ivec2() + step;
-                let place = place.clamp(IVec2::ZERO, half.size.as_ivec2() - 1).as_uvec2();
-                let other = half.at(place);
+                let texel = first.as_ivec2() + step;
+                let texel = texel.clamp(IVec2::ZERO, half.size.as_ivec2() - 1).as_uvec2();
+                let other = half.at(texel);
                 let near = Vec2::select(step.cmpeq(IVec2::ONE), share, 1.0 - share);
                 let weight = near.element_product() * self.weight(&plane, other);
-                let value = values[(place.y * half.size.x + place.x) as usize];
+                let value = values[(texel.y * half.size.x + texel.x) as usize];
                 let is_seen = other.depth < 1.0;
                 let turned = other.point.map_or(0.0, |other| 1.0 - plane.normal.dot(other.normal));
                 let off = self.error(&plane, other) + TURNED * turned;

@@ -42,6 +42,8 @@ pub use light_points::light_points;
 pub use maps::render_maps;
 pub use mask::Masks;
 pub use receive::{MapTexel, light_by_channel, receive, receive_curve};
-pub use shade::{FAINT, MeanPicture, picture_masks, render_picture, render_samples};
+pub use shade::{
+    FAINT, MeanPicture, Surface, picture_masks, render_picture, render_samples, surfaces,
+};
 pub use sort::{Pair, sort};
 pub use sums::add_sums;

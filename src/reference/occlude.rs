@@ -57,11 +57,12 @@ pub fn occlude<'a>(
         if !target.material.transfer.is_opaque() {
             continue;
         }
-        for (place, texel) in target.texels(tile) {
+        for (in_tile, texel) in target.texels(tile) {
             if let Some(hit) = target.hit(texel, 1.0) {
                 let blocked = blocked_channels(&target, texel, &hit, colored);
                 let depth = Vec3::splat(stored_depth(&target, &hit));
-                nearest[place] = Vec3::select(blocked, nearest[place].min(depth), nearest[place]);
+                nearest[in_tile] =
+                    Vec3::select(blocked, nearest[in_tile].min(depth), nearest[in_tile]);
             }
         }
     }

@@ -86,10 +86,10 @@ pub fn occluded(
     let size = view.size.as_uvec2();
     let search = Search { view, world_from_view, radius, pixels, size };
     let half = (size + 1) / 2;
-    let place = |i: usize, width: u32| UVec2::new(i as u32 % width, i as u32 / width);
-    let shares = each((half.x * half.y) as usize, |i| search.seen(place(i, half.x)));
+    let texel = |i: usize, width: u32| UVec2::new(i as u32 % width, i as u32 / width);
+    let shares = each((half.x * half.y) as usize, |i| search.seen(texel(i, half.x)));
     each(pixels.len(), |i| {
-        let share = search.share(&shares, half, place(i, size.x));
+        let share = search.share(&shares, half, texel(i, size.x));
         (light[i] - pixels[i].light * (1.0 - share)).max(Vec3::ZERO)
     })
 }
@@ -107,13 +107,13 @@ impl Search<'_> {
     }
 
     /// Normal in view space.
-    fn normal(&self, own: &Surroundings, point: Vec3) -> Vec3 {
-        if own.normal == Vec3::ZERO {
+    fn normal(&self, around_pixel: &Surroundings, point: Vec3) -> Vec3 {
+        if around_pixel.normal == Vec3::ZERO {
             return -point.normalize();
         }
         let world_from_view = self.world_from_view;
         let axes = [world_from_view.x_axis, world_from_view.y_axis, world_from_view.z_axis];
-        Vec3::from_array(axes.map(|axis| axis.truncate().dot(own.normal)))
+        Vec3::from_array(axes.map(|axis| axis.truncate().dot(around_pixel.normal)))
     }
 
     fn radius_at(&self, point: Vec3) -> f32 {
@@ -121,15 +121,15 @@ impl Search<'_> {
     }
 
     /// Share of the ambient light at a place of half the size, and the distance of its surface.
-    fn seen(&self, place: UVec2) -> (f32, f32) {
-        let pixel = place * 2;
-        let own = self.of(pixel);
-        if own.depth >= 1.0 {
+    fn seen(&self, texel: UVec2) -> (f32, f32) {
+        let pixel = texel * 2;
+        let around_pixel = self.of(pixel);
+        if around_pixel.depth >= 1.0 {
             return (1.0, SKY_DISTANCE);
         }
-        let point = self.point(pixel.as_vec2(), own.depth);
-        let (normal, to_eye) = (self.normal(own, point), -point.normalize());
-        let turn = ((place.x & 1) | (place.y & 1) << 1) as f32 * 0.25;
+        let point = self.point(pixel.as_vec2(), around_pixel.depth);
+        let (normal, to_eye) = (self.normal(around_pixel, point), -point.normalize());
+        let turn = ((texel.x & 1) | (texel.y & 1) << 1) as f32 * 0.25;
         let (mut seen, mut whole) = (0.0, 0.0);
         for i in 0..OCCLUDER_DIRECTIONS {
             let (sin, cos) = ((i as f32 + turn) * (PI / OCCLUDER_DIRECTIONS as f32)).sin_cos();
@@ -152,12 +152,12 @@ impl Search<'_> {
         for i in 0..OCCLUDER_STEPS {
             let part = (i as f32 + 0.7) / OCCLUDER_STEPS as f32;
             let far = (part * part * reach).max(i as f32 + 1.0);
-            let place = pixel + (step * side * far).map(f32::round_ties_even);
-            if place.cmplt(Vec2::ZERO).any() || place.cmpgt(self.view.size - 1.0).any() {
+            let texel = pixel + (step * side * far).map(f32::round_ties_even);
+            if texel.cmplt(Vec2::ZERO).any() || texel.cmpgt(self.view.size - 1.0).any() {
                 continue;
             }
-            let depth = self.of(place.as_uvec2()).depth;
-            let away = self.point(place, depth) - point;
+            let depth = self.of(texel.as_uvec2()).depth;
+            let away = self.point(texel, depth) - point;
             let (above, along) = (away.dot(slice.above), away.dot(slice.along) * side);
             let risen = above * slice.facing;
             if depth >= 1.0 || risen * risen.abs() < FLAT_SQUARE * away.length_squared() {
@@ -173,19 +173,19 @@ impl Search<'_> {
 
     /// Share of the ambient light at a pixel.
     fn share(&self, shares: &[(f32, f32)], half: UVec2, pixel: UVec2) -> f32 {
-        let own = self.of(pixel);
-        if own.depth >= 1.0 {
+        let around_pixel = self.of(pixel);
+        if around_pixel.depth >= 1.0 {
             return 1.0;
         }
-        let point = self.point(pixel.as_vec2(), own.depth);
-        let normal = self.normal(own, point);
+        let point = self.point(pixel.as_vec2(), around_pixel.depth);
+        let normal = self.normal(around_pixel, point);
         let (mut sum, mut weights) = (0.0, 0.0);
         for i in 0..16 {
-            let place = (pixel / 2).as_ivec2() - 1 + IVec2::new(i & 3, i >> 2);
-            let inside = place.clamp(IVec2::ZERO, half.as_ivec2() - 1);
+            let texel = (pixel / 2).as_ivec2() - 1 + IVec2::new(i & 3, i >> 2);
+            let inside = texel.clamp(IVec2::ZERO, half.as_ivec2() - 1);
             let (share, distance) = shares[(inside.y as u32 * half.x + inside.x as u32) as usize];
             let near =
-                1.0 - 0.5 * (pixel.as_vec2() * 0.5 - place.as_vec2()).abs().min(Vec2::splat(2.0));
+                1.0 - 0.5 * (pixel.as_vec2() * 0.5 - texel.as_vec2()).abs().min(Vec2::splat(2.0));
             let slope = self.point((inside * 2).as_vec2(), 0.0) / self.view.near;
             let off =
                 (slope * distance - point).dot(normal).abs() / (OFF_PLANE * self.radius_at(point));

@@ -25,13 +25,13 @@ impl<T: Copy> HitOrder<T> {
 
     /// Adds a hit; returns the one that leaves in exchange.
     pub fn push(&mut self, depth: f32, hit: T) -> Option<(f32, T)> {
-        let place = self.waiting.partition_point(|&(waiting, _)| waiting <= depth);
-        let leaves = if place == 0 {
+        let index = self.waiting.partition_point(|&(waiting, _)| waiting <= depth);
+        let leaves = if index == 0 {
             (depth, hit)
         } else {
             let first = self.waiting[0];
-            self.waiting.copy_within(1..place, 0);
-            self.waiting[place - 1] = (depth, hit);
+            self.waiting.copy_within(1..index, 0);
+            self.waiting[index - 1] = (depth, hit);
             first
         };
         (leaves.0 >= 0.0).then(|| {

@@ -9,6 +9,10 @@ use crate::{
 };
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 
+mod tile_rect;
+
+pub(super) use tile_rect::tile_rect;
+
 /// Margin around a footprint's box, so that rounding never loses a texel [texels].
 pub const SLACK: f32 = 1.0 / 64.0;
 /// A particle is *beside* the view if its depth along the axis is below this share of its distance from the
@@ -213,49 +217,6 @@ pub(super) fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
         if low_depth > 0.0 { low / low_depth } else { -ENDLESS },
         if high_depth > 0.0 { high / high_depth } else { ENDLESS },
     )
-}
-
-/// Tiles whose texel centres may be in `bounds` and within `circle` [texels] of `center`.
-pub(super) fn tile_rect(
-    view: &GpuView,
-    view_index: u32,
-    bounds: TexelBox,
-    center: Vec2,
-    circle: f32,
-    scatter: bool,
-) -> Option<TileRect> {
-    // Texel i has its centre at i + 0.5.
-    let first = (bounds.min - (0.5 + SLACK)).ceil();
-    let last = (bounds.max - (0.5 - SLACK)).floor();
-    let min = first.max(Vec2::ZERO);
-    let max = last.min(view.size - 1.0);
-    // Written so that a NaN is outside.
-    if !(min.x <= max.x && min.y <= max.y) {
-        return None;
-    }
-    let corner = scatter_texel(center);
-    if scatter && first.cmpge(corner).all() && last.cmple(corner + 1.0).all() {
-        return Some(TileRect::scattered(view_index));
-    }
-    let (lo, hi) = (min.as_uvec2() / TILE_SIZE, max.as_uvec2() / TILE_SIZE);
-    let mut mask = 0;
-    if hi.x - lo.x < 4 && hi.y - lo.y < 4 {
-        for y in lo.y..=hi.y {
-            for x in lo.x..=hi.x {
-                let first = Vec2::new((x * TILE_SIZE) as f32, (y * TILE_SIZE) as f32) + 0.5;
-                let outside = center - center.clamp(first, first + (TILE_SIZE - 1) as f32);
-                if outside.dot(outside) <= circle * circle {
-                    mask |= 1 << ((y - lo.y) * 4 + x - lo.x);
-                }
-            }
-        }
-    } else {
-        mask = 0xffff;
-    }
-    (mask != 0).then_some(TileRect {
-        corners: lo.x | lo.y << 8 | hi.x << 16 | hi.y << 24,
-        mask_view: mask | view_index << 16,
-    })
 }
 
 /// Projects one triangle to one view, with its setup. `setup_index`: where the setup is stored.

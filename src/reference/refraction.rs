@@ -107,8 +107,8 @@ impl Ray {
         let metres = (view.far - view.near) * (1.0 + slope.length_squared()).sqrt();
         let aside = |body: &Body| {
             let start = world_point(view, world_from_view, pixel, body.entered);
-            let place = start + body.bent * (body.share * (body.left - body.entered) * metres);
-            let seen = view.view_from_world.transform_point3(place);
+            let position = start + body.bent * (body.share * (body.left - body.entered) * metres);
+            let seen = view.view_from_world.transform_point3(position);
             let scale = view.scale / (-seen.z).max(view.near);
             Vec2::new(seen.x, -seen.y) * scale + view.size * 0.5 - pixel
         };
@@ -139,8 +139,8 @@ pub fn refracted_picture(
     behind: &[(Vec3, f32)],
     bends: &[Option<Bend>],
 ) -> Vec<Vec3> {
-    let own = behind.iter().map(|&(light, _)| light).collect();
-    let mut levels = vec![Level::new(size, own)];
+    let seen = behind.iter().map(|&(light, _)| light).collect();
+    let mut levels = vec![Level::new(size, seen)];
     for level in 1..refraction_levels(size) {
         let next = levels[levels.len() - 1].halved(image_level_size(size, level));
         levels.push(next);
@@ -151,18 +151,18 @@ pub fn refracted_picture(
         let found = (pixel + bend.aside).clamp(Vec2::splat(0.5), size.as_vec2() - 0.5);
         let texel = found.as_uvec2();
         let (_, depth) = behind[(texel.y * size.x + texel.x) as usize];
-        let place = if depth < bend.pane - PANE_SLACK { pixel } else { found };
-        light[i] + bend.passed * blurred(&levels, place, bend.blur)
+        let position = if depth < bend.pane - PANE_SLACK { pixel } else { found };
+        light[i] + bend.passed * blurred(&levels, position, bend.blur)
     };
     (0..light.len()).map(shown).collect()
 }
 
 /// Light around a place [pixels], blurred over a radius [pixels].
-fn blurred(levels: &[Level], place: Vec2, blur: f32) -> Vec3 {
+fn blurred(levels: &[Level], position: Vec2, blur: f32) -> Vec3 {
     let level = (blur.max(0.5) * 2.0).log2().clamp(0.0, (levels.len() - 1) as f32);
     let (low, part) = (level as usize, level.fract());
     let smooth = |level: usize| {
-        let at = place * (-(level as f32)).exp2();
+        let at = position * (-(level as f32)).exp2();
         let middle = at.floor();
         let off = at - middle - 0.5;
         let weight = |step: i32, off: f32| match step {

@@ -43,8 +43,8 @@ fn sums(scene: &SceneRecords<'_>, maps: &ViewMaps) -> Vec<[u32; 4]> {
             }
             let is_triangle = footprint.caster & TRIANGLE_BIT != 0;
             let seed = if is_triangle { footprint.caster } else { target.id };
-            for (place, texel) in target.texels(&tile) {
-                let (sum, end) = (&mut sums[place], maps.opaque[at(texel)]);
+            for (in_tile, texel) in target.texels(&tile) {
+                let (sum, end) = (&mut sums[in_tile], maps.opaque[at(texel)]);
                 if let Some(face) = target.face(texel, end) {
                     add(sum, face.crossing().tau);
                 }
@@ -60,8 +60,8 @@ fn sums(scene: &SceneRecords<'_>, maps: &ViewMaps) -> Vec<[u32; 4]> {
     });
     let mut all = vec![[0; 4]; maps.opaque.len()];
     for (index, sums) in of_tiles.iter().enumerate() {
-        for (place, texel) in Tile::new(&view, index as u32).texels() {
-            all[at(texel)] = sums[place];
+        for (in_tile, texel) in Tile::new(&view, index as u32).texels() {
+            all[at(texel)] = sums[in_tile];
         }
     }
     all

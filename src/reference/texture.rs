@@ -85,11 +85,11 @@ impl<'a> Image<'a> {
         let mut rgba = Vec4::ZERO;
         for tap in 0..taps as u32 {
             let at = uv + along * ((tap as f32 + 0.5) / taps - 0.5);
-            let mut own = self.sample_level(at, low);
+            let mut texel = self.sample_level(at, low);
             if part > 0.0 {
-                own = own.lerp(self.sample_level(at, low + 1), part);
+                texel = texel.lerp(self.sample_level(at, low + 1), part);
             }
-            rgba += own;
+            rgba += texel;
         }
         Sampled { rgba: rgba / taps, level }
     }

@@ -17,14 +17,14 @@ impl<T: Clone> TileTexels<T> {
 
 impl<T> Index<usize> for TileTexels<T> {
     type Output = T;
-    fn index(&self, place: usize) -> &T {
-        &self.0[place]
+    fn index(&self, in_tile: usize) -> &T {
+        &self.0[in_tile]
     }
 }
 
 impl<T> IndexMut<usize> for TileTexels<T> {
-    fn index_mut(&mut self, place: usize) -> &mut T {
-        &mut self.0[place]
+    fn index_mut(&mut self, in_tile: usize) -> &mut T {
+        &mut self.0[in_tile]
     }
 }
 
@@ -57,10 +57,10 @@ impl Tile {
         reach: f32,
     ) -> impl Iterator<Item = (usize, Vec2)> + use<> {
         let edge = UVec2::splat(TILE_SIZE).min(self.size.saturating_sub(self.origin));
-        let place = center - self.origin.as_vec2();
+        let in_tile = center - self.origin.as_vec2();
         // A number that is not one excludes nothing.
-        let first = (place - reach - 1.0).max(Vec2::ZERO).as_uvec2();
-        let last = place + reach + 1.0;
+        let first = (in_tile - reach - 1.0).max(Vec2::ZERO).as_uvec2();
+        let last = in_tile + reach + 1.0;
         let end =
             |last: f32, edge: u32| if last < edge as f32 { last.max(0.0) as u32 } else { edge };
         let (end_x, end_y) = (end(last.x, edge.x), end(last.y, edge.y));

@@ -59,7 +59,8 @@ impl GpuEngine {
         let counters: Vec<LoadCounters> = self.gpu.try_read(&load.counters)?;
         self.emitters.left_out = counters.iter().map(|counters| u64::from(counters.skipped)).sum();
         let found: Vec<HostGroup> = self.gpu.try_read(&load.groups)?;
-        let found = &found[..self.emitters.slots.iter().map(|own| own.group_count as usize).sum()];
+        let found =
+            &found[..self.emitters.slots.iter().map(|slot| slot.group_count as usize).sum()];
         self.emitters.stages.extend(self.timeline.read(&self.gpu.device));
         self.shadows.place_emitted(found)?;
         for (emission, bounds) in scene.emissions.iter().zip(load.bounds(found)) {

@@ -86,7 +86,7 @@ impl GpuEngine {
             }
             let lit = Lit { scene, camera: camera.clone(), prepared };
             let request = lit.request(PictureCapacity::default());
-            engine.shadows.plan_picture(&request, &mut engine.kept)?;
+            engine.shadows.prepare_uncompiled_picture(&request, &mut engine.kept)?;
             Ok(engine.shadows.kernels().cache().pending())
         };
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
@@ -171,12 +171,12 @@ impl GpuEngine {
         let inputs = HostInputs::new().emitted(&slots);
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.toggles.count_first = count_first);
-        // Planned twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
-        self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
-        let prepared = self.shadows.plan(&casters, &views, &scene.shadow, &inputs)?;
+        // Prepared twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
+        self.shadows.prepare_uncompiled(&casters, &views, &scene.shadow, &inputs)?;
+        let prepared = self.shadows.prepare_uncompiled(&casters, &views, &scene.shadow, &inputs)?;
         let lit = Lit { scene, camera, prepared: &prepared };
         let request = lit.request(self.capacity.unwrap_or_default());
-        self.shadows.plan_picture(&request, &mut self.kept)?;
+        self.shadows.prepare_uncompiled_picture(&request, &mut self.kept)?;
         Ok(self.shadows.kernels().cache().pending())
     }
 

@@ -1,6 +1,7 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
 mod emitters;
 mod engine;
+mod layers;
 mod place_order;
 mod points;
 mod read_maps;
@@ -19,6 +20,7 @@ use crate::{
 use engine::GpuEngine;
 use glam::Vec3;
 
+pub use layers::{Surface, SurfaceLayers};
 pub use points::PointLookUp;
 
 pub use crate::{
@@ -188,12 +190,13 @@ impl Renderer {
         for sample in 0..count {
             let part = (f64::from(sample) + 0.5) / f64::from(count) - 0.5;
             scene.set_time((seconds + open * part).max(0.0));
-            let mut own = RenderOptions { light: true, sample: Some(sample), ..*options };
+            let mut sample_options =
+                RenderOptions { light: true, sample: Some(sample), ..*options };
             let is_middle = sample == count / 2;
             if !is_middle {
-                (own.maps, own.debug) = (false, &[]);
+                (sample_options.maps, sample_options.debug) = (false, &[]);
             }
-            let frame = self.render(scene, &own)?;
+            let frame = self.render(scene, &sample_options)?;
             mean.add(frame.picture.light.iter().copied().map(Vec3::from_array));
             if is_middle {
                 shown = Some(frame);

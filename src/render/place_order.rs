@@ -7,16 +7,16 @@ use glam::Vec3;
 const LAST_CELL: f32 = 1023.0;
 
 /// Indices of points along a Z-order curve (Morton 1966) through their bounds.
-pub(super) fn place_order(places: impl Iterator<Item = Vec3> + Clone) -> Vec<u32> {
+pub(super) fn place_order(points: impl Iterator<Item = Vec3> + Clone) -> Vec<u32> {
     let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let (low, high) =
-        places.clone().fold(none, |(low, high), place| (low.min(place), high.max(place)));
+        points.clone().fold(none, |(low, high), point| (low.min(point), high.max(point)));
     let per_metre = LAST_CELL / (high - low).max_element().max(f32::MIN_POSITIVE);
-    let key = |place: Vec3| {
+    let key = |point: Vec3| {
         // A NaN becomes 0.
-        morton_code(((place - low) * per_metre).as_uvec3())
+        morton_code(((point - low) * per_metre).as_uvec3())
     };
-    let mut keys: Vec<_> = places.map(key).zip(0..).collect();
+    let mut keys: Vec<_> = points.map(key).zip(0..).collect();
     keys.sort_unstable();
     keys.into_iter().map(|(_, index)| index).collect()
 }
@@ -27,18 +27,18 @@ mod tests {
 
     #[test]
     fn every_point_is_there_once_and_near_its_neighbours() {
-        let place = |i: usize| Vec3::new((i * 37 % 64) as f32, 5.0, (i * 101 % 61) as f32) * 0.1;
-        let places: Vec<_> = (0..64 * 61).map(place).collect();
-        let order = place_order(places.iter().copied());
+        let point = |i: usize| Vec3::new((i * 37 % 64) as f32, 5.0, (i * 101 % 61) as f32) * 0.1;
+        let points: Vec<_> = (0..64 * 61).map(point).collect();
+        let order = place_order(points.iter().copied());
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert!(sorted.iter().copied().eq(0..64 * 61));
         let length = |order: &mut dyn Iterator<Item = usize>| {
-            let along: Vec<_> = order.map(|i| places[i]).collect();
+            let along: Vec<_> = order.map(|i| points[i]).collect();
             along.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f32>()
         };
         let (before, after) =
-            (length(&mut (0..places.len())), length(&mut order.iter().map(|&i| i as usize)));
+            (length(&mut (0..points.len())), length(&mut order.iter().map(|&i| i as usize)));
         assert!(after < 0.1 * before, "{after} {before}");
     }
 

@@ -8,7 +8,7 @@ use crate::{
     records::ViewMaps,
     reference,
     shadows::{PointBuffers, Prepared, check as check_views},
-    view::{Receivers, atlas::AtlasLimits, views_around},
+    view::{Receivers, atlas::AtlasLimits, picture_views, views_around},
 };
 use glam::Vec3;
 
@@ -45,17 +45,35 @@ impl Renderer {
         scene: &'a Scene,
         receivers: Receivers,
     ) -> Result<PointLookUp<'a>, Error> {
-        check(scene)?;
         let receivers = receivers.moved(-scene.origin);
+        self.look_up(scene, receivers, views_around)
+    }
+
+    /// The look-up in the maps that the scene's picture is made of, for points in its bounds.
+    pub(super) fn picture_look_up<'a>(
+        &'a mut self,
+        scene: &'a Scene,
+    ) -> Result<PointLookUp<'a>, Error> {
+        self.look_up(scene, Receivers::default(), |scene, limits, _| picture_views(scene, limits))
+    }
+
+    fn look_up<'a>(
+        &'a mut self,
+        scene: &'a Scene,
+        receivers: Receivers,
+        fit: impl Fn(&Scene, &AtlasLimits, &Receivers) -> (Vec<View>, usize),
+    ) -> Result<PointLookUp<'a>, Error> {
+        check(scene)?;
         let maps = match &mut self.engine {
             Engine::Gpu(engine) => {
-                let prepared = engine.point_maps(scene, &receivers);
+                let limits = AtlasLimits::of(&engine.gpu.device.limits());
+                let prepared = engine.point_maps(scene, &fit(scene, &limits, &receivers).0);
                 let prepared = prepared.map_err(|error| engine.cause_of(error))?;
                 Maps::Gpu(engine, Box::new(prepared))
             }
             Engine::Cpu => {
                 without_emissions(scene)?;
-                let (views, _) = views_around(scene, &AtlasLimits::CORE, &receivers);
+                let (views, _) = fit(scene, &AtlasLimits::CORE, &receivers);
                 check_views(&views, &scene.shadow)?;
                 let (maps, _) = reference::render_maps(scene, &views);
                 Maps::Cpu { receivers, views, maps }
@@ -68,12 +86,15 @@ impl Renderer {
 impl PointLookUp<'_> {
     /// What [`Renderer::light_points`] returns, for points that are among the receivers.
     pub fn shares(&mut self, points: &[ReceiverPoint]) -> Result<Vec<[f32; 3]>, Error> {
+        let origin = self.scene.origin;
+        let moved =
+            |point: &ReceiverPoint| ReceiverPoint { position: point.position - origin, ..*point };
+        self.own_shares(&points.iter().map(moved).collect::<Vec<_>>())
+    }
+
+    /// Like [`Self::shares`], for points less the scene's origin.
+    pub(super) fn own_shares(&mut self, points: &[ReceiverPoint]) -> Result<Vec<[f32; 3]>, Error> {
         let scene = self.scene;
-        let moved = |point: &ReceiverPoint| ReceiverPoint {
-            position: point.position - scene.origin,
-            ..*point
-        };
-        let points: &[_] = &points.iter().map(moved).collect::<Vec<_>>();
         match &mut self.maps {
             Maps::Gpu(engine, prepared) => {
                 let shares = engine.light_points(scene, prepared, points);
@@ -88,11 +109,9 @@ impl PointLookUp<'_> {
 }
 
 impl GpuEngine {
-    fn point_maps(&mut self, scene: &Scene, receivers: &Receivers) -> Result<Prepared, Error> {
+    fn point_maps(&mut self, scene: &Scene, views: &[View]) -> Result<Prepared, Error> {
         self.emit(scene)?;
-        let limits = AtlasLimits::of(&self.gpu.device.limits());
-        let (views, _) = views_around(scene, &limits, receivers);
-        let (prepared, _) = self.shade_maps(scene, &views, |_, _| Ok(Vec::new()))?;
+        let (prepared, _) = self.shade_maps(scene, views, |_, _| Ok(Vec::new()))?;
         Ok(prepared)
     }
 
@@ -126,9 +145,9 @@ impl GpuEngine {
             lit.record(&mut encoder);
             self.gpu.queue.submit([encoder.finish()]);
             let read: Vec<[f32; 3]> = self.gpu.try_read(lit.shares())?;
-            for (&i, own) in some.iter().zip(read.chunks_exact(chosen.len().max(1))) {
+            for (&i, row) in some.iter().zip(read.chunks_exact(chosen.len().max(1))) {
                 let first = i as usize * chosen.len();
-                shares[first..first + chosen.len()].copy_from_slice(own);
+                shares[first..first + chosen.len()].copy_from_slice(row);
             }
         }
         Ok(shares)

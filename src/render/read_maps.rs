@@ -37,12 +37,12 @@ pub(super) fn read_maps(
         let pairs = maps.nodes as usize / 2;
         (0..pairs).flat_map(|pair| curves[(z * pairs + pair) * layer + rest]).collect::<Vec<_>>()
     };
-    let shown = views.iter().zip(&maps.places).filter(|(view, _)| options.shows(view));
-    let view_maps = shown.map(|(view, place)| {
+    let shown = views.iter().zip(&maps.slots).filter(|(view, _)| options.shows(view));
+    let view_maps = shown.map(|(view, slot)| {
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
-                let row = place.layer * atlas.height + place.origin.y + y;
-                let first = (row * atlas.width + place.origin.x) as usize;
+                let row = slot.layer * atlas.height + slot.origin.y + y;
+                let first = (row * atlas.width + slot.origin.x) as usize;
                 first..first + view.size.x as usize
             })
         };

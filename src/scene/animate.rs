@@ -18,6 +18,10 @@ use std::{
 };
 use toml::Spanned;
 
+mod find;
+
+use find::{find, no_value};
+
 /// A shape, a mesh, splats or strands of the scene file that keys may name.
 pub(super) struct Placed {
     /// One of [`PLACED`].
@@ -177,7 +181,7 @@ pub(super) fn animate(
     placed: Vec<Placed>,
     scene: &mut Scene,
 ) -> Result<Vec<Moving>, SceneError> {
-    let places = Places::new(&placed);
+    let names = Names::new(&placed);
     let mut placed = placed;
     let mut seen = HashMap::new();
     for table in &document.animate {
@@ -191,7 +195,7 @@ pub(super) fn animate(
         let kind = PLACED.into_iter().find(|kind| parts.first() == Some(kind));
         match (kind, &parts[..]) {
             (Some(kind), [_, name, field]) => {
-                place(&check, kind, name, field, &places, &mut placed)?;
+                place(&check, kind, name, field, &names, &mut placed)?;
             }
             _ => {
                 let target = find(&check, &parts, scene)?;
@@ -217,22 +221,22 @@ pub(super) fn animate(
 
 /// Indices of shapes and meshes.
 #[derive(Default)]
-struct Places {
+struct Names {
     named: HashMap<(&'static str, String), usize>,
     /// Those of a kind, in order.
     numbered: HashMap<&'static str, Vec<usize>>,
 }
 
-impl Places {
+impl Names {
     fn new(placed: &[Placed]) -> Self {
-        let mut places = Self::default();
+        let mut names = Self::default();
         for (i, Placed { kind, name, .. }) in placed.iter().enumerate() {
-            places.numbered.entry(kind).or_default().push(i);
+            names.numbered.entry(kind).or_default().push(i);
             if let Some(name) = name {
-                places.named.insert((kind, name.clone()), i);
+                names.named.insert((kind, name.clone()), i);
             }
         }
-        places
+        names
     }
 
     /// Of the one with a name, or else with a number.
@@ -248,10 +252,10 @@ fn place(
     kind: &'static str,
     name: &str,
     field: &str,
-    places: &Places,
+    names: &Names,
     placed: &mut [Placed],
 ) -> Result<(), SceneError> {
-    let Some(index) = places.find(kind, name) else {
+    let Some(index) = names.find(kind, name) else {
         let of_kind = placed.iter().filter(|placed| placed.kind == kind);
         let known = of_kind.filter_map(|placed| placed.name.as_deref());
         let help = nearest(name, known).filter(|help| help.contains('`'));
@@ -277,92 +281,6 @@ fn place(
     }
     *channel = Channel::Moving(track);
     Ok(())
-}
-
-fn no_value(check: &Check<'_>, field: &str, known: &[&str]) -> SceneError {
-    let message = format!("{} is no value that keys can move", quoted(field));
-    let help = nearest(field, known.iter().copied()).unwrap_or_default();
-    check.fault("target", message, &help)
-}
-
-fn find(check: &Check<'_>, parts: &[&str], scene: &Scene) -> Result<Target, SceneError> {
-    let index = |kind: &str, name: &str, names: Vec<&str>| {
-        let named = names.iter().position(|known| *known == name);
-        let found =
-            named.or_else(|| name.parse().ok().filter(|&index: &usize| index < names.len()));
-        found.ok_or_else(|| {
-            let message = format!("there is no {kind} {}", quoted(name));
-            check.fault("target", message, &nearest(name, names).unwrap_or_default())
-        })
-    };
-    match *parts {
-        ["camera", field] => match field {
-            "eye" => Ok(Target::Eye),
-            "target" => Ok(Target::LookAt),
-            "up" => Ok(Target::Up),
-            "fov_y" => Ok(Target::Lens),
-            "exposure" => Ok(Target::Exposure),
-            _ => Err(no_value(check, field, CAMERA)),
-        },
-        ["air", field] => {
-            if scene.air.is_none() {
-                return Err(check.fault("target", "the scene has no air", "add an [air] table"));
-            }
-            match field {
-                "scattering" => Ok(Target::Scattering),
-                "extinction" => Ok(Target::Extinction),
-                _ => Err(no_value(check, field, AIR)),
-            }
-        }
-        ["light", name, field] => {
-            let names = scene.lights.iter().map(|light| light.name.as_str()).collect();
-            let light = index("light", name, names)?;
-            light_target(check, light, field, scene.lights[light].kind)
-        }
-        ["material", name, field] => {
-            let names = scene.materials.iter().map(|material| material.name.as_str()).collect();
-            let material = index("material", name, names)?;
-            match field {
-                "tint" => Ok(Target::Tint(material)),
-                "emission" => Ok(Target::Emission(material)),
-                "reflectivity" => Ok(Target::Reflectivity(material)),
-                "cutoff" => Ok(Target::Cutoff(material)),
-                "transmission" => Ok(Target::Transmission(material)),
-                "roughness" => Ok(Target::Roughness(material)),
-                "metallic" => Ok(Target::Metallic(material)),
-                _ => Err(no_value(check, field, MATERIAL)),
-            }
-        }
-        _ => {
-            let message = format!("{} is nothing that keys can move", quoted(&parts.join(".")));
-            let help = "write camera.eye, light.NAME.direction, shape.NAME.translation, \
-                        mesh.NAME.rotation, splats.NAME.rotation, strands.NAME.scale, material.NAME.tint \
-                        or air.scattering";
-            Err(check.fault("target", message, help))
-        }
-    }
-}
-
-fn light_target(
-    check: &Check<'_>,
-    light: usize,
-    field: &str,
-    kind: LightKind,
-) -> Result<Target, SceneError> {
-    let (is_directional, is_point) =
-        (matches!(kind, LightKind::Directional { .. }), matches!(kind, LightKind::Point { .. }));
-    match field {
-        "position" if !is_directional => Ok(Target::Position(light)),
-        "direction" if !is_point => Ok(Target::Direction(light)),
-        "angle" if !is_directional && !is_point => Ok(Target::Angle(light)),
-        "color" => Ok(Target::Color(light)),
-        "intensity" => Ok(Target::Intensity(light)),
-        "position" | "direction" | "angle" => {
-            let message = format!("the light has no {field}");
-            Err(check.fault("target", message, "name a value that its kind has"))
-        }
-        _ => Err(no_value(check, field, LIGHT)),
-    }
 }
 
 /// Track of keys with `count` numbers each, in `range`.

@@ -22,13 +22,13 @@ use std::{
 use toml::Spanned;
 
 /// What one key adds to a sum.
-struct Part {
+struct Claim {
     table: Range<usize>,
     key: &'static str,
     count: u64,
 }
 
-impl Part {
+impl Claim {
     fn new(table: Range<usize>, key: &'static str, count: u64) -> Self {
         Self { table, key, count }
     }
@@ -39,21 +39,21 @@ impl Loader<'_> {
     pub(super) fn check_announced(&self, document: &Document) -> Result<(), SceneError> {
         self.check_sum(Limit::Particles, &self.particles_announced(document))?;
         self.check_sum(Limit::Bricks, &self.bricks_announced(document))?;
-        let generated: Vec<Part> = document
+        let generated: Vec<Claim> = document
             .splats
             .iter()
             .filter_map(|table| {
                 let count = table.get_ref().generate?.count();
-                Some(Part::new(table.span(), "generate", count.into()))
+                Some(Claim::new(table.span(), "generate", count.into()))
             })
             .collect();
         self.check_sum(Limit::Splats, &generated)?;
-        let mut triangles: Vec<Part> = document
+        let mut triangles: Vec<Claim> = document
             .shape
             .iter()
             .map(|table| {
                 let ShapeTable { kind, level, .. } = *table.get_ref();
-                Part::new(table.span(), "level", shapes::triangles_of(kind, level) as u64)
+                Claim::new(table.span(), "level", shapes::triangles_of(kind, level) as u64)
             })
             .collect();
         self.check_sum(Limit::Triangles, &triangles)?;
@@ -66,7 +66,7 @@ impl Loader<'_> {
             let model = *known.entry(path).or_insert_with_key(|path| {
                 File::open(path).map(|file| gltf_announced::announced(&file)).unwrap_or_default()
             });
-            let part = |count| Part::new(table.span(), "file", count);
+            let part = |count| Claim::new(table.span(), "file", count);
             triangles.push(part(model.triangles));
             textures.push(part(model.textures));
             texels.push(part(model.texels));
@@ -77,7 +77,7 @@ impl Loader<'_> {
     }
 
     /// Refuses the first key past the limit, with the sum of all.
-    fn check_sum(&self, limit: Limit, parts: &[Part]) -> Result<(), SceneError> {
+    fn check_sum(&self, limit: Limit, parts: &[Claim]) -> Result<(), SceneError> {
         let whole = parts.iter().fold(0, |sum: u64, part| sum.saturating_add(part.count));
         let mut have = 0;
         for part in parts {
@@ -91,11 +91,11 @@ impl Loader<'_> {
         Ok(())
     }
 
-    fn bricks_announced(&self, document: &Document) -> Vec<Part> {
+    fn bricks_announced(&self, document: &Document) -> Vec<Claim> {
         let mut known: HashMap<(PathBuf, bool), u64> = HashMap::new();
         let of_table = |table: &Spanned<VolumeTable>| match table.get_ref() {
             VolumeTable { generate: Some(cloud), .. } => {
-                Part::new(table.span(), "generate", cloud.most_bricks())
+                Claim::new(table.span(), "generate", cloud.most_bricks())
             }
             given @ VolumeTable { file: Some(file), .. } => {
                 let content = Content::of_file(self.folder.join(file), given, 0);
@@ -103,36 +103,36 @@ impl Loader<'_> {
                 let is_colored = given.color_grid.is_some();
                 let entry = known.entry((path, is_colored));
                 let count = *entry.or_insert_with_key(|(path, _)| content.announced(path));
-                Part::new(table.span(), "file", count)
+                Claim::new(table.span(), "file", count)
             }
-            _ => Part::new(table.span(), "file", 0),
+            _ => Claim::new(table.span(), "file", 0),
         };
         document.volume.iter().map(of_table).collect()
     }
 
-    fn particles_announced(&self, document: &Document) -> Vec<Part> {
+    fn particles_announced(&self, document: &Document) -> Vec<Claim> {
         let of_tables = document.particles.iter().map(|table| {
             let given = table.get_ref();
             match (&given.generate, &given.file) {
                 (Some(generate), _) => {
                     let count = generate.count_of(self.share);
-                    Part::new(table.span(), "generate", count)
+                    Claim::new(table.span(), "generate", count)
                 }
                 (None, Some(file)) => {
                     let count = particles::announced(&self.folder.join(file));
-                    Part::new(table.span(), "file", count.unwrap_or(0))
+                    Claim::new(table.span(), "file", count.unwrap_or(0))
                 }
-                (None, None) => Part::new(table.span(), "file", 0),
+                (None, None) => Claim::new(table.span(), "file", 0),
             }
         });
         let of_emitters = document.emitter.iter().map(|table| {
-            Part::new(table.span(), "rate", table.get_ref().emitter.forces.most().into())
+            Claim::new(table.span(), "rate", table.get_ref().emitter.forces.most().into())
         });
         of_tables.chain(of_emitters).collect()
     }
 
     /// Textures of the materials, and their texels.
-    fn images_announced(&self, document: &Document) -> (Vec<Part>, Vec<Part>) {
+    fn images_announced(&self, document: &Document) -> (Vec<Claim>, Vec<Claim>) {
         let (mut textures, mut texels) = (Vec::new(), Vec::new());
         let mut known = HashSet::new();
         for table in &document.material {
@@ -144,8 +144,8 @@ impl Loader<'_> {
                 }
                 _ => continue,
             };
-            textures.push(Part::new(table.span(), "texture", 1));
-            texels.push(Part::new(table.span(), "texture", count));
+            textures.push(Claim::new(table.span(), "texture", 1));
+            texels.push(Claim::new(table.span(), "texture", count));
         }
         (textures, texels)
     }

@@ -85,12 +85,12 @@ impl Cloud {
         let field = Field::new(self, seconds * f64::from(self.speed));
         let unit = 2.0 / self.size.max_element();
         let middle = (count.as_vec3() - 1.0) * Vec3::new(0.5, 0.0, 0.5) - Vec3::new(0.0, 0.5, 0.0);
-        let place = |voxel: IVec3| (voxel.as_vec3() - middle) * edge;
+        let point = |voxel: IVec3| (voxel.as_vec3() - middle) * edge;
         let [width, height, _] = count.to_array();
         let values: Vec<f32> = (0..count.element_product())
             .map(|i| {
                 let voxel = UVec3::new(i % width, i / width % height, i / (width * height));
-                let at = place(voxel.as_ivec3());
+                let at = point(voxel.as_ivec3());
                 // Nothing is cut off at the box.
                 let half = self.size * Vec3::new(0.5, 1.0, 0.5);
                 let rim = ((half - at.abs()).min_element() * unit).min(at.y * unit);
@@ -106,7 +106,7 @@ impl Cloud {
         for brick in &mut bricks {
             brick.temperature = kelvin.map(|kelvin| {
                 Voxels::new(|voxel| {
-                    let at = place(brick.origin + voxel.as_ivec3());
+                    let at = point(brick.origin + voxel.as_ivec3());
                     kelvin * field.heat(at / (self.size * Vec3::new(0.5, 1.0, 0.5)), at * unit)
                 })
             });
@@ -150,7 +150,7 @@ impl Field {
     }
 
     /// Density at a place, as a share of half the box (`part`) and of half its longest edge (`place`).
-    fn density(&self, part: Vec3, place: Vec3) -> f32 {
+    fn density(&self, part: Vec3, point: Vec3) -> f32 {
         /// No sum of octaves reaches farther.
         const MOST: f32 = 1.2;
         let time = self.time;
@@ -164,11 +164,11 @@ impl Field {
                     return 0.0;
                 }
                 let drift = Vec3::new(0.04, 0.02, 0.0) * time;
-                let heaped = shape + 0.55 * self.billows(place * 3.0 - drift, 0.1 * time);
+                let heaped = shape + 0.55 * self.billows(point * 3.0 - drift, 0.1 * time);
                 smooth(heaped / 0.3) * smooth(part.y / 0.14)
             }
             KindOfCloud::Plume => {
-                let up = place.y * 2.5 - 0.7 * time;
+                let up = point.y * 2.5 - 0.7 * time;
                 let wind = |seed: u32| gradient_noise(Vec3::new(0.0, up * 0.45, 0.3), 0.0, seed);
                 let high = part.y;
                 let bend = Vec2::new(wind(self.seed ^ 1), wind(self.seed ^ 2)) * 0.9 * high;
@@ -177,7 +177,7 @@ impl Field {
                 if 1.0 - away + MOST <= 0.0 {
                     return 0.0;
                 }
-                let at = Vec3::new(place.x * 2.5, up, place.z * 2.5) * 1.6;
+                let at = Vec3::new(point.x * 2.5, up, point.z * 2.5) * 1.6;
                 // The foot has no room for clefts.
                 let depth = smooth(0.3 + 1.4 * high);
                 let body = 1.0 - away + depth * self.billows(at, 0.3 * time);
@@ -201,10 +201,10 @@ impl Field {
 
     /// Temperature of an explosion as a share of the highest, at a place as for [`Self::density`]: hottest in the middle
     /// and in clefts, it cools as it grows.
-    fn heat(&self, part: Vec3, place: Vec3) -> f32 {
+    fn heat(&self, part: Vec3, point: Vec3) -> f32 {
         let age = (self.time + 0.12).max(0.0);
         let (from, at) = self.blown(part, age);
-        let clefts = self.billows(at * 1.3 + place * 0.2, 0.5 * age);
+        let clefts = self.billows(at * 1.3 + point * 0.2, 0.5 * age);
         (1.0 - 0.35 * from.length() - 0.5 * clefts.max(0.0)).clamp(0.0, 1.0) / (1.0 + 0.8 * age)
     }
 

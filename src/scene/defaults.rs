@@ -173,10 +173,10 @@ fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f
 /// horizon.
 const GROUND: f32 = 100.0;
 
-/// Adds a grey floor just under a bare model or particle file, to receive its shadow; none if it
+/// Adds a grey floor, or one that catches shadows for an image around it, just under a bare model or particle file, to receive its shadow; none if it
 /// would hide the model from its own camera, or the model has a floor. It casts no shadow, so that shadow
 /// maps fit the model.
-pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
+pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>, catcher: bool) {
     let bounds = contents(scene);
     if bounds.is_empty() || has_floor(scene, &bounds) {
         return;
@@ -198,6 +198,7 @@ pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>) {
         transfer: Transfer::Opaque,
         tint: Vec4::new(0.42, 0.415, 0.405, 1.0),
         casts: false,
+        catcher,
         ..Material::default()
     });
     scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));

@@ -91,9 +91,9 @@ impl Displace {
     pub(super) fn apply(&self, triangles: &mut [Triangle], world_from_sphere: Mat4, seconds: f64) {
         let key = |p: Vec3| p.to_array().map(f32::to_bits);
         // Corners with equal bits are shared, so that the body stays closed to the last bit.
-        let mut places: HashMap<[u32; 3], Vec3> = HashMap::new();
+        let mut moved: HashMap<[u32; 3], Vec3> = HashMap::new();
         for corner in triangles.iter().flat_map(|triangle| triangle.normals) {
-            places.entry(key(corner)).or_insert_with(|| {
+            moved.entry(key(corner)).or_insert_with(|| {
                 let local = corner * (0.5 * self.radius(corner, seconds));
                 world_from_sphere.transform_point3(local)
             });
@@ -101,7 +101,7 @@ impl Displace {
         let turned = Mat3::from_mat4(world_from_sphere).determinant() < 0.0;
         let mut normals: HashMap<[u32; 3], Vec3> = HashMap::new();
         for triangle in &mut *triangles {
-            triangle.positions = triangle.normals.map(|corner| places[&key(corner)]);
+            triangle.positions = triangle.normals.map(|corner| moved[&key(corner)]);
             let [a, b, c] = triangle.positions;
             let face = (b - a).cross(c - a) * if turned { -1.0 } else { 1.0 };
             for corner in triangle.normals {
@@ -124,14 +124,14 @@ impl Displaced {
     }
 
     /// Displaces its triangles at a time [s].
-    pub(super) fn set_time(&self, own: &mut [Triangle], seconds: f64) {
+    pub(super) fn set_time(&self, target: &mut [Triangle], seconds: f64) {
         let mut sphere = shapes::sphere(self.level);
         self.displace.apply(&mut sphere, self.world_from_sphere, seconds);
         crate::model::turn_outwards(&mut sphere);
-        for (own, at) in own.iter_mut().zip(&sphere) {
-            own.positions = at.positions;
-            own.normals = at.normals;
-            own.uvs = at.uvs;
+        for (target, at) in target.iter_mut().zip(&sphere) {
+            target.positions = at.positions;
+            target.normals = at.normals;
+            target.uvs = at.uvs;
         }
     }
 }
@@ -154,8 +154,8 @@ pub(super) fn gradient_noise(at: Vec3, age: f32, seed: u32) -> f32 {
     let part = at - low;
     let fade = part * part * part * (part * (part * 6.0 - 15.0) + 10.0);
     let corner = |x: i32, y: i32, z: i32| {
-        let place = low.as_ivec3() + IVec3::new(x, y, z);
-        let [x_bits, y_bits, z_bits] = place.to_array().map(i32::cast_unsigned);
+        let cell = low.as_ivec3() + IVec3::new(x, y, z);
+        let [x_bits, y_bits, z_bits] = cell.to_array().map(i32::cast_unsigned);
         let hash = pcg(x_bits ^ pcg(y_bits ^ pcg(z_bits ^ seed)));
         // Two perpendicular axes, in whose plane the gradient rotates in either direction.
         let unit = |bits: u32| (bits & 0xffff) as f32 / 32767.5 - 1.0;

@@ -138,11 +138,11 @@ struct Hair {
 impl Hair {
     /// `areas`: sums of the triangles' areas up to each.
     fn new(fur: &Fur, triangles: &[Triangle], areas: &[f64], chance: &mut Chance) -> Self {
-        let [place, u, v] = [(); 3].map(|()| chance.unit());
+        let [area_share, u, v] = [(); 3].map(|()| chance.unit());
         let [length, turn, shade] = [(); 3].map(|()| chance.unit());
         let aside = Vec3::from_array([(); 3].map(|()| chance.within(-0.15, 0.15)));
         let whole = areas.last().copied().unwrap_or(0.0);
-        let at = areas.partition_point(|&area| area <= f64::from(place) * whole);
+        let at = areas.partition_point(|&area| area <= f64::from(area_share) * whole);
         let triangle = &triangles[at.min(triangles.len() - 1)];
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         let weighted = |p: [Vec3; 3]| p[0] * (1.0 - u - v) + p[1] * u + p[2] * v;

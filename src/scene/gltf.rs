@@ -104,17 +104,17 @@ pub(super) fn load(
             let message = format!("node {} has two parents, or is its own ancestor", node.index());
             return Err(file.invalid(message, "export the file again"));
         }
-        let own = Mat4::from_cols_array_2d(&node.transform().matrix());
-        if !own.is_finite() {
+        let local = Mat4::from_cols_array_2d(&node.transform().matrix());
+        if !local.is_finite() {
             let message = format!("the transform of node {} is not finite", node.index());
             return Err(file.invalid(message, "export the file again"));
         }
-        let world = parent_world * own;
+        let world = parent_world * local;
         let number = rig.nodes.len();
-        let NodeTracks { place, weights } = tracks.remove(&node.index()).unwrap_or_default();
-        let [translation, rotation, scale] = place;
+        let NodeTracks { transform, weights } = tracks.remove(&node.index()).unwrap_or_default();
+        let [translation, rotation, scale] = transform;
         numbers.insert(node.index(), number);
-        rig.nodes.push(Node { parent, transform: own, translation, rotation, scale });
+        rig.nodes.push(Node { parent, transform: local, translation, rotation, scale });
         if let Some(mesh) = node.mesh() {
             let weights = Arc::new(weights);
             let joints = node.skin().map_or(0, |skin| skin.joints().count());

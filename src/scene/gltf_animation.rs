@@ -17,7 +17,7 @@ use std::collections::HashMap;
 #[derive(Debug, Default)]
 pub(super) struct NodeTracks {
     /// Tracks of translation, rotation and scale.
-    pub(super) place: [Option<Track>; 3],
+    pub(super) transform: [Option<Track>; 3],
     /// Weights of the mesh's morph targets.
     pub(super) weights: Vec<Track>,
 }
@@ -28,7 +28,7 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
     let Some(animation) = file.document.animations().next() else { return Ok(tracks) };
     let mut keys = 0;
     for channel in animation.channels() {
-        let place = match channel.target().property() {
+        let transform = match channel.target().property() {
             Property::Translation => 0,
             Property::Rotation => 1,
             Property::Scale => 2,
@@ -52,16 +52,17 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
                 .map_err(|(message, help)| file.invalid(message, help))?;
         }
         let times = read(file, &sampler.input(), Dimensions::Scalar)?.ok_or_else(damaged)?;
-        let kind = match place {
+        let kind = match transform {
             1 => Dimensions::Vec4,
             WEIGHTS => Dimensions::Scalar,
             _ => Dimensions::Vec3,
         };
         let values = read(file, &sampler.output(), kind)?.ok_or_else(damaged)?;
         let times: Vec<f32> = times.into_iter().map(|time| time.x).collect();
-        let own = tracks.entry(node).or_default();
-        if place != WEIGHTS {
-            own.place[place] = Some(Track::new(times, values, mode).ok_or_else(damaged)?);
+        let node_tracks = tracks.entry(node).or_default();
+        if transform != WEIGHTS {
+            node_tracks.transform[transform] =
+                Some(Track::new(times, values, mode).ok_or_else(damaged)?);
             continue;
         }
         // All weights of a key are contiguous.
@@ -73,7 +74,7 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
         for target in 0..count {
             let own_values = values.iter().skip(target).step_by(count).copied().collect();
             let track = Track::new(times.clone(), own_values, mode);
-            own.weights.push(track.ok_or_else(damaged)?);
+            node_tracks.weights.push(track.ok_or_else(damaged)?);
         }
     }
     let count = file.document.animations().count();

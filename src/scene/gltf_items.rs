@@ -64,9 +64,9 @@ impl<'a> Items<'a> {
     /// Bytes of item `i`; `None` for an item of zeros.
     fn bytes(&self, i: usize) -> Option<&'a [u8]> {
         if let Some((indices, values)) = &self.sparse {
-            let place = first_from(indices.count, |at| indices.index(at) >= i);
-            if place < indices.count && indices.index(place) == i {
-                return Some(values.get(place));
+            let index = first_from(indices.count, |at| indices.index(at) >= i);
+            if index < indices.count && indices.index(index) == i {
+                return Some(values.get(index));
             }
         }
         self.base.map(|base| base.get(i))

@@ -88,7 +88,7 @@ fn of_view(view: usize, value: &Value) -> Result<Packed, Fault> {
 pub(super) fn fallbacks(root: &Value) -> Vec<bool> {
     let buffers = root.get("buffers").and_then(Value::as_array).into_iter().flatten();
     let is_fallback = |buffer: &Value| {
-        let fallback = extension(buffer).and_then(|own| own.get("fallback"));
+        let fallback = extension(buffer).and_then(|decoded| decoded.get("fallback"));
         fallback.and_then(Value::as_bool).unwrap_or(false)
     };
     buffers.map(is_fallback).collect()
@@ -114,14 +114,14 @@ pub(super) fn unpack(
         let end = view.offset.checked_add(view.length);
         let source = end.and_then(|end| file.bytes(view.buffer)?.get(view.offset..end));
         let source = source.ok_or_else(|| damaged("its bytes leave their buffer"))?;
-        let own = view.decode(source).map_err(|error| match error {
+        let decoded = view.decode(source).map_err(|error| match error {
             Error::AllocationFailed => {
                 let message = format!("no memory for a decompressed mesh ({} MiB)", more >> 20);
                 SceneError::memory(&file.path, message)
             }
             other => damaged(&other.to_string()),
         })?;
-        unpacked.insert(view.view, own);
+        unpacked.insert(view.view, decoded);
     }
     Ok(unpacked)
 }

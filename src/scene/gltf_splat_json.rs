@@ -41,7 +41,7 @@ fn splat_primitive(
     mesh: usize,
     primitive: &Value,
 ) -> Result<SplatPrimitive, (String, &'static str)> {
-    let compressed = extension(primitive).and_then(|own| own.get("extensions")?.as_object());
+    let compressed = extension(primitive).and_then(|named| named.get("extensions")?.as_object());
     if let Some(name) = compressed.and_then(|extensions| extensions.keys().next()) {
         let message =
             format!("mesh {mesh}: its splats need {}, which gobo does not read", quoted(name));
@@ -55,16 +55,16 @@ fn splat_primitive(
         };
         index.map(|index| index as usize).ok_or_else(missing)
     };
-    let own = |name: &str| attribute(&format!("{EXTENSION}:{name}"));
+    let named = |name: &str| attribute(&format!("{EXTENSION}:{name}"));
     let attributes = primitive.get("attributes").and_then(Value::as_object);
     let names = attributes.into_iter().flat_map(serde_json::Map::keys);
     Ok(SplatPrimitive {
         mesh,
         position: attribute("POSITION")?,
-        rotation: own("ROTATION")?,
-        scale: own("SCALE")?,
-        opacity: own("OPACITY")?,
-        color: own("SH_DEGREE_0_COEF_0")?,
+        rotation: named("ROTATION")?,
+        scale: named("SCALE")?,
+        opacity: named("OPACITY")?,
+        color: named("SH_DEGREE_0_COEF_0")?,
         harmonics: names.filter(|name| name.contains(":SH_DEGREE_")).count().saturating_sub(1),
     })
 }

@@ -19,17 +19,17 @@ pub(super) fn read(path: &Path) -> Result<Cloud, SceneError> {
     if file.splats.is_empty() {
         return Err(file.invalid("holds no splats", "name it in a [[mesh]], or export splats"));
     }
-    let mut places = Vec::new();
+    let mut primitives = Vec::new();
     let mut uses = 0;
     for (mesh, world) in meshes(&file)? {
         for primitive in file.splats.iter().filter(|primitive| primitive.mesh == mesh) {
             let columns = Columns::new(&file, primitive)?;
             uses = Limit::Splats.grown(uses, columns.position.count as u64).map_err(fault)?;
-            places.push((columns, primitive.harmonics, world));
+            primitives.push((columns, primitive.harmonics, world));
         }
     }
     let mut cloud = Cloud::with_room(uses).map_err(fault)?;
-    for (columns, _, world) in &places {
+    for (columns, _, world) in &primitives {
         let is_logarithm = columns.has_logarithms();
         for i in 0..columns.position.count {
             cloud.push_placed(columns.splat(i, is_logarithm), world);
@@ -38,7 +38,7 @@ pub(super) fn read(path: &Path) -> Result<Cloud, SceneError> {
     if file.document.animations().len() > 0 {
         cloud.notes.push("animations do not move the splats of a glTF file".to_owned());
     }
-    cloud.leave_out_harmonics(places.iter().map(|place| place.1).max().unwrap_or(0));
+    cloud.leave_out_harmonics(primitives.iter().map(|instance| instance.1).max().unwrap_or(0));
     Ok(cloud.finish())
 }
 
@@ -55,8 +55,8 @@ fn meshes(file: &File) -> Result<Vec<(usize, Mat4)>, SceneError> {
         }
         let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         if let Some(mesh) = node.mesh() {
-            for place in gltf::instances(file, &node)? {
-                found.push((mesh.index(), world * place));
+            for instance in gltf::instances(file, &node)? {
+                found.push((mesh.index(), world * instance));
             }
         }
         let children: Vec<_> = node.children().map(|child| (child, world)).collect();

@@ -199,7 +199,9 @@ fn load_all(
         (scene.bloom, scene.lens, scene.shutter, scene.tone) = (bloom, lens, shutter, tone);
     }
     if is_alone && options.ground {
-        defaults::add_ground(&mut scene, model_camera.as_ref());
+        let image =
+            document.environment.as_ref().is_some_and(|table| table.get_ref().file.is_some());
+        defaults::add_ground(&mut scene, model_camera.as_ref(), image);
     }
     if scene.lights.is_empty() {
         scene.lights.push(defaults::sun());

@@ -153,8 +153,8 @@ impl<'a> Loader<'a> {
                 let name = path.display();
                 self.scene.notes.push(format!("{name}: its splats are read by a [[splats]] table"));
             }
-            let own = first_triangle..self.scene.triangles.len();
-            self.place("mesh", &table.span(), name.as_ref(), own, moving)?;
+            let triangles = first_triangle..self.scene.triangles.len();
+            self.place("mesh", &table.span(), name.as_ref(), triangles, moving)?;
         }
         for table in &document.volume {
             self.volume(table)?;
@@ -286,8 +286,8 @@ impl<'a> Loader<'a> {
             ..Moving::none(placement.clone())
         });
         self.scene.triangles.extend(triangles);
-        let own = have..self.scene.triangles.len();
-        self.place("shape", &table.span(), name.as_ref(), own, moving)
+        let triangles = have..self.scene.triangles.len();
+        self.place("shape", &table.span(), name.as_ref(), triangles, moving)
     }
 }
 

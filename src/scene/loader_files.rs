@@ -100,8 +100,8 @@ impl Loader<'_> {
         };
         self.scene.around = self.scene.around.with(&whole);
         for range in share.ranges(all.end) {
-            let own = generate.particles(range, material, first_id).filter(is_near);
-            self.scene.particles.extend(own);
+            let generated = generate.particles(range, material, first_id).filter(is_near);
+            self.scene.particles.extend(generated);
         }
         Ok(())
     }

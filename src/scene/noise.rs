@@ -117,8 +117,8 @@ fn gradient_noise(at: Vec2, age: f32, cells: u32, seed: u32) -> f32 {
     let part = at - low;
     let fade = part * part * part * (part * (part * 6.0 - 15.0) + 10.0);
     let corner = |x: i32, y: i32| {
-        let place = (low.as_ivec2() + IVec2::new(x, y)).rem_euclid(IVec2::splat(cells as i32));
-        let hash = pcg(place.x as u32 ^ pcg(place.y as u32 ^ seed));
+        let cell = (low.as_ivec2() + IVec2::new(x, y)).rem_euclid(IVec2::splat(cells as i32));
+        let hash = pcg(cell.x as u32 ^ pcg(cell.y as u32 ^ seed));
         let turns = (hash >> 8) as f32 / (1 << 24) as f32;
         // Neighbours rotate in either direction, so that the whole does not.
         let speed = if hash & 1 == 0 { age } else { -age };

@@ -79,11 +79,11 @@ impl Columns {
         name: &str,
         storage: impl FnOnce(usize) -> Storage,
     ) -> Option<usize> {
-        let Some(place) = NAMES.iter().position(|known| *known == name) else {
+        let Some(column) = NAMES.iter().position(|known| *known == name) else {
             return self.unread(name);
         };
-        self.storage[place] = storage(place);
-        Some(place)
+        self.storage[column] = storage(column);
+        Some(column)
     }
 
     pub(super) fn unread(&mut self, name: &str) -> Option<usize> {
@@ -326,24 +326,24 @@ fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneE
     };
     let header = reader.headers().map_err(csv_error)?.clone();
     let mut columns = Columns::default();
-    let mut places = Vec::new();
+    let mut fields = Vec::new();
     for (field, name) in header.iter().enumerate() {
-        let Some(place) = columns.find(name, |_| Storage::Plain) else { continue };
-        if places.iter().any(|&(_, other)| other == place) {
+        let Some(column) = columns.find(name, |_| Storage::Plain) else { continue };
+        if fields.iter().any(|&(_, other)| other == column) {
             let message = format!("line 1: two columns are named `{name}`");
             return Err(SceneError::invalid(path, message, "rename or remove one of them"));
         }
-        places.push((field, place));
+        fields.push((field, column));
     }
     rows.begin(path, &columns, 0)?;
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(csv_error)? {
         let mut row = BLANK;
-        for &(field, place) in &places {
+        for &(field, column) in &fields {
             let text = record.get(field).unwrap_or_default();
-            row[place] = text.parse().map_err(|_| {
+            row[column] = text.parse().map_err(|_| {
                 let line = record.position().map_or(0, csv::Position::line);
-                let (name, text) = (NAMES[place], quoted(text));
+                let (name, text) = (NAMES[column], quoted(text));
                 let message = format!("line {line}, column `{name}`: {text} is not a number");
                 SceneError::invalid(path, message, "write a number, or remove the row")
             })?;

@@ -71,7 +71,7 @@ fn read_vertices(
     rows: &mut Rows<'_>,
 ) -> Result<(), SceneError> {
     let mut columns = Columns::default();
-    let places: Vec<Option<usize>> = element
+    let of_properties: Vec<Option<usize>> = element
         .properties
         .iter()
         .map(|property| match property.kind {
@@ -80,11 +80,11 @@ fn read_vertices(
         })
         .collect();
     rows.begin(path, &columns, element.count)?;
-    let table = Table { places, width: NAMES.len() };
+    let table = Table { columns: of_properties, width: NAMES.len() };
     body.rows(element, &table, |read| {
         let mut row = BLANK;
-        for place in table.places.iter().flatten() {
-            row[*place] = read[*place];
+        for column in table.columns.iter().flatten() {
+            row[*column] = read[*column];
         }
         rows.push(&row);
         Ok(())

@@ -6,11 +6,11 @@ use super::{
 
 const DAMAGED: &str = "the file is damaged or its header is wrong: write it again";
 
-/// Places of an element's properties in the rows that are taken from it.
+/// Columns of an element's properties in the rows that are taken from it.
 #[derive(Clone, Debug)]
 pub(super) struct Table {
-    /// Place in a row of each property; `None` for one that is not read.
-    pub(super) places: Vec<Option<usize>>,
+    /// Column in a row of each property; `None` for one that is not read.
+    pub(super) columns: Vec<Option<usize>>,
     /// Numbers of a row.
     pub(super) width: usize,
 }
@@ -119,8 +119,8 @@ impl<'a> Body<'a> {
         let mut row = vec![0.0; table.width];
         for i in 0..element.count {
             let put = |column: usize, value| {
-                if let Some(place) = table.places[column] {
-                    row[place] = value;
+                if let Some(column) = table.columns[column] {
+                    row[column] = value;
                 }
             };
             self.row(element, put).map_err(|problem| self.fault(problem, element, i))?;

@@ -108,7 +108,7 @@ impl Rig {
     pub(super) fn pose(
         &self,
         local: &[Triangle],
-        own: &mut [Triangle],
+        target: &mut [Triangle],
         whole: Mat4,
         seconds: f64,
         is_volume: impl Fn(u32) -> bool,
@@ -116,17 +116,17 @@ impl Rig {
         let worlds = self.worlds(seconds, whole);
         for Draw { triangles, node, place, deform } in &self.draws {
             let world = worlds[*node] * *place;
-            let own = &mut own[triangles.clone()];
+            let target = &mut target[triangles.clone()];
             let local = &local[triangles.clone()];
             if let Some(deform) = deform {
-                deform.put(own, local, world, &worlds, seconds);
+                deform.put(target, local, world, &worlds, seconds);
                 continue;
             }
-            put(own, local, world);
+            put(target, local, world);
             // A mirrored mesh is inside out.
-            let has_volume = own.first().is_some_and(|triangle| is_volume(triangle.material));
+            let has_volume = target.first().is_some_and(|triangle| is_volume(triangle.material));
             if has_volume && Mat3::from_mat4(world).determinant() < 0.0 {
-                volume::turn_outwards(own);
+                volume::turn_outwards(target);
             }
         }
         worlds
@@ -172,9 +172,9 @@ impl Motion for Moving {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         let whole = Mat4::from_translation(-self.origin) * self.placement.at(seconds);
         let Scene { triangles, materials, .. } = scene;
-        let own = &mut triangles[self.first_triangle..][..self.local.len()];
+        let target = &mut triangles[self.first_triangle..][..self.local.len()];
         let is_volume = |material: u32| materials[material as usize].is_volume();
-        let worlds = self.rig.pose(&self.local, own, whole, seconds, is_volume);
+        let worlds = self.rig.pose(&self.local, target, whole, seconds, is_volume);
         self.place_gaussians(scene, &whole);
         self.place_strands(scene, &whole);
         let lights = &mut scene.lights;
@@ -240,14 +240,14 @@ impl Moving {
 
     /// Places its strands. One that cannot be placed stays where it was, without opacity.
     fn place_strands(&self, scene: &mut Scene, whole: &Mat4) {
-        let own = &mut scene.strands[self.first_strand..][..self.strands.len()];
+        let target = &mut scene.strands[self.first_strand..][..self.strands.len()];
         let mut left_out = 0;
-        for (own, local) in own.iter_mut().zip(self.strands.iter()) {
+        for (target, local) in target.iter_mut().zip(self.strands.iter()) {
             let placed = local.placed(whole);
             if placed.problem(MAX_GAIN).is_none() {
-                *own = placed;
+                *target = placed;
             } else {
-                own.vertices.iter_mut().for_each(|vertex| vertex.color.w = 0.0);
+                target.vertices.iter_mut().for_each(|vertex| vertex.color.w = 0.0);
                 left_out += 1;
             }
         }
@@ -258,14 +258,14 @@ impl Moving {
 
     /// Places its splats. One that cannot be placed stays where it was, without opacity.
     fn place_gaussians(&self, scene: &mut Scene, whole: &Mat4) {
-        let own = &mut scene.gaussians[self.first_gaussian..][..self.gaussians.len()];
+        let target = &mut scene.gaussians[self.first_gaussian..][..self.gaussians.len()];
         let mut left_out = 0;
-        for (own, local) in own.iter_mut().zip(self.gaussians.iter()) {
+        for (target, local) in target.iter_mut().zip(self.gaussians.iter()) {
             let placed = splats::placed(local, whole);
             if placed.problem(MAX_GAIN, GaussianOpacity::Splat).is_none() {
-                *own = placed;
+                *target = placed;
             } else {
-                own.opacity = 0.0;
+                target.opacity = 0.0;
                 left_out += 1;
             }
         }
@@ -276,11 +276,11 @@ impl Moving {
 }
 
 /// Writes `local`, transformed to the world, to `own`.
-fn put(own: &mut [Triangle], local: &[Triangle], world: Mat4) {
+fn put(target: &mut [Triangle], local: &[Triangle], world: Mat4) {
     let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
-    for (own, local) in own.iter_mut().zip(local) {
-        own.positions = local.positions.map(|p| world.transform_point3(p));
-        own.normals = local.normals.map(|n| (normal_from_local * n).normalize_or(Vec3::Y));
-        own.uvs = local.uvs;
+    for (target, local) in target.iter_mut().zip(local) {
+        target.positions = local.positions.map(|p| world.transform_point3(p));
+        target.normals = local.normals.map(|n| (normal_from_local * n).normalize_or(Vec3::Y));
+        target.uvs = local.uvs;
     }
 }

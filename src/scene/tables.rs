@@ -256,6 +256,11 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         let help = "use another transfer, such as \"filter\"";
         return Err(keys.fault("attenuation_distance", message, help));
     }
+    let catcher = keys.value("catcher", usual.catcher)?;
+    if catcher && !transfer.is_opaque() {
+        let help = "give it transfer = \"opaque\"";
+        return Err(keys.fault("catcher", "a catcher that is not opaque", help));
+    }
     let texture = keys.given("texture")?;
     if let Some(TextureSource::Noise(noise)) = &texture {
         check_noise(keys, noise)?;
@@ -282,6 +287,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         attenuation_distance: attenuation_distance.unwrap_or(f32::INFINITY),
         receives: keys.value("receives", usual.receives)?,
         visible: keys.value("visible", usual.visible)?,
+        catcher,
         casts: keys.value("casts", usual.casts)?,
         // Tables of splats say what their opacity means and how they cast.
         gaussian: usual.gaussian,

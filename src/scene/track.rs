@@ -51,7 +51,7 @@ impl Track {
     }
 
     /// The key before `seconds`, the duration to the next [s], and the share of it that has passed.
-    fn place(&self, seconds: f64) -> (usize, f32, f32) {
+    fn segment_at(&self, seconds: f64) -> (usize, f32, f32) {
         let after = self.times.partition_point(|&time| f64::from(time) <= seconds);
         let before = after.saturating_sub(1);
         if after == 0 || after == self.times.len() {
@@ -81,7 +81,7 @@ impl Track {
 
     /// Value at `seconds` from the start.
     pub fn at(&self, seconds: f64) -> Vec4 {
-        let (key, seconds_apart, t) = self.place(seconds);
+        let (key, seconds_apart, t) = self.segment_at(seconds);
         match self.mode {
             _ if t == 0.0 => self.value(key),
             Mode::Step => self.value(key),
@@ -96,7 +96,7 @@ impl Track {
             let turn = value.try_normalize().map(Quat::from_vec4);
             turn.unwrap_or(Quat::IDENTITY)
         };
-        let (key, _, t) = self.place(seconds);
+        let (key, _, t) = self.segment_at(seconds);
         if self.mode == Mode::Linear && t > 0.0 {
             return unit(self.value(key)).slerp(unit(self.value(key + 1)), t);
         }

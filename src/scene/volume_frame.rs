@@ -203,9 +203,9 @@ fn frame(
     }
     let mut heat = None;
     if let Some((name, kelvin)) = hot {
-        let own = vdb.read(self::chosen(&vdb, Some(name))?, true)?;
-        is_elsewhere(&own, name).map_or(Ok(()), Err)?;
-        heat = Some((own, *kelvin));
+        let temperatures = vdb.read(self::chosen(&vdb, Some(name))?, true)?;
+        is_elsewhere(&temperatures, name).map_or(Ok(()), Err)?;
+        heat = Some((temperatures, *kelvin));
     }
     if let Some(name) = color {
         let colors = vdb.read_color(chosen_color(&vdb, name)?, channel)?;

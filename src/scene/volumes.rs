@@ -89,8 +89,8 @@ fn thickness(grid: &Grid) -> f64 {
         sum += match &brick.density {
             Density::Voxels(voxels) => {
                 // The last ones are the first of other bricks.
-                let own = |i: u32| UVec3::new(i % 8, i / 8 % 8, i / 64);
-                (0..512).map(|i| f64::from(voxels.at(own(i)))).sum::<f64>()
+                let voxel = |i: u32| UVec3::new(i % 8, i / 8 % 8, i / 64);
+                (0..512).map(|i| f64::from(voxels.at(voxel(i)))).sum::<f64>()
             }
             Density::Constant { density, .. } => {
                 f64::from(*density) * edges.as_dvec3().element_product()

@@ -1,6 +1,6 @@
 //! Pair counts of lists, taken before any walk.
 use super::{
-    batch::{context::view_uniform, list::List, plan::Plan, scratch::Scratch},
+    batch::{batch_plan::BatchPlan, context::view_uniform, list::List, scratch::Scratch},
     prepare::Request,
     statistics::read_list,
 };
@@ -16,7 +16,11 @@ impl Request<'_> {
     /// because kernels that are not needed are not compiled.
     ///
     /// Returns the number of pairs of the largest list.
-    pub(super) fn count(&self, plans: &mut [Plan], scratch: &Arc<Scratch>) -> Result<u32, Error> {
+    pub(super) fn count(
+        &self,
+        plans: &mut [BatchPlan],
+        scratch: &Arc<Scratch>,
+    ) -> Result<u32, Error> {
         let mut needed = 0;
         for plan in plans {
             for i in 0..plan.lists.len() {
@@ -26,7 +30,12 @@ impl Request<'_> {
         Ok(needed)
     }
 
-    fn count_list(&self, plan: &mut Plan, i: usize, scratch: &Arc<Scratch>) -> Result<u32, Error> {
+    fn count_list(
+        &self,
+        plan: &mut BatchPlan,
+        i: usize,
+        scratch: &Arc<Scratch>,
+    ) -> Result<u32, Error> {
         let (queue, device) = (self.queue, self.kernels.device());
         let listed = &plan.lists[i];
         let may_overflow = listed.may_overflow(self.config.profile.shape, scratch.pair_capacity);

@@ -98,9 +98,10 @@ impl<'a> HostGrid<'a> {
     pub(super) fn bounds(&self) -> Bounds {
         let edge = BRICK_SIZE as f32;
         let low = IVec3::splat(-(BRICK_SIZE as i32)).as_vec3();
-        let own = Bounds { min: low, max: low + self.bricks().as_vec3() * edge };
+        let bounds = Bounds { min: low, max: low + self.bricks().as_vec3() * edge };
         let to_world = |corner| self.grid.world_from_index.transform_point3(corner);
-        own.corners()
+        bounds
+            .corners()
             .into_iter()
             .fold(Bounds::EMPTY, |all, corner| all.with_sphere(to_world(corner), 0.0))
     }

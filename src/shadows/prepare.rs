@@ -3,8 +3,8 @@ use super::{
     Config, Maps,
     batch::{
         Batch, BatchInputs,
+        batch_plan::{self, BatchPlan, PendingView},
         context::Context,
-        plan::{self, PendingView, Plan},
         scratch::Scratch,
     },
     casters::{CasterSet, host_casters::HostSets},
@@ -61,7 +61,7 @@ pub(super) struct FrameCommands {
 #[derive(Debug)]
 struct Made {
     commands: Arc<FrameCommands>,
-    plans: Vec<Plan>,
+    plans: Vec<BatchPlan>,
     inputs: Vec<BatchInputs>,
     config: Config,
     /// [`CasterSet::id`].
@@ -176,7 +176,8 @@ impl<'a> Request<'a> {
             let raw = old.soften.map(|soften| soften.raw);
             Relocation::new(old.maps, raw, cache.kept(), views, &set.maps)
         });
-        let mut plans = plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
+        let mut plans =
+            batch_plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
         let hosts = plans.iter_mut().flat_map(|plan| &mut plan.lists);
         hosts.filter_map(|list| list.host.as_mut()).for_each(|host| host.expected = self.expected);
         let culled = culled_count(casters, cache.pending.len(), &plans);
@@ -202,7 +203,7 @@ impl<'a> Request<'a> {
     }
 
     /// Whether the commands of the last frame are this one's, too.
-    fn repeats(&self, made: &Made, plans: &[Plan], scratch: &Scratch) -> bool {
+    fn repeats(&self, made: &Made, plans: &[BatchPlan], scratch: &Scratch) -> bool {
         let host = self.casters.shared_host();
         let is_of = |made: &Option<Arc<HostSets>>| {
             made.as_ref().map(Arc::as_ptr) == host.as_ref().map(Arc::as_ptr)
@@ -224,7 +225,7 @@ impl<'a> Request<'a> {
     fn made(
         &self,
         set: &MapSet,
-        mut plans: Vec<Plan>,
+        mut plans: Vec<BatchPlan>,
         scratch: &(Arc<Scratch>, Memory),
         relocation: Option<&Relocation>,
         kept: bool,
@@ -273,7 +274,7 @@ impl<'a> Request<'a> {
     fn pending<'b>(&'b self, cache: &'b MapCache, maps: &Maps) -> Vec<PendingView<'b>> {
         let pending = cache.pending.iter().map(|&index| PendingView {
             view: &self.views[index],
-            place: maps.places[index],
+            slot: maps.slots[index],
             groups: cache.groups(index),
             depth: self.depths.get(index).and_then(Option::as_ref),
         });
@@ -303,7 +304,7 @@ impl<'a> Request<'a> {
         &self,
         allocator: &mut Allocator<'_>,
         MapSet { maps, soften, blur, .. }: &MapSet,
-        batches: &[(&Plan, &Buffer)],
+        batches: &[(&BatchPlan, &Buffer)],
         is_new: bool,
     ) -> Result<Commands, Error> {
         let &Self { kernels, casters, views, .. } = self;
@@ -340,7 +341,7 @@ impl<'a> Request<'a> {
     fn scratch(
         &self,
         earlier: Option<(Arc<Scratch>, Memory)>,
-        plans: &mut [Plan],
+        plans: &mut [BatchPlan],
     ) -> Result<(Arc<Scratch>, Memory), Error> {
         let (device, config) = (self.kernels.device(), self.config);
         let fits = |scratch: &Scratch| scratch.fits(device, config, plans, self.pairs);
@@ -357,7 +358,7 @@ impl<'a> Request<'a> {
 
     fn new_scratch(
         &self,
-        plans: &[Plan],
+        plans: &[BatchPlan],
         pairs: Option<u32>,
     ) -> Result<(Arc<Scratch>, Memory), Error> {
         let &Self { queue, config, .. } = self;
@@ -372,8 +373,8 @@ impl<'a> Request<'a> {
 }
 
 /// Combinations (caster, pending view) that are in no list.
-fn culled_count(casters: &CasterSet, view_count: usize, plans: &[Plan]) -> u64 {
+fn culled_count(casters: &CasterSet, view_count: usize, plans: &[BatchPlan]) -> u64 {
     let all: usize = Class::LISTS.map(|list| casters.count(list)).into_iter().sum();
-    let listed: u64 = plans.iter().map(Plan::caster_count).sum();
+    let listed: u64 = plans.iter().map(BatchPlan::caster_count).sum();
     (all * view_count) as u64 - listed
 }

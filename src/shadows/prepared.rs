@@ -127,8 +127,8 @@ impl Prepared {
 
     /// The views in kernel form, each with its rectangle.
     pub(crate) fn gpu_views(&self) -> Vec<GpuView> {
-        let views = self.views.iter().zip(&self.maps.places);
-        views.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect()
+        let views = self.views.iter().zip(&self.maps.slots);
+        views.map(|(view, slot)| view.to_gpu(0, slot.origin, slot.layer)).collect()
     }
 
     /// Textures and rectangles of the maps of all views.

@@ -45,9 +45,8 @@ pub struct Shadows {
 }
 
 impl Shadows {
-    /// Shadows on a host's device and queue, of which it keeps handles. It runs on the native tier if the
-    /// device was opened with subgroups, texture atomics and 9 storage textures a stage, else on WebGPU's
-    /// own limits and features.
+    /// Shadows on a host's device and queue, of which it keeps handles. It runs on the best tier
+    /// that the device was opened for ([`Tier::of`] says which the adapter has).
     ///
     /// # Errors
     /// If the device has less than WebGPU's limits, or refuses a kernel.
@@ -56,9 +55,8 @@ impl Shadows {
         queue: &wgpu::Queue,
         adapter: &wgpu::AdapterInfo,
     ) -> Result<Self, Error> {
-        let native = missing(device, Tier::Native).is_empty();
-        let tier = if native { Tier::Native } else { Tier::Core };
-        Self::on_tier(device, queue, adapter, tier)
+        let tier = Tier::best(|tier| missing(device, tier).is_empty());
+        Self::on_tier(device, queue, adapter, tier.unwrap_or_default())
     }
 
     /// Like [`Self::new`], on a tier that the host chooses.
@@ -178,13 +176,13 @@ impl Shadows {
         settings: &ShadowSettings,
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
-        let prepared = self.plan(casters, views, settings, inputs)?;
+        let prepared = self.prepare_uncompiled(casters, views, settings, inputs)?;
         self.kernels.finish()?;
         Ok(prepared)
     }
 
     /// Like [`Self::prepare_with`], except that kernels may not be compiled yet.
-    pub(crate) fn plan(
+    pub(crate) fn prepare_uncompiled(
         &mut self,
         casters: &Casters<'_>,
         views: &[View],
@@ -228,7 +226,7 @@ impl Shadows {
         self.light_shelf.turn();
         if inputs.area_lights {
             let maps = &frame.maps.set.maps;
-            AreaLevels::plan_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
+            AreaLevels::request_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
         }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, pair_capacity, culled } = frame;

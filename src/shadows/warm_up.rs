@@ -25,7 +25,7 @@ impl Shadows {
     ) -> Result<Vec<KernelJob>, Error> {
         // New maps are cleared without a kernel, those of an earlier frame with one.
         for _ in 0..2 {
-            self.plan(casters, views, settings, inputs)?;
+            self.prepare_uncompiled(casters, views, settings, inputs)?;
         }
         Ok(self.kernels().cache().pending())
     }

@@ -9,7 +9,7 @@ use super::{
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
-    walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING, WALK, WalkKernels},
+    walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -33,7 +33,7 @@ pub fn composed_texels(pair_capacity: u32) -> u64 {
 pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter.wgsl");
 /// State of eight texels per lane, for casters of one simple kind: soft discs or splats, of the `filter` transfer.
 pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
-const PLAIN_CANDIDATE: Choice = Choice::new("candidate", "accumulator/plain.wgsl");
+const PLAIN_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/plain.wgsl");
 /// That kind.
 pub(super) const DISCS: Choice = Choice::new("plain", "hit/plain_disc.wgsl");
 pub(super) const SPLATS: Choice = Choice::new("plain", "hit/plain_splat.wgsl");
@@ -46,16 +46,16 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "accumulate_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, CANDIDATE],
+    with: &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[FILTER, INVOCATION_ROWS, WAITING, MAPS, WALK, CANDIDATE, SUMS],
+    with: &[FILTER, INVOCATION_ROWS, WAITING, MAPS, WALK, LANE_CASTER, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -65,7 +65,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
     name: "accumulate_ordered",
     entry: "walk_ordered_segment",
     root: "entry/ordered_segment.wgsl",
-    with: &[FILTER, INVOCATION_ROWS, WAITING, ORDERED_MAPS, WALK, CANDIDATE, SUMS],
+    with: &[FILTER, INVOCATION_ROWS, WAITING, ORDERED_MAPS, WALK, LANE_CASTER, SUMS],
     constants: &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
 };
@@ -76,7 +76,7 @@ pub const TINY: KernelDesc = KernelDesc {
     root: "entry/tiny.wgsl",
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 pub const OVERFLOW: KernelDesc = KernelDesc {
@@ -85,23 +85,23 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
     root: "entry/overflow.wgsl",
     with: &[MAPS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_disc_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_CANDIDATE],
+    with: &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_disc_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[PLAIN, DISCS, MAPS, WALK, PLAIN_CANDIDATE, SUMS],
+    with: &[PLAIN, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };

@@ -4,7 +4,7 @@
 //!
 //! In: the inputs of `occlude`. Out: `colored`, the opaque depth per channel; `opaques`, the largest of the
 //! three, behind which there is no light. Softened: maps without `colored`.
-use super::walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WALK, WalkKernels};
+use super::walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 const COLORED: Choice = Choice::new("accumulator", "accumulator/colored.wgsl");
@@ -14,16 +14,16 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "colored_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, CANDIDATE],
+    with: &[IN_ORDER, COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "colored_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, CANDIDATE, SUMS],
+    with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -34,7 +34,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
     root: "entry/overflow.wgsl",
     with: &[COLORED_DEPTHS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
@@ -43,7 +43,7 @@ pub const RESOLVE: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 /// Kernels for casters that block light, with coloured dithering.

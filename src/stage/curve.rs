@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
-use super::walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING};
+use super::walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Size of one segment's record in `partials` [bytes]. `changes`: some caster adds light or is a volume. WGSL:
@@ -21,14 +21,18 @@ pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
 /// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
 /// cheaper on software adapters.
 const PAIRS: Choice =
-    Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", "curve/pairs_loaded.wgsl");
-const WALK: Choice =
-    Choice::by_tier("traversal", "traversal/slabs_uniform.wgsl", "traversal/slabs_subgroup.wgsl");
+    Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", Tier::Native, "curve/pairs_loaded.wgsl");
+const WALK: Choice = Choice::by_tier(
+    "traversal",
+    "traversal/slabs_uniform.wgsl",
+    Tier::Subgroups,
+    "traversal/slabs_subgroup.wgsl",
+);
 const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Visits soft discs of the `filter` transfer only.
 const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
-const DISC_CANDIDATE: Choice = Choice::new("candidate", "curve/visit_discs.wgsl");
+const DISC_LANE_CASTER: Choice = Choice::new("lane_caster", "curve/visit_discs.wgsl");
 /// Nodes during insertion; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
@@ -51,7 +55,7 @@ pub const TILES: KernelDesc = KernelDesc {
         TILE,
         PAIRS,
         WALK,
-        CANDIDATE,
+        LANE_CASTER,
         SUMS,
     ],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
@@ -62,7 +66,7 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, SEGMENT, PAIRS, WALK, CANDIDATE],
+    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, SEGMENT, PAIRS, WALK, LANE_CASTER],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
@@ -81,7 +85,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
         TILE,
         PAIRS,
         WALK,
-        DISC_CANDIDATE,
+        DISC_LANE_CASTER,
         SUMS,
     ],
     constants: &[("NODES", 8.0)],
@@ -101,7 +105,7 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
         SEGMENT,
         PAIRS,
         WALK,
-        DISC_CANDIDATE,
+        DISC_LANE_CASTER,
     ],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
@@ -113,5 +117,5 @@ pub const RESOLVE: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, NODES, RESOLVED, SUMS],
     constants: &[("NODES", 8.0)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };

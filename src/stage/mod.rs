@@ -98,6 +98,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::LAYERED,
     &shade::LAYERS,
     &shade::SURFACES,
+    &shade::CATCHING_SURFACES,
     &shade::PANES,
     &shade::CASTERS,
     &shade::BRICKS,

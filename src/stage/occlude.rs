@@ -6,14 +6,14 @@ use super::{
     features::{Features, Flags},
     project::CHUNK_SIZE,
     resolve,
-    walk::{CANDIDATE, IN_ORDER, INVOCATION_ROWS, SUMS, WALK, WalkKernels},
+    walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels},
 };
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 pub(super) const DEPTH: Choice = Choice::new("accumulator", "accumulator/depth.wgsl");
 /// State for opaque triangles only.
 const TRIANGLES: Choice = Choice::new("accumulator", "accumulator/triangles.wgsl");
-const TRIANGLE_CANDIDATE: Choice = Choice::new("candidate", "accumulator/triangles.wgsl");
+const TRIANGLE_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/triangles.wgsl");
 pub(super) const DEPTHS: Choice = Choice::new("output", "accumulator/depths.wgsl");
 
 /// Opaque triangles of a few texels, written straight to `small_depths`, one element per texel of the
@@ -31,9 +31,9 @@ pub const TILES: KernelDesc = KernelDesc {
     name: "occlude_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, CANDIDATE],
+    with: &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 /// Tiles of opaque triangles only.
@@ -41,16 +41,16 @@ pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
     name: "occlude_triangle_tiles",
     entry: "walk_tile",
     root: "entry/tile.wgsl",
-    with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_CANDIDATE],
+    with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "occlude_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[DEPTH, INVOCATION_ROWS, DEPTHS, WALK, CANDIDATE, SUMS],
+    with: &[DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER, SUMS],
     constants: &[],
     tiers: Tier::ALL,
 };
@@ -61,7 +61,7 @@ pub const OVERFLOW: KernelDesc = KernelDesc {
     root: "entry/overflow.wgsl",
     with: &[DEPTHS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 /// Kernels for casters that block light.

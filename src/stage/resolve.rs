@@ -15,7 +15,7 @@ pub const TILES: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[FILTER, INVOCATION_ROWS, MAPS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 /// Replaces [`TILES`] where segments are composed one by one.
@@ -25,7 +25,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[FILTER, INVOCATION_ROWS, ORDERED_MAPS, SUMS],
     constants: &[("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 /// Replaces both where the sums themselves are kept.
@@ -35,7 +35,7 @@ pub const SUMS_ALONE: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[FILTER, INVOCATION_ROWS, KEPT_SUMS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };
 
 pub const OPAQUE: KernelDesc = KernelDesc {
@@ -44,5 +44,5 @@ pub const OPAQUE: KernelDesc = KernelDesc {
     root: "entry/resolve.wgsl",
     with: &[DEPTH, INVOCATION_ROWS, DEPTHS, SUMS],
     constants: &[],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_ATOMICS,
 };

@@ -7,7 +7,7 @@
 use super::{
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
-    walk::{FACED_CANDIDATE, IN_ORDER, WALK},
+    walk::{FACED_LANE_CASTER, IN_ORDER, WALK},
 };
 use crate::{
     gpu::{Choice, Constant, KernelDesc, Tier},
@@ -64,6 +64,8 @@ const AMBIENT_NONE: Choice = Choice::new("ambient", "shade/ambient_none.wgsl");
 const AMBIENT_KEPT: Choice = Choice::new("ambient", "shade/ambient_kept.wgsl");
 const STRAIGHT: Choice = Choice::new("refraction", "shade/refraction_none.wgsl");
 const REFRACTED: Choice = Choice::new("refraction", "shade/refraction_kept.wgsl");
+const NO_CATCHERS: Choice = Choice::new("catcher", "shade/catcher_none.wgsl");
+const CATCHERS: Choice = Choice::new("catcher", "shade/catcher_shown.wgsl");
 const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
 const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
 
@@ -71,18 +73,18 @@ pub const SEEN: KernelDesc = KernelDesc {
     name: "shade_seen",
     entry: "shade_seen",
     root: "shade/shade_seen.wgsl",
-    with: &[IN_ORDER, SEEN_STATE, WALK, FACED_CANDIDATE],
+    with: &[IN_ORDER, SEEN_STATE, WALK, FACED_LANE_CASTER],
     constants: &[FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 pub const LAYERS: KernelDesc = KernelDesc {
     name: "shade_layers",
     entry: "shade_layers",
     root: "shade/shade_layers.wgsl",
-    with: &[IN_ORDER, LAYER_STATE, WALK, FACED_CANDIDATE],
+    with: &[IN_ORDER, LAYER_STATE, WALK, FACED_LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
 };
 
 /// A kernel over the pixels of a band, one invocation per pixel.
@@ -97,7 +99,21 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
     }
 }
 
-pub const SURFACES: KernelDesc = of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl");
+pub const SURFACES: KernelDesc = KernelDesc {
+    with: &[IN_ORDER, SEEN_STATE, NO_CATCHERS],
+    ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl")
+};
+/// [`SURFACES`], some of which show the surroundings behind them.
+pub const CATCHING_SURFACES: KernelDesc = KernelDesc {
+    name: "shade_catching_surfaces",
+    with: &[IN_ORDER, SEEN_STATE, CATCHERS],
+    ..SURFACES
+};
+/// The kernel that makes points of visible opaque surfaces; `catches`: whether some are catchers.
+pub fn surfaces(catches: bool) -> &'static KernelDesc {
+    if catches { &CATCHING_SURFACES } else { &SURFACES }
+}
+
 pub const COMPOSITE: KernelDesc = KernelDesc {
     with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, STRAIGHT],
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")

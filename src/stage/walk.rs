@@ -1,5 +1,5 @@
 //! Choices shared by all kernels that walk the pairs of a tile or a segment.
-use crate::gpu::{Choice, KernelDesc};
+use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Kernels that walk the pairs of a list of casters.
 #[derive(Clone, Copy, Debug)]
@@ -15,15 +15,20 @@ pub struct WalkKernels {
 }
 
 /// Visits the footprints that may touch an invocation's texels, front to back.
-pub(super) const WALK: Choice =
-    Choice::by_tier("traversal", "traversal/uniform.wgsl", "traversal/subgroup.wgsl");
-/// Sums of a batch's texels: buffers on the core tier, textures with atomics on the native tier.
-pub(super) const SUMS: Choice = Choice::by_tier("sums", "sums/buffers.wgsl", "sums/textures.wgsl");
+pub(super) const WALK: Choice = Choice::by_tier(
+    "traversal",
+    "traversal/uniform.wgsl",
+    Tier::Subgroups,
+    "traversal/subgroup.wgsl",
+);
+/// Sums of a batch's texels: textures where these have atomics, else buffers.
+pub(super) const SUMS: Choice =
+    Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
 /// Lanes load and test any caster, and broadcast it.
-pub(super) const CANDIDATE: Choice = Choice::new("candidate", "traversal/candidate.wgsl");
-/// Like [`CANDIDATE`], with particles set up by the lanes that offer them.
-pub(super) const FACED_CANDIDATE: Choice =
-    Choice::new("candidate", "traversal/candidate_faced.wgsl");
+pub(super) const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
+/// Like [`LANE_CASTER`], with particles set up by the lanes that broadcast them.
+pub(super) const FACED_LANE_CASTER: Choice =
+    Choice::new("lane_caster", "traversal/lane_caster_faced.wgsl");
 /// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.

@@ -6,7 +6,7 @@ use glam::UVec2;
 
 /// Rectangle of a view's map in the atlas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MapPlace {
+pub struct MapSlot {
     /// First texel of the map in its layer.
     pub origin: UVec2,
     /// Layer of the texture array.
@@ -46,7 +46,7 @@ pub struct Atlas {
     pub size: UVec2,
     pub layers: u32,
     /// Position of each map, in the maps' order.
-    pub places: Vec<MapPlace>,
+    pub slots: Vec<MapSlot>,
 }
 
 /// Requested size of a map.
@@ -119,7 +119,7 @@ impl Atlas {
         let mut layers: Vec<AtlasAllocator> = Vec::new();
         // Earlier layers are too full for maps as large as the last one.
         let (mut open, mut last) = (0, UVec2::ZERO);
-        let mut places = vec![MapPlace { origin: UVec2::ZERO, layer: 0 }; sizes.len()];
+        let mut slots = vec![MapSlot { origin: UVec2::ZERO, layer: 0 }; sizes.len()];
         for i in order {
             let edge = rectangle(sizes[i]);
             if edge != last {
@@ -144,9 +144,9 @@ impl Atlas {
                 open += 1;
             };
             let origin = UVec2::new(found.x as u32, found.y as u32);
-            places[i] = MapPlace { origin, layer: open as u32 };
+            slots[i] = MapSlot { origin, layer: open as u32 };
         }
-        Some(Self { size, layers: (layers.len() as u32).max(1), places })
+        Some(Self { size, layers: (layers.len() as u32).max(1), slots })
     }
 
     /// Texels of all layers.
@@ -193,7 +193,7 @@ mod tests {
     /// Checks that every rectangle is within its layer and overlaps no other.
     fn check(atlas: &Atlas, sizes: &[UVec2]) {
         let rectangle = |i: usize| {
-            let MapPlace { origin, layer } = atlas.places[i];
+            let MapSlot { origin, layer } = atlas.slots[i];
             (layer, origin, origin + rectangle(sizes[i]))
         };
         for i in 0..sizes.len() {
@@ -229,7 +229,7 @@ mod tests {
             assert_eq!(atlas.texels(), count as u64 * area(rectangle(UVec2::splat(edge))));
         }
         assert_eq!(
-            Atlas::pack(&[], &AtlasLimits::CORE).map(|a| (a.layers, a.places)),
+            Atlas::pack(&[], &AtlasLimits::CORE).map(|a| (a.layers, a.slots)),
             Some((1, vec![]))
         );
     }

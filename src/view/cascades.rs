@@ -6,7 +6,7 @@
 //! point too. Depths enclose the whole scene, so that every caster is in front of its receivers,
 //! and don't change while the scene's bounds do not.
 use super::{
-    Part, Projection, View,
+    Projection, View, ViewRole,
     fit::{light_up, looking},
     window::{Extent, rounded_up, snapped, stepped},
 };
@@ -124,7 +124,7 @@ impl Fit<'_> {
         View {
             light: Some(self.light),
             name: self.names[index],
-            part: Part::Window { index: index as u32, count: cascades.count(), fade },
+            role: ViewRole::Window { index: index as u32, count: cascades.count(), fade },
             projection: Projection::Orthographic,
             size: UVec2::splat(size),
             near,

@@ -4,7 +4,7 @@
 //! seen, and how wide a texel may be there to be no wider than a pixel. What they miss has the texels of the light's
 //! own map. Windows move by whole texels and grow in steps, as all windows do.
 use super::{
-    Part, Projection, View,
+    Projection, View, ViewRole,
     atlas::{Atlas, AtlasLimits},
     fit::{depth_range, fitted_views, light_up, looking},
     raster::{Image, Nearest, Raster},
@@ -107,7 +107,7 @@ fn has_windows(scene: &Scene, base: &View) -> bool {
         && shadow.blur == 0
         && !shadow.soften
         && !shadow.colored
-        && base.part == Part::Whole
+        && base.role == ViewRole::Whole
         && light.area().is_none()
         && (is_cone || is_sun)
 }
@@ -140,8 +140,8 @@ fn windows(scene: &Scene, picture: &Picture<'_>, base: &View) -> Vec<View> {
     (0..)
         .zip(chosen)
         .map(|(index, window)| {
-            let part = Part::Window { index, count: count + 1, fade: FADE };
-            View { name: NAMES[index as usize], part, ..window.view(scene, base) }
+            let role = ViewRole::Window { index, count: count + 1, fade: FADE };
+            View { name: NAMES[index as usize], role, ..window.view(scene, base) }
         })
         .collect()
 }

@@ -1,5 +1,5 @@
 //! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
-use super::{Part, Projection, Receivers, View, cascades, cover::Cover, importance};
+use super::{Projection, Receivers, View, ViewRole, cascades, cover::Cover, importance};
 use crate::{
     model::{Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, Scene, Shadow},
     view::{
@@ -37,7 +37,7 @@ pub(super) fn depth_range(view_from_world: &Mat4, bounds: &Bounds) -> (f32, f32)
         })
 }
 
-/// Directions of the faces of a point light's cube, in order of [`Part::Face`].
+/// Directions of the faces of a point light's cube, in order of [`ViewRole::Face`].
 const CUBE: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
 
 /// Names of a shadow's cube faces, and of its cascades.
@@ -141,12 +141,12 @@ fn views_of(
     for (number, shadow) in light.all_shadows().enumerate() {
         let size_of = |i: usize| size_of(first + i);
         // Only a light's own shadow covers all of its light.
-        let part = match shadow.kind {
-            _ if number == 0 => Part::Whole,
-            LightKind::Directional { .. } => Part::Window { index: 0, count: 1, fade: 0.0 },
-            _ => Part::Window { index: 0, count: 1, fade: EDGE_FADE },
+        let role = match shadow.kind {
+            _ if number == 0 => ViewRole::Whole,
+            LightKind::Directional { .. } => ViewRole::Window { index: 0, count: 1, fade: 0.0 },
+            _ => ViewRole::Window { index: 0, count: 1, fade: EDGE_FADE },
         };
-        let owner = Owner { light: index, names: &NAMES[number], part };
+        let owner = Owner { light: index, names: &NAMES[number], role };
         views.extend(owner.shadow_views(&shadow, &size_of, camera, cover));
         first += shadow.view_count();
     }
@@ -157,8 +157,8 @@ fn views_of(
 struct Owner<'a> {
     light: usize,
     names: &'a Names,
-    /// Part of a single view.
-    part: Part,
+    /// Role of a single view.
+    role: ViewRole,
 }
 
 impl Owner<'_> {
@@ -183,14 +183,14 @@ impl Owner<'_> {
             }
             (LightKind::Spot { position, direction, angle }, ..) => {
                 let view_from_world = looking(position, direction, light_up(direction));
-                let base = self.base(numbers[0], self.part, size_of(0), view_from_world);
+                let base = self.base(numbers[0], self.role, size_of(0), view_from_world);
                 vec![perspective(base, shadow, angle, &cover.all)]
             }
             (LightKind::Point { position }, ..) => (0..6)
                 .map(|face| {
                     let view_from_world = looking(position, CUBE[face], light_up(CUBE[face]));
-                    let part = Part::Face(face as u32);
-                    let base = self.base(faces[face], part, size_of(face), view_from_world);
+                    let role = ViewRole::Face(face as u32);
+                    let base = self.base(faces[face], role, size_of(face), view_from_world);
                     perspective(base, shadow, std::f32::consts::FRAC_PI_2, &cover.all)
                 })
                 .collect(),
@@ -198,11 +198,11 @@ impl Owner<'_> {
     }
 
     /// A view without depth range and scale.
-    fn base(&self, name: &'static str, part: Part, size: u32, view_from_world: Mat4) -> View {
+    fn base(&self, name: &'static str, role: ViewRole, size: u32, view_from_world: Mat4) -> View {
         View {
             light: Some(self.light),
             name,
-            part,
+            role,
             projection: Projection::Perspective,
             size: UVec2::splat(size),
             near: 0.0,
@@ -226,7 +226,7 @@ impl Owner<'_> {
         let front = extent.front(shadow.near.or(shadow.far).is_some());
         let far = shadow.far.unwrap_or_else(|| extent.far(front, deepest, near));
         let shift = Mat4::from_translation(-middle.extend(front));
-        let base = self.base(self.names.1[0], self.part, size, shift * axes);
+        let base = self.base(self.names.1[0], self.role, size, shift * axes);
         let scale = (1.0 / texel) as f32;
         View { projection: Projection::Orthographic, near, far, scale, ..base }
     }

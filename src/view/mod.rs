@@ -14,7 +14,7 @@ pub use detail::picture_views;
 pub use fit::{fitted_views, light_views, shadow_views, views_around};
 pub use receivers::Receivers;
 
-use crate::model::{Bounds, Camera, Part, Projection, Scene, View, within_pixel};
+use crate::model::{Bounds, Camera, Projection, Scene, View, ViewRole, within_pixel};
 use fit::{depth_range, looking};
 use glam::{Mat4, Vec2, Vec4};
 
@@ -30,7 +30,7 @@ impl View {
         Self {
             light: None,
             name: "camera",
-            part: Part::Whole,
+            role: ViewRole::Whole,
             projection: Projection::Perspective,
             size: camera.size,
             near,
@@ -54,13 +54,13 @@ impl View {
     /// The camera's view through a place on its lens [m], to the right and up: what is at the distance `focus` along the
     /// axis stays where it is in the picture.
     #[must_use]
-    pub fn through_lens(self, place: Vec2, focus: f32) -> Self {
-        let slope = -place / focus;
+    pub fn through_lens(self, point: Vec2, focus: f32) -> Self {
+        let slope = -point / focus;
         let aside = Mat4::from_cols(
             Vec4::X,
             Vec4::Y,
             Vec4::new(slope.x, slope.y, 1.0, 0.0),
-            Vec4::new(-place.x, -place.y, 0.0, 1.0),
+            Vec4::new(-point.x, -point.y, 0.0, 1.0),
         );
         Self { view_from_world: aside * self.view_from_world, ..self }
     }
@@ -76,9 +76,9 @@ impl View {
         let focus = scene.lens.focus;
         let focus = focus.unwrap_or_else(|| scene.camera.eye.distance(scene.camera.target));
         let has_lens = scene.lens.radius > 0.0;
-        scene.sample_offsets().zip(scene.lens_places()).map(move |(offset, place)| {
+        scene.sample_offsets().zip(scene.lens_points()).map(move |(offset, point)| {
             let view = whole.clone().through(offset);
-            if has_lens { view.through_lens(place, focus) } else { view }
+            if has_lens { view.through_lens(point, focus) } else { view }
         })
     }
 }

@@ -56,9 +56,9 @@ impl Raster {
 
     /// The texel that a point is in.
     pub(super) fn texel_of(&self, point: DVec3) -> Option<IVec2> {
-        let place = self.project(point);
-        let texel = (place.truncate() / place.z).floor().as_ivec2();
-        (place.z > 0.0 && self.contains(texel)).then_some(texel)
+        let in_map = self.project(point);
+        let texel = (in_map.truncate() / in_map.z).floor().as_ivec2();
+        (in_map.z > 0.0 && self.contains(texel)).then_some(texel)
     }
 
     pub(super) fn contains(&self, texel: IVec2) -> bool {
@@ -88,10 +88,11 @@ impl Raster {
                 continue;
             }
             let corners = triangle.positions.map(Vec3::as_dvec3);
-            let places = corners.map(|corner| self.project(corner));
-            let Some([first, last]) = self.covered(places) else { continue };
+            let corners_in_map = corners.map(|corner| self.project(corner));
+            let Some([first, last]) = self.covered(corners_in_map) else { continue };
             // Edge functions of homogeneous places (Olano and Greer 1997).
-            let inside = DMat3::from_cols_array_2d(&places.map(|place| place.to_array())).inverse();
+            let inside = DMat3::from_cols_array_2d(&corners_in_map.map(|in_map| in_map.to_array()))
+                .inverse();
             let [a, b, c] = corners;
             let normal = (b - a).cross(c - a);
             if !inside.is_finite() {
@@ -122,11 +123,11 @@ impl Raster {
     }
 
     /// First and last texel whose centres a triangle may cover.
-    fn covered(&self, places: [DVec3; 3]) -> Option<[IVec2; 2]> {
-        let behind = places.iter().filter(|place| place.z <= 1e-9).count();
+    fn covered(&self, corners_in_map: [DVec3; 3]) -> Option<[IVec2; 2]> {
+        let behind = corners_in_map.iter().filter(|in_map| in_map.z <= 1e-9).count();
         let (first, last) = match behind {
             0 => {
-                let flat = places.map(|place| place.truncate() / place.z);
+                let flat = corners_in_map.map(|in_map| in_map.truncate() / in_map.z);
                 let low = flat[0].min(flat[1]).min(flat[2]);
                 let high = flat[0].max(flat[1]).max(flat[2]);
                 ((low - 0.5).ceil().as_ivec2(), (high - 0.5).floor().as_ivec2())

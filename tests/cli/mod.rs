@@ -3,6 +3,8 @@ mod bench;
 mod commands;
 mod export;
 mod hostile;
+mod hostile_memory;
+mod layers;
 mod light;
 mod manual;
 mod moving;

@@ -7,7 +7,7 @@ use gobo::{
 use std::fs;
 
 /// Two panes under a sun straight down: red at 3/4 of the light, blue at 1/2, a floor below.
-const PANES: &str = r#"
+pub(super) const PANES: &str = r#"
 [camera]
 eye = [0, 2, 4]
 target = [0, 0, 0]
@@ -47,7 +47,7 @@ translation = [0, 1, 0]
 scale = [4, 1, 4]
 "#;
 
-fn scene_folder(name: &str, toml: &str) -> Folder {
+pub(super) fn scene_folder(name: &str, toml: &str) -> Folder {
     let folder = Folder::new(name);
     fs::write(folder.0.join("scene.toml"), toml).unwrap();
     folder
@@ -213,48 +213,6 @@ fn linear_light_is_written_before_exposure_and_tone_curve() {
         // Four steps of half floats, as both backends round.
         assert!((a - b).abs() <= 4.0 * 2f32.powi(-11) * a.max(0.125), "{a} is not {b}");
     }
-}
-
-/// Channels by name, pixels in order.
-fn read_channels(path: &std::path::Path) -> std::collections::BTreeMap<String, Vec<f32>> {
-    let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
-    let channels = image.layer_data.channel_data.list;
-    channels
-        .iter()
-        .map(|channel| (channel.name.to_string(), channel.sample_data.values_as_f32().collect()))
-        .collect()
-}
-
-#[test]
-fn light_is_the_sum_of_its_layers() {
-    let folder = scene_folder("layers", PANES);
-    let lamp =
-        "\n[[light]]\nname = 'lamp'\nkind = 'point'\nposition = [0.5, 2, 1]\ncolor = [1, 0, 0]\n";
-    let path = folder.0.join("scene.toml");
-    let text = fs::read_to_string(&path).unwrap() + lamp;
-    fs::write(&path, text).unwrap();
-    let render = ["render", "scene.toml", "-o", "o", "--exr", "--layers", "--set"];
-    folder.run(&[&render[..], &["camera.samples=1"]].concat());
-    let channels = read_channels(&folder.0.join("o/frame_0000.exr"));
-    let lights: Vec<_> = channels.keys().filter_map(|name| name.strip_suffix(".R")).collect();
-    assert_eq!(lights.len(), 3, "{lights:?}");
-    assert!(lights.contains(&"lamp") && lights.contains(&"rest"), "{lights:?}");
-    for name in ["R", "G", "B"] {
-        for (i, &whole) in channels[name].iter().enumerate() {
-            let sum: f32 = lights.iter().map(|light| channels[&format!("{light}.{name}")][i]).sum();
-            // Steps of half floats, one of each layer.
-            assert!(
-                (sum - whole).abs() <= 4.0 * 2f32.powi(-11) * whole.max(0.25),
-                "{sum}, {whole}"
-            );
-        }
-    }
-    let brightest = |name: &str| channels[name].iter().copied().fold(0.0, f32::max);
-    assert!(brightest("lamp.R") > 0.05 && brightest("lamp.G") < 1e-3, "a red lamp");
-    assert!(brightest("rest.R") < brightest("R"));
-    let stderr = folder.fail(&[&render[..], &["camera.shutter=0.5"]].concat(), 2);
-    assert!(stderr.contains("shutter"), "{stderr}");
-    folder.fail(&["render", "scene.toml", "--layers"], 2);
 }
 
 #[test]

@@ -26,19 +26,23 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
+/// One for each tier.
+pub(crate) type ByTier<T> = [T; Tier::ALL.len()];
+
 /// Tiers of a test about a property: its usual one, so that half of the tests wait for each device; with
-/// `GOBO_TEST_TIERS=all`, as in `make test-all`, both. Kernels of the tiers differ by walks and sums, which
-/// the comparisons with the CPU reference ask on [`TIERS`].
+/// `GOBO_TEST_TIERS=all`, as in `make test-all`, all three. Kernels of the tiers differ by walks and sums, which
+/// the comparisons with the CPU reference ask on [`TIERS`]; those of the one between have the walks of one and
+/// the sums of the other, and `maps::tiers` compares them.
 pub(crate) fn tiers(usual: Tier) -> Vec<Tier> {
     let is_all = std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all");
-    if is_all { TIERS.to_vec() } else { vec![usual] }
+    if is_all { Tier::ALL.to_vec() } else { vec![usual] }
 }
 
 /// The device of a tier and its kernels, which all tests share. Tests that count what a device makes take
 /// turns with another ([`counted_gpu`]); those that have it fail or count kernels open their own
 /// ([`own_gpu`]). A missing GPU fails the test; it never skips it.
 pub(crate) fn gpu(tier: Tier) -> Gpu {
-    static GPUS: [OnceLock<Gpu>; 2] = [OnceLock::new(), OnceLock::new()];
+    static GPUS: ByTier<OnceLock<Gpu>> = [const { OnceLock::new() }; Tier::ALL.len()];
     GPUS[tier as usize].get_or_init(|| own_gpu(tier)).clone()
 }
 
@@ -51,7 +55,7 @@ pub(crate) fn own_gpu(tier: Tier) -> Gpu {
 
 /// A device of the tier whose counters one test at a time reads, while it holds the guard.
 pub(crate) fn counted_gpu(tier: Tier) -> (Gpu, MutexGuard<'static, ()>) {
-    static GPUS: [OnceLock<Gpu>; 2] = [OnceLock::new(), OnceLock::new()];
+    static GPUS: ByTier<OnceLock<Gpu>> = [const { OnceLock::new() }; Tier::ALL.len()];
     static READER: Mutex<()> = Mutex::new(());
     let guard = READER.lock().unwrap_or_else(PoisonError::into_inner);
     (GPUS[tier as usize].get_or_init(|| own_gpu(tier)).clone(), guard)
@@ -81,8 +85,8 @@ pub(crate) fn shadows(gpu: &Gpu) -> Shadows {
 
 /// One of two renderers of the tier's device, which all tests share.
 fn any_renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
-    static RENDERERS: [[OnceLock<Mutex<Renderer>>; 2]; 2] =
-        [const { [const { OnceLock::new() }; 2] }; 2];
+    static RENDERERS: ByTier<[OnceLock<Mutex<Renderer>>; 2]> =
+        [const { [const { OnceLock::new() }; 2] }; Tier::ALL.len()];
     let [first, second] =
         RENDERERS[tier as usize].each_ref().map(|it| it.get_or_init(|| Mutex::new(renderer(tier))));
     match first.try_lock() {

@@ -2,8 +2,8 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, Light, LightKind, Material, Part, Particle, Projection, ShadowSettings, Transfer,
-        Triangle, View,
+        Camera, Light, LightKind, Material, Particle, Projection, ShadowSettings, Transfer,
+        Triangle, View, ViewRole,
     },
     scene::Scene,
 };
@@ -83,7 +83,7 @@ pub(crate) fn particle(center: Vec3, radius: f32, color: Vec4) -> Particle {
 /// A view whose view space is world space: looks along -z, `far` at z = -10; `size / scale` metres wide.
 pub(crate) fn flat_view(size: u32, scale: f32) -> View {
     View {
-        part: Part::Whole,
+        role: ViewRole::Whole,
         light: Some(0),
         name: "0",
         projection: Projection::Orthographic,

@@ -1,180 +1,186 @@
-//! Files of `src/` depend on each other in one direction, apart from small circles.
+//! Files that import from each other in a circle are understood together only: circles stay small.
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
     path::Path,
 };
-use syn::visit::{Visit, visit_item_mod, visit_path};
 
-/// Most files of a circle.
-const MAX_FILES: usize = 4;
+/// Files of the largest circle.
+const MAX_CIRCLE: usize = 4;
 
-/// What a file declares and names. Unit tests count as no part of it.
-#[derive(Default)]
-struct Names {
-    /// Paths in the code, except those that are only handed on: `pub use`.
-    used: Vec<Vec<String>>,
-    /// Paths of all that the file imports.
-    imported: Vec<Vec<String>>,
-}
+type Module = Vec<String>;
 
-impl Names {
-    fn of(source: &str) -> Self {
-        let mut names = Self::default();
-        names.visit_file(&syn::parse_file(source).unwrap());
-        names
-    }
-}
-
-impl<'a> Visit<'a> for Names {
-    fn visit_item_mod(&mut self, module: &'a syn::ItemMod) {
-        if module.attrs.iter().all(|attribute| !attribute.path().is_ident("cfg")) {
-            visit_item_mod(self, module);
+/// Modules of `src/` and their sources, without unit tests and comments.
+fn sources() -> BTreeMap<Module, String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut found = BTreeMap::new();
+    let mut folders = vec![root.clone()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let inside = path.strip_prefix(&root).unwrap().with_extension("");
+            let mut module: Module =
+                inside.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+            if ["mod", "lib", "main"].contains(&&*module[module.len() - 1]) {
+                module.pop();
+            }
+            let source = fs::read_to_string(&path).unwrap();
+            let code = source.split("#[cfg(test)]\nmod tests").next().unwrap();
+            let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+            found
+                .entry(module)
+                .or_insert_with(String::new)
+                .push_str(&lines.collect::<Vec<_>>().join("\n"));
         }
     }
-
-    fn visit_item_use(&mut self, item: &'a syn::ItemUse) {
-        let before = self.imported.len();
-        branches(&item.tree, &[], &mut self.imported);
-        if matches!(item.vis, syn::Visibility::Inherited) {
-            self.used.extend_from_slice(&self.imported[before..]);
-        }
-    }
-
-    /// `pub(super)` names a file without using it.
-    fn visit_visibility(&mut self, _: &'a syn::Visibility) {}
-
-    fn visit_path(&mut self, path: &'a syn::Path) {
-        self.used.push(path.segments.iter().map(|segment| segment.ident.to_string()).collect());
-        visit_path(self, path);
-    }
+    found
 }
 
-/// Paths of a tree, each with the name it has in the file at last.
-fn branches(tree: &syn::UseTree, before: &[String], found: &mut Vec<Vec<String>>) {
-    let with = |name: &syn::Ident| [before, &[name.to_string()]].concat();
-    match tree {
-        syn::UseTree::Path(path) => branches(&path.tree, &with(&path.ident), found),
-        syn::UseTree::Name(name) => found.push(with(&name.ident)),
-        syn::UseTree::Rename(name) => found.push(with(&name.ident)),
-        syn::UseTree::Glob(_) => found.push(before.to_vec()),
-        syn::UseTree::Group(group) => {
-            group.items.iter().for_each(|tree| branches(tree, before, found));
+/// Paths of a `use` tree.
+fn paths(tree: &str) -> Vec<Module> {
+    let (mut paths, mut stack, mut path) = (Vec::new(), Vec::new(), Module::new());
+    let mut word = String::new();
+    let mut is_done = false; // a brace closed: what is in it was counted
+    for c in tree.chars().chain([',']) {
+        match c {
+            ':' if !word.is_empty() => path.push(std::mem::take(&mut word)),
+            '{' => stack.push(path.clone()),
+            ',' | '}' => {
+                if !word.trim().is_empty() {
+                    let name = word.split(" as ").next().unwrap().trim().to_owned();
+                    paths.push(path.iter().cloned().chain([name]).collect());
+                } else if !is_done && !path.is_empty() && stack.last() != Some(&path) {
+                    paths.push(path.clone());
+                }
+                word.clear();
+                is_done = c == '}';
+                if is_done {
+                    stack.pop();
+                }
+                path = stack.last().cloned().unwrap_or_default();
+            }
+            ':' | '\n' => {}
+            _ => {
+                is_done = false;
+                word.push(c);
+            }
         }
+        word = word.trim_start().to_owned();
     }
+    paths
 }
 
-/// Files by their path of modules.
-type Files = BTreeMap<Vec<String>, Names>;
-
-/// Files of `src/` except the program's root, which only calls the library.
-fn files() -> Files {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src"));
-    let (mut pending, mut files) = (vec![root.to_owned()], Files::new());
-    while let Some(path) = pending.pop() {
-        if path.is_dir() {
-            pending.extend(path.read_dir().unwrap().map(|entry| entry.unwrap().path()));
+/// The imports of a module: whether it passes them on, and their paths from the root.
+fn imports(module: &[String], source: &str) -> Vec<(bool, Module)> {
+    let mut all = Vec::new();
+    for statement in source.split(';') {
+        let Some(at) = statement.rfind("use ").filter(|&at| {
+            let before = statement[..at].trim_end_matches(')').trim_end();
+            at == 0 || statement[..at].ends_with(['\n', ' ']) || before.ends_with("pub")
+        }) else {
             continue;
-        }
-        let name = path.strip_prefix(root).unwrap().with_extension("");
-        let mut name: Vec<_> = name.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
-        if ["lib", "mod"].contains(&name.last().unwrap().as_str()) {
-            name.pop();
-        }
-        files.insert(name, Names::of(&fs::read_to_string(path).unwrap()));
-    }
-    files
-}
-
-/// The file that declares what a path of `file` leads to, through files that only hand it on.
-fn target<'a>(files: &'a Files, file: &[String], path: &[String]) -> Option<&'a Vec<String>> {
-    let mut at = match path[0].as_str() {
-        "crate" => Vec::new(),
-        "super" => file[..file.len().checked_sub(1)?].to_vec(),
-        "self" => file.to_vec(),
-        _ => [file, &path[..1]].concat(),
-    };
-    let is_child = !["crate", "super", "self"].contains(&path[0].as_str());
-    if is_child && !files.contains_key(&at) {
-        return None;
-    }
-    for (i, name) in path.iter().enumerate().skip(1) {
-        let inner = [&at[..], std::slice::from_ref(name)].concat();
-        if name == "super" {
-            at.pop();
-        } else if files.contains_key(&inner) {
-            at = inner;
-        } else {
-            let imported = &files.get(&at)?.imported;
-            let known = imported.iter().find(|known| known.last() == Some(name));
-            return match known.filter(|_| at != file) {
-                Some(known) => target(files, &at, &[known, &path[i + 1..]].concat()),
-                // A module that stands elsewhere, or a name of the file's own.
-                None if path.len() > i + 1 && name.starts_with(char::is_lowercase) => None,
-                None => files.get_key_value(&at).map(|(at, _)| at),
-            };
-        }
-    }
-    files.get_key_value(&at).map(|(at, _)| at)
-}
-
-/// Sets of files each of which leads to all others of its set.
-fn circles(files: &Files) -> Vec<Vec<&Vec<String>>> {
-    let targets = |file, names: &Names| -> BTreeSet<&Vec<String>> {
-        names.used.iter().filter_map(|path| target(files, file, path)).collect()
-    };
-    let arrows: BTreeMap<_, _> =
-        files.iter().map(|(file, names)| (file, targets(file, names))).collect();
-    let reached = |from| {
-        let (mut reached, mut pending) = (BTreeSet::new(), vec![from]);
-        while let Some(file) = pending.pop() {
-            pending.extend(arrows[file].iter().filter(|file| reached.insert(**file)));
-        }
-        reached
-    };
-    let reached: BTreeMap<_, _> = files.keys().map(|file| (file, reached(file))).collect();
-    let mut circles: Vec<Vec<_>> = Vec::new();
-    for file in files.keys() {
-        let is_in = |circle: &&mut Vec<&Vec<String>>| {
-            reached[circle[0]].contains(file) && reached[file].contains(circle[0])
         };
-        match circles.iter_mut().find(is_in) {
-            Some(circle) => circle.push(file),
-            None => circles.push(vec![file]),
+        let passes_on =
+            statement[..at].trim_end().rsplit('\n').next().unwrap().trim().starts_with("pub");
+        for path in paths(&statement[at + 4..]) {
+            let mut from = match &*path[0] {
+                "crate" => Module::new(),
+                "super" => module[..module.len().saturating_sub(1)].to_vec(),
+                _ => module.to_vec(),
+            };
+            let is_word = |part: &String| ["crate", "super", "self"].contains(&&**part);
+            for part in &path[usize::from(is_word(&path[0]))..] {
+                if part == "super" {
+                    from.pop();
+                } else {
+                    from.push(part.clone());
+                }
+            }
+            all.push((passes_on, from));
         }
     }
-    circles.retain(|circle| circle.len() > 1);
-    circles
+    all
 }
 
-#[test]
-fn circles_of_files_are_small() {
-    let files = files();
-    let larger = circles(&files).into_iter().filter(|circle| circle.len() > MAX_FILES);
-    let names: Vec<_> =
-        larger.map(|circle| circle.iter().map(|file| file.join("/")).collect::<Vec<_>>()).collect();
-    assert_eq!(names, [[""; 0]; 0]);
-}
-
-/// The check can fail: three files, the second of which hands on what the third declares.
-#[test]
-fn a_circle_is_found() {
-    let name =
-        |path: &str| path.split('/').filter(|it| !it.is_empty()).map(str::to_owned).collect();
-    let circle = |last: &str| {
-        let sources = [
-            ("", "mod a;"),
-            ("a", "mod b; mod c; pub use c::{Of as It, Other};"),
-            ("a/b", "use super::Other; fn f(_: Other) {}"),
-            ("a/c", last),
-        ];
-        let files = sources.into_iter().map(|(path, source)| (name(path), Names::of(source)));
-        circles(&files.collect()).into_iter().map(|circle| circle.len()).collect::<Vec<_>>()
+/// Files that each file takes names from, seen through `pub use`.
+fn arrows(sources: &BTreeMap<Module, String>) -> BTreeMap<Module, BTreeSet<Module>> {
+    let of: BTreeMap<_, _> =
+        sources.iter().map(|(module, source)| (module, imports(module, source))).collect();
+    let owner = |path: &[String]| -> Option<Module> {
+        let mut path = path.to_vec();
+        for _ in 0..8 {
+            let length = (1..=path.len()).rev().find(|&n| sources.contains_key(&path[..n]))?;
+            let (file, rest) = path.split_at(length);
+            // A module of another folder, by `#[path]`.
+            if rest.first().is_some_and(|name| sources[file].contains(&format!("mod {name};"))) {
+                return None;
+            }
+            let passed = rest.first().and_then(|name| {
+                let mut on = of[&file.to_vec()].iter().filter(|(passes_on, _)| *passes_on);
+                on.find(|(_, to)| to.last() == Some(name)).map(|(_, to)| to.clone())
+            });
+            match passed {
+                Some(to) => path = to,
+                None => return Some(file.to_vec()),
+            }
+        }
+        None
     };
-    assert_eq!(circle("pub struct Of; pub struct Other;"), [0; 0]);
-    for back in ["use super::b::f;", "fn g() { super::b::f(); }", "fn g(_: crate::a::b::T<u32>) {}"]
-    {
-        assert_eq!(circle(&format!("pub struct Of; pub struct Other; {back}")), [2], "{back}");
+    let of_file = |(module, imports): (&&Module, &Vec<(bool, Module)>)| {
+        let used = imports.iter().filter(|(passes_on, _)| !passes_on);
+        let to: BTreeSet<_> = used.filter_map(|(_, path)| owner(path)).collect();
+        ((**module).clone(), to.into_iter().filter(|to| to != *module).collect())
+    };
+    of.iter().map(of_file).collect()
+}
+
+/// Files that reach each other.
+fn circles(arrows: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<BTreeSet<Module>> {
+    let reached = |from: &Module| {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![from.clone()]);
+        while let Some(file) = open.pop() {
+            let new: Vec<_> = arrows[&file].iter().filter(|&to| seen.insert(to.clone())).collect();
+            open.extend(new.into_iter().cloned());
+        }
+        seen
+    };
+    let all: BTreeMap<_, _> = arrows.keys().map(|file| (file, reached(file))).collect();
+    let circle = |file: &Module| -> BTreeSet<Module> {
+        all[file].iter().filter(|to| all[to].contains(file)).cloned().collect()
+    };
+    let circles: BTreeSet<_> = arrows.keys().map(circle).collect();
+    circles.into_iter().filter(|circle| !circle.is_empty()).collect()
+}
+
+#[test]
+fn no_circle_of_files_is_large() {
+    let arrows = arrows(&sources());
+    assert!(arrows.values().map(BTreeSet::len).sum::<usize>() > 1000, "{arrows:?}");
+    for circle in circles(&arrows) {
+        let names: Vec<_> = circle.iter().map(|file| file.join("/")).collect();
+        assert!(names.len() <= MAX_CIRCLE, "{} files: {names:?}", names.len());
     }
-    assert_eq!(circle("#[cfg(test)] mod tests { use super::super::b::f; }"), [0; 0]);
+}
+
+#[test]
+fn circles_are_found_through_what_is_passed_on() {
+    let source = |module: &str, text: &str| {
+        (module.split('/').map(str::to_owned).collect(), text.to_owned())
+    };
+    let sources = BTreeMap::from([
+        source("a", "mod b;\npub use b::{B, C as D};"),
+        source("a/b", "use crate::{e::{self, E}, f};"),
+        source("e", "use super::a::B;\nuse std::fmt;"),
+        source("f", "pub(crate) use crate::e::F;"),
+    ]);
+    let arrows = arrows(&sources);
+    let names =
+        |files: &BTreeSet<Module>| files.iter().map(|file| file.join("/")).collect::<Vec<_>>();
+    assert_eq!(names(&arrows[&vec!["a".to_owned(), "b".to_owned()]]), ["e", "f"]);
+    let found: Vec<_> = circles(&arrows).iter().map(names).collect();
+    assert_eq!(found, [["a/b", "e"]]);
 }

@@ -2,7 +2,7 @@
 use crate::common::{gpu, own_gpu};
 use gobo::{
     Error,
-    internals::gpu::{Backend, Gpu, NATIVE_FEATURES, Selection, Tier},
+    internals::gpu::{Backend, Gpu, Selection, Tier},
     wgpu,
 };
 
@@ -11,14 +11,19 @@ fn core_asks_for_nothing() {
     let gpu = Gpu::new(&Selection { tier: Some(Tier::Core), ..Default::default() }).unwrap();
     assert_eq!(gpu.tier, Tier::Core);
     assert_eq!(gpu.tier_reason, "core: as asked for");
-    assert!(!gpu.device.features().intersects(NATIVE_FEATURES));
+    assert!(!gpu.device.features().intersects(Tier::Native.features()));
     assert_eq!(gpu.device.limits().max_compute_invocations_per_workgroup, 256);
 }
 
 #[test]
-fn native_has_every_feature_of_its_kernels() {
-    let gpu = gpu(Tier::Native);
-    assert_eq!(gpu.has(NATIVE_FEATURES), gpu.tier == Tier::Native, "{}", gpu.tier_reason);
+fn tiers_have_the_features_of_their_kernels_and_no_other_tiers() {
+    for &tier in Tier::ALL {
+        let gpu = gpu(tier);
+        let of_tiers = Tier::Native.features() & gpu.device.features();
+        assert_eq!(of_tiers, tier.features(), "{}", gpu.tier_reason);
+    }
+    assert_eq!(gpu(Tier::Subgroups).tier_reason, "subgroups: as asked for");
+    assert_eq!(gpu(Tier::Native).tier_reason, "native: TEXTURE_ATOMIC, SUBGROUP");
 }
 
 #[test]

@@ -7,11 +7,11 @@ use gobo::{
     Bounds, Camera, Casters, Error, Gpu, Light, Material, Particle, Prepared, ShadowSettings,
     Shadows, Texture, Transfer, Triangle, View,
     glam::{Mat4, UVec2, Vec3, Vec4},
-    internals::gpu::{NATIVE_FEATURES, Selection},
+    internals::gpu::{Selection, Tier},
     light_views, wgpu,
 };
 
-fn open(tier: gobo::internals::gpu::Tier) -> (Gpu, Shadows) {
+fn open(tier: Tier) -> (Gpu, Shadows) {
     let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() });
     let gpu = gpu.unwrap_or_else(|error| panic!("{error}"));
     let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter).unwrap();
@@ -148,7 +148,7 @@ fn a_device_of_usual_limits_is_enough() {
     let adapters = gobo::internals::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
     let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-        required_features: NATIVE_FEATURES,
+        required_features: Tier::Native.features(),
         ..Default::default()
     }))
     .unwrap();

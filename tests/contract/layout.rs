@@ -2,7 +2,7 @@
 use crate::common::parse;
 use gobo::{
     internals::{
-        gpu::{Access, Binding, BindingKind, Library, Linked, NATIVE_STORAGE_TEXTURES, Tier},
+        gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
         records::{
             AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
             EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
@@ -216,11 +216,11 @@ fn a_resource_has_one_number_and_one_place() {
     assert_eq!(taken.len(), numbers.len(), "two resources have one number: {numbers:?}");
 }
 
-/// WebGPU's limits per shader stage, which the core tier must respect.
+/// WebGPU's limits per shader stage, but for the native tier's storage textures.
 #[test]
 fn bindings_are_few_enough() {
     for (desc, tier) in variants() {
-        let textures = if tier == Tier::Core { 4 } else { NATIVE_STORAGE_TEXTURES as usize };
+        let textures = tier.storage_textures() as usize;
         let bindings = desc.link(tier).unwrap().bindings().unwrap();
         let count = |of: fn(BindingKind) -> bool| {
             bindings.iter().filter(|binding| of(binding.kind)).count()

@@ -6,16 +6,17 @@ use gobo::{
         records::{
             AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
             BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CAPSULE_MARK, CASTER_TEXELS,
-            COLORED_BIT, CURVE_SEGMENT, DEPTH_TAG_BITS, FARTHEST_PLACE, FILTER_BOX, FILTER_DISC,
-            FILTER_SPLINE, FIXED_ONE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM,
+            COLORED_BIT, CURVE_SEGMENT, DEPTH_TAG_BITS, FILTER_BOX, FILTER_DISC, FILTER_SPLINE,
+            FIXED_ONE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM,
             FORMAT_RGBA16FLOAT, GAUSSIAN_MARK, GAUSSIAN_TEXELS, INVISIBLE, JOINED_BIT,
             LATTICE_EDGE, LATTICE_POINTS, LEVELED_TEXELS, LIGHT_DIRECTIONAL, LIGHT_POINT,
-            LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS, MAX_IMAGE_TAPS, MAX_MATERIALS, MAX_TAU, MAX_VIEWS,
-            MEDIUM_BIT, MIN_RADIUS, NEUTRAL_BIT, NO_OWNER, NO_TEXTURE, NORMALS_NONE, NORMALS_UNORM,
-            OPACITY_SCALE, ORDERED_SEGMENT, OUTLINE_ROUNDING, OUTLINE_TEXEL, PART_FACE, PART_WHOLE,
-            PART_WINDOW, RADIUS_STEPS, REACH_TEXELS, ROW, SATURATED, SETUP_TEXELS, SHAFTS_BIT,
-            SKIRT, SLOT_SIZE, SLOTS, SPLINE_REACH, STEPS_AT_ONCE, TRIANGLE_BIT, TRIANGLE_TEXELS,
-            TileRect, UNIT, UNIT_ROUNDING, VIEW_TEXELS,
+            LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS, MAX_COORDINATE, MAX_IMAGE_TAPS, MAX_MATERIALS,
+            MAX_TAU, MAX_VIEWS, MEDIUM_BIT, MIN_RADIUS, NEUTRAL_BIT, NO_OWNER, NO_TEXTURE,
+            NORMALS_NONE, NORMALS_UNORM, OPACITY_SCALE, ORDERED_SEGMENT, OUTLINE_ROUNDING,
+            OUTLINE_TEXEL, RADIUS_STEPS, REACH_TEXELS, ROLE_FACE, ROLE_WHOLE, ROLE_WINDOW, ROW,
+            SATURATED, SETUP_TEXELS, SHAFTS_BIT, SKIRT, SLOT_SIZE, SLOTS, SPLINE_REACH,
+            STEPS_AT_ONCE, TRIANGLE_BIT, TRIANGLE_TEXELS, TileRect, UNIT, UNIT_ROUNDING,
+            VIEW_TEXELS,
         },
         reference::{
             FAINT, accumulate, air, bloom, brick, brick_light, capsule,
@@ -46,6 +47,9 @@ use gobo::{
         emitter::{EmitterShape, STEP, STEPS_PER_SECOND, TRIES},
     },
 };
+mod kernels_alone;
+
+use kernels_alone::KERNELS_ALONE;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Value in Rust, by name in WGSL.
@@ -132,9 +136,9 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("PART_COUNT_DISPATCH", Dispatch::PartCount as u32),
         ("PARTED_DISPATCH", Dispatch::Parted as u32),
         ("PART_DISPATCH", Dispatch::Part as u32),
-        ("PART_FACE", PART_FACE),
-        ("PART_WHOLE", PART_WHOLE),
-        ("PART_WINDOW", PART_WINDOW),
+        ("ROLE_FACE", ROLE_FACE),
+        ("ROLE_WHOLE", ROLE_WHOLE),
+        ("ROLE_WINDOW", ROLE_WINDOW),
         ("PATTERN_BAYER16", Pattern::Bayer16 as u32),
         ("PATTERN_BAYER2", Pattern::Bayer2 as u32),
         ("PATTERN_BAYER4", Pattern::Bayer4 as u32),
@@ -232,7 +236,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("EDGE_ON", receive::EDGE_ON),
         ("FAINT", FAINT),
         ("FARTHEST", FARTHEST),
-        ("FARTHEST_PLACE", FARTHEST_PLACE),
+        ("MAX_COORDINATE", MAX_COORDINATE),
         ("FIXED_ONE", FIXED_ONE),
         ("GOLDEN_COSINE", taps::GOLDEN.x),
         ("GOLDEN_SINE", taps::GOLDEN.y),
@@ -296,111 +300,6 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
     whole.chain(real.into_iter().map(|(name, value)| (name, f64::from(value)))).collect()
 }
 
-/// Constants without a mirror in Rust.
-const KERNELS_OWN: &[&str] = &[
-    "ALL_LANES",
-    "INDEX_MASK",
-    "OWN_ASIDES",
-    "OWN_BIT",
-    "WHOLE_BIT",
-    "FULL",
-    "BRIGHTEST",
-    "OVERLAP",
-    "PIXELS_OF_TILE",
-    "SMALL",
-    "BANDS",
-    "CELLS",
-    "CHANGES",
-    "CHANGE_WORDS",
-    "CULL_LANES",
-    "DITHERED_BIT",
-    "EDGE_ON_PLANE",
-    "EDGE_SLACK",
-    "EMPTY_RUN",
-    "LANES",
-    "LAST_DEPTH",
-    "MIN_TAU",
-    "LIST_LENGTH",
-    "MANY",
-    "MAX_DENSITY",
-    "MAX_WORKGROUPS",
-    "METAL_STEPS",
-    "NO_CASTER",
-    "MISS",
-    "NEVER",
-    "NONE_WAITS",
-    "NOWHERE",
-    "NO_PANE",
-    "NO_SURFACE",
-    "NOT_UNIT",
-    "OFFSET_SHIFT",
-    "ONE_BITS",
-    "OVERFLOW_LANES",
-    "OVERFLOW_SLICES",
-    "PARTIAL_TEXELS",
-    "IS_LAST",
-    "REFRACTS",
-    "PER_FOUR_PI",
-    "PER_PI",
-    "PER_TWO_PI",
-    "POINT_BRICK",
-    "POINT_STRAND",
-    "POINT_NONE",
-    "POINT_PARTICLE",
-    "POINT_PANE",
-    "POINT_SOLID",
-    "POLISH_STEPS",
-    "QUEUE",
-    "ROOT_LOG",
-    "SEEKS_APART",
-    "UNSEEN_LOG",
-    "RADIUS_SLACK",
-    "ROUNDS",
-    "ROUND_BIT",
-    "ROWS",
-    "ROW_COUNT",
-    "HIT_WORDS",
-    "RING_SLOTS",
-    "NODE_LANES",
-    "SHARES",
-    "SHARE_LANES",
-    "node_count",
-    "RUN",
-    "SCATTERED",
-    "SEEKS",
-    "SPAN_SLACK",
-    "SQRT_2",
-    "STEP",
-    "STRETCH",
-    "TURN",
-    "LAST_CELL",
-    "NO_PASSAGE",
-    "NO_WAY",
-    "PANES",
-    "WARP_COUNT",
-    "WARP_SIZE",
-    "WORDS",
-    "WORKGROUP_SIZE",
-    "AROUND",
-    "EVIDENCE",
-    "FADE",
-    "MIN",
-    "MIN_OPEN",
-    "MIN_LIT",
-    "LIT",
-    "DIM",
-    "EARLY",
-    "LEAST_SQUARE",
-    "LONGEST",
-    "BLOCK_REACH",
-    "NOTHING",
-    "SHARP",
-    "WIDER",
-    "WIDEST",
-    "MIDDLE_HEIGHT",
-    "AROUND_COUNT",
-];
-
 /// Value of `const NAME: u32 = 0xffu;` or `f32`, rounded as in kernels.
 fn value(declaration: &str) -> Option<f64> {
     let (_, value) = declaration.split_once('=')?;
@@ -430,12 +329,12 @@ fn numbers_of_both_sides_are_the_same() {
             assert_eq!(value(item.text), Some(mirror), "{place}");
         } else {
             // Slots of what look-ups lay aside.
-            let is_own = KERNELS_OWN.contains(&item.name) || item.name.starts_with("ASIDE_");
+            let is_own = KERNELS_ALONE.contains(&item.name) || item.name.starts_with("ASIDE_");
             assert!(is_own, "{place}: what is it in Rust?");
         }
         seen.insert(item.name);
     }
-    let known = mirrors.keys().copied().chain(KERNELS_OWN.iter().copied());
+    let known = mirrors.keys().copied().chain(KERNELS_ALONE.iter().copied());
     let stale: Vec<_> = known.filter(|name| !seen.contains(name)).collect();
     assert_eq!(stale, [""; 0], "in no file");
 }

@@ -4,8 +4,8 @@ use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     internals::{
         gpu::{
-            Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library,
-            NATIVE_STORAGE_TEXTURES, Resources, Tier, words,
+            Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library, Resources,
+            Tier, words,
         },
         stage::{
             KERNELS, bin, curve,
@@ -22,7 +22,12 @@ use std::collections::HashSet;
 
 /// `pack2x16float` and its kind are core WebGPU; naga counts them as a capability.
 const CORE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
-const NATIVE: Capabilities = CORE.union(Capabilities::SUBGROUP).union(Capabilities::TEXTURE_ATOMIC);
+
+fn capabilities(tier: Tier) -> Capabilities {
+    let of = |has, capability| if has { capability } else { Capabilities::empty() };
+    CORE | of(tier.has_subgroups(), Capabilities::SUBGROUP)
+        | of(tier.has_texture_atomics(), Capabilities::TEXTURE_ATOMIC)
+}
 
 fn is_valid(module: &naga::Module, capabilities: Capabilities) -> Result<(), String> {
     Validator::new(ValidationFlags::all(), capabilities)
@@ -37,11 +42,8 @@ fn is_valid(module: &naga::Module, capabilities: Capabilities) -> Result<(), Str
 fn kernels_are_valid_on_their_tier() {
     for (desc, tier) in variants() {
         let module = parse(desc, tier);
-        let capabilities = match tier {
-            Tier::Core => CORE,
-            _ => NATIVE,
-        };
-        is_valid(&module, capabilities).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
+        is_valid(&module, capabilities(tier))
+            .unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         let entry_points: Vec<_> = module.entry_points.iter().map(|e| e.name.as_str()).collect();
         assert_eq!(entry_points, [desc.entry]);
         // Lengths of arrays have no name.
@@ -66,19 +68,18 @@ fn kernels_of_software_adapters_are_valid() {
         bindings.iter().filter(is_stored).count()
     };
     let mut more = HashSet::new();
-    for (desc, tier) in
-        KERNELS.iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)))
-    {
+    let all = KERNELS.iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)));
+    for (desc, tier) in all.filter(|(desc, tier)| *tier >= desc.tiers[0]) {
         let of_software = [&COLUMNS[..], &[LOADED, WRITTEN_OUT]].concat();
         let [own, loaded] =
             [&[][..], &of_software].map(|choices| desc.specialised(tier, choices, &[]).unwrap());
         assert!(!loaded.wgsl.contains("< unrolled("), "{}: a loop is not written out", desc.name);
         let module = loaded.module.as_ref().unwrap();
-        is_valid(module, NATIVE).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
+        is_valid(module, capabilities(tier))
+            .unwrap_or_else(|error| panic!("{}: {error}", desc.name));
         assert_eq!(own.bindings.len(), loaded.bindings.len());
         if stored(&loaded.bindings) > stored(&own.bindings) {
-            // WebGPU guarantees four.
-            let most = if tier == Tier::Core { 4 } else { NATIVE_STORAGE_TEXTURES as usize };
+            let most = tier.storage_textures() as usize;
             assert!(stored(&loaded.bindings) <= most, "{} {tier:?}", desc.name);
             more.insert(desc.name);
         }
@@ -86,17 +87,33 @@ fn kernels_of_software_adapters_are_valid() {
     assert!(more.contains("shade_seen") && more.contains("light_points"), "{more:?}");
 }
 
-/// The check can fail: some native kernel is refused as a core one.
+/// The check can fail: some kernel of each tier is refused on the one below.
 #[test]
-fn native_kernels_are_not_core() {
-    let native = variants().filter(|(_, tier)| *tier == Tier::Native);
-    let mut valid = native.map(|(desc, tier)| is_valid(&parse(desc, tier), CORE));
-    assert!(valid.any(|valid| valid.is_err()));
+fn kernels_of_a_tier_are_not_of_the_one_below() {
+    for two in Tier::ALL.windows(2) {
+        let of_tier = variants().filter(|(_, tier)| *tier == two[1]);
+        let mut valid =
+            of_tier.map(|(desc, tier)| is_valid(&parse(desc, tier), capabilities(two[0])));
+        assert!(valid.any(|valid| valid.is_err()), "{}", two[1]);
+    }
+}
+
+/// A kernel has a variant for each tier on which it differs from the one below, and no other.
+#[test]
+fn variants_differ_from_those_below() {
+    let wgsl = |desc: &KernelDesc, tier: Tier| desc.link(tier).unwrap().wgsl;
+    for desc in KERNELS {
+        let from = Tier::ALL.windows(2).filter(|two| two[1] > desc.tiers[0]);
+        let differing =
+            from.filter(|two| wgsl(desc, two[0]) != wgsl(desc, two[1])).map(|two| two[1]);
+        let expected: Vec<_> = desc.tiers[..1].iter().copied().chain(differing).collect();
+        assert_eq!(desc.tiers, expected, "{}", desc.name);
+    }
 }
 
 /// Constants of an enum are listed together, whether or not a kernel uses each of them.
 const ENUMS: &[&str] =
-    &["AREA_", "EMITTER_", "FORMAT_", "LIGHT_", "PART_", "PATTERN_", "PROFILE_", "RECEIVES_"];
+    &["AREA_", "EMITTER_", "FORMAT_", "LIGHT_", "PATTERN_", "PROFILE_", "RECEIVES_", "ROLE_"];
 
 #[test]
 fn every_declaration_is_some_kernels() {
@@ -247,11 +264,11 @@ fn loops_of_area_look_ups_end_with_their_test() {
 #[test]
 fn errors_name_their_file() {
     let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();
-    let wgsl = linked.wgsl.replace("places[digit];", "spaces[digit];");
+    let wgsl = linked.wgsl.replace("offsets[digit];", "onsets[digit];");
     let error = naga::front::wgsl::parse_str(&wgsl).unwrap_err().emit_to_string(&wgsl);
     let (_, source) =
         wgsl_files().into_iter().find(|(path, _)| path == SERIAL_SCATTER.root).unwrap();
-    let line = 1 + source.lines().position(|l| l.contains("places[digit];")).unwrap();
+    let line = 1 + source.lines().position(|l| l.contains("offsets[digit];")).unwrap();
     let place = format!("wgsl/{}:{line}:", SERIAL_SCATTER.root);
     assert!(
         linked.located(&error, SERIAL_SCATTER.name).contains(&place),

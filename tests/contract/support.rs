@@ -10,7 +10,7 @@ use gobo::{
     glam::{Vec3, Vec4},
     host::{Input, Missing, Need, Requirement},
     internals::{
-        gpu::{Kernel, KernelError, NATIVE_FEATURES, Resources, Selection},
+        gpu::{Kernel, KernelError, Resources, Selection},
         shadows::Config,
         stage::bin,
     },
@@ -44,7 +44,7 @@ fn limits_of(missing: &[Missing]) -> Vec<&'static str> {
 #[test]
 fn a_device_opened_as_the_settings_say_runs() {
     let settings = ShadowSettings { receiver: Receiver::Curve, ..ShadowSettings::default() };
-    for tier in TIERS {
+    for &tier in Tier::ALL {
         let (device, queue, info) = open(settings.features(tier), settings.limits(tier, 4096));
         let support = Support::of(&device, &info, &settings);
         assert_eq!(support.tier, Some(tier));
@@ -71,23 +71,32 @@ fn native_without_its_features_is_refused_with_their_names() {
             Requirement::Feature(feature) => Some(feature),
             _ => None,
         });
-        assert_eq!(features.fold(Features::empty(), Features::union), NATIVE_FEATURES);
-        assert!(missing.iter().all(|missing| missing.needed_for == Need::Native));
+        assert_eq!(features.fold(Features::empty(), Features::union), Tier::Native.features());
+        for Missing { requirement, needed_for, .. } in &missing {
+            let is_subgroup = *requirement == Requirement::Feature(Features::SUBGROUP);
+            let need = if is_subgroup { Need::Subgroups } else { Need::Native };
+            assert_eq!(*needed_for, need, "{requirement:?}");
+        }
         assert_eq!(limits_of(&missing), ["max_storage_textures_per_shader_stage"]);
         assert!(text.contains("SUBGROUP") && text.contains("is 4 and must be 9"), "{text}");
     }
+    let of_subgroups = support.check(Tier::Subgroups).unwrap_err().to_string();
+    assert!(
+        of_subgroups.contains("SUBGROUP") && !of_subgroups.contains("ATOMIC"),
+        "{of_subgroups}"
+    );
     assert!(Shadows::on_tier(&device, &queue, &info, Tier::Core).is_ok());
 }
 
 /// With too few storage textures, the features alone do not make it native.
 #[test]
 fn limits_choose_the_tier_too() {
-    let (device, queue, info) = open(NATIVE_FEATURES, Limits::default());
+    let (device, queue, info) = open(Tier::Native.features(), Limits::default());
     let support = Support::of(&device, &info, &ShadowSettings::default());
-    assert_eq!(support.tier, Some(Tier::Core));
+    assert_eq!(support.tier, Some(Tier::Subgroups));
     assert!(Shadows::on_tier(&device, &queue, &info, Tier::Native).is_err());
     let mut shadows = Shadows::new(&device, &queue, &info).unwrap();
-    shadows.configure(|config| assert_eq!(config.tier, Tier::Core));
+    shadows.configure(|config| assert_eq!(config.tier, Tier::Subgroups));
 }
 
 #[test]

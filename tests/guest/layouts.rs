@@ -36,11 +36,11 @@ fn submit(gpu: &Gpu, prepared: &Prepared, converted: &ConvertedMaps) {
 fn texels<'a>(prepared: &Prepared, views: &'a [View]) -> Vec<(usize, &'a View, usize, [u32; 2])> {
     let size = prepared.maps().filters.size();
     let mut all = Vec::new();
-    for (index, (view, place)) in views.iter().zip(&prepared.maps().places).enumerate() {
+    for (index, (view, slot)) in views.iter().zip(&prepared.maps().slots).enumerate() {
         for i in 0..view.size.element_product() {
             let (x, y) = (i % view.size.x, i / view.size.x);
-            let row = place.layer * size.height + place.origin.y + y;
-            all.push(((row * size.width + place.origin.x + x) as usize, view, index, [x, y]));
+            let row = slot.layer * size.height + slot.origin.y + y;
+            all.push(((row * size.width + slot.origin.x + x) as usize, view, index, [x, y]));
         }
     }
     all

@@ -1,6 +1,6 @@
 //! Cached maps: which are rendered again, and that they are the same.
 use crate::common::{
-    gpu, map_frame, render,
+    ByTier, gpu, map_frame, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
@@ -16,7 +16,8 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// A renderer that keeps its maps, with an empty cache.
 fn renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
-    static RENDERERS: [OnceLock<Mutex<Renderer>>; 2] = [OnceLock::new(), OnceLock::new()];
+    static RENDERERS: ByTier<OnceLock<Mutex<Renderer>>> =
+        [const { OnceLock::new() }; Tier::ALL.len()];
     let renderer =
         RENDERERS[tier as usize].get_or_init(|| Mutex::new(crate::common::renderer(tier)));
     let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);

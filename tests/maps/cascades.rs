@@ -13,7 +13,7 @@ use gobo::{
         records::ViewMaps,
         view::{shadow_views, splits},
     },
-    model::{Cascades, Material, Part, Profile, Transfer, View},
+    model::{Cascades, Material, Profile, Transfer, View, ViewRole},
 };
 
 #[test]
@@ -147,7 +147,7 @@ fn cascades_grow_up_to_the_scene() {
     assert!(scales.windows(2).all(|pair| pair[0] > 1.5 * pair[1]), "{scales:?}");
     for (index, view) in views.iter().enumerate() {
         assert!(
-            matches!(view.part, Part::Window { index: i, count: 4, .. } if i as usize == index)
+            matches!(view.role, ViewRole::Window { index: i, count: 4, .. } if i as usize == index)
         );
     }
     let names: Vec<_> = views.iter().map(|view| view.name).collect();

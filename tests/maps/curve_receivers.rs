@@ -1,5 +1,5 @@
 //! Curves: light at receivers between the hits.
-use super::curve::{LIGHT_ROUNDING, curved};
+use super::{curve::curved, curve_bounds::LIGHT_ROUNDING};
 use crate::{
     common::{
         map_frame, render,

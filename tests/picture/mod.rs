@@ -3,6 +3,7 @@ mod air;
 mod asides;
 mod bloom;
 mod bricks;
+mod catcher;
 mod emitters;
 mod environment;
 mod golden;

@@ -293,7 +293,7 @@ fn smaller_levels_are_means_of_one_view() {
         let mut colored = 0;
         for level in 1..=4 {
             let (size, smaller) = read_level(&gpu, maps, level);
-            for (view, place) in views.iter().zip(&maps.places) {
+            for (view, place) in views.iter().zip(&maps.slots) {
                 let edge = 1 << level;
                 let own = (view.size + edge - 1) / edge;
                 for at in (0..own.x * own.y).map(|i| UVec2::new(i % own.x, i / own.x)) {

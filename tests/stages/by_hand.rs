@@ -3,7 +3,7 @@ use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
     internals::{
         gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
-        records::{Footprint, GpuView, MAX_VIEWS, PART_WHOLE, ROW},
+        records::{Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
         stage::{
             features::{Features, Flags},
             profile::Profile,
@@ -41,9 +41,9 @@ pub(super) fn views() -> [GpuView; 2] {
         origin,
         layer,
         light: 0,
-        part: PART_WHOLE,
-        part_index: 0,
-        part_count: 1,
+        role: ROLE_WHOLE,
+        role_index: 0,
+        role_count: 1,
         fade: 0.0,
     };
     let (first, second) = (UVec2::new(3, 2), UVec2::new(2, 1));
@@ -170,11 +170,9 @@ impl Sums {
             words
         };
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        match tier {
-            Tier::Core => {
-                Self::Buffers([0, 1, 2, 3].map(|i| gpu.upload(SUMS[i], &words(i), usage)))
-            }
-            _ => Self::Textures([0, 1, 2, 3].map(|i| {
+        match tier.has_texture_atomics() {
+            false => Self::Buffers([0, 1, 2, 3].map(|i| gpu.upload(SUMS[i], &words(i), usage))),
+            true => Self::Textures([0, 1, 2, 3].map(|i| {
                 let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
                     label: Some(SUMS[i]),
                     size: wgpu::Extent3d { width: ROW, height: 1, depth_or_array_layers: 1 },

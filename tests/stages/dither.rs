@@ -4,7 +4,7 @@ use gobo::{
     glam::{UVec2, Vec2},
     internals::{
         records::{BLUE_SIZE, blue_ranks},
-        reference::dither::{self, Place, threshold},
+        reference::dither::{self, PatternPoint, threshold},
     },
     model::Pattern,
 };
@@ -13,18 +13,18 @@ use gobo::{
 const EDGE: u32 = 64;
 
 /// Cells of an area for a caster whose own space moves by `step` per texel.
-fn places(first: UVec2, edge: u32, step: Vec2) -> impl Iterator<Item = Place> {
+fn points(first: UVec2, edge: u32, step: Vec2) -> impl Iterator<Item = PatternPoint> {
     (0..edge * edge).map(move |i| {
         let cell = first + UVec2::new(i % edge, i / edge);
-        Place { cell, own: cell.as_vec2() * step, step }
+        PatternPoint { cell, on_caster: cell.as_vec2() * step, step }
     })
 }
 
 /// Share of an area that a caster of opacity `a` blocks.
 fn covered(pattern: Pattern, a: f32, id: u32, edge: u32) -> f32 {
     let step = Vec2::new(0.031, 0.017);
-    let blocks = |place: &Place| a > threshold(pattern, 1, place, id);
-    let count = places(UVec2::splat(EDGE * 1000), edge, step).filter(blocks).count();
+    let blocks = |point: &PatternPoint| a > threshold(pattern, 1, point, id);
+    let count = points(UVec2::splat(EDGE * 1000), edge, step).filter(blocks).count();
     count as f32 / (edge * edge) as f32
 }
 
@@ -85,8 +85,8 @@ fn a_fading_caster_vanishes_without_a_step() {
 /// Share of light that two layers let through.
 fn through(pattern: Pattern, a: [f32; 2], ids: [u32; 2], edge: u32) -> f32 {
     let step = Vec2::new(0.031, 0.017);
-    let open = |place: &Place| (0..2).all(|i| a[i] <= threshold(pattern, 1, place, ids[i]));
-    let count = places(UVec2::splat(1 << 20), edge, step).filter(open).count();
+    let open = |point: &PatternPoint| (0..2).all(|i| a[i] <= threshold(pattern, 1, point, ids[i]));
+    let count = points(UVec2::splat(1 << 20), edge, step).filter(open).count();
     count as f32 / (edge * edge) as f32
 }
 

@@ -9,7 +9,7 @@ use gobo::{
         records::{Caster, GaussianAxes, GpuMaterial, GpuView},
         reference::{gaussian::project_gaussian, project::ProjectParams},
     },
-    model::{Gaussian, Material, Part, Projection, Shape, TILE_SIZE, View},
+    model::{Gaussian, Material, Projection, Shape, TILE_SIZE, View, ViewRole},
 };
 
 const SIZE: u32 = 1024;
@@ -23,7 +23,7 @@ const COUNT: u32 = 50_000;
 fn view(projection: Projection) -> GpuView {
     let (near, far) = (0.1, 20.0);
     let view = View {
-        part: Part::Whole,
+        role: ViewRole::Whole,
         light: Some(0),
         name: "0",
         projection,

@@ -45,7 +45,7 @@ fn settled(front: f32) -> bool {
     return all(last <= vec3(front));
 }
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {}
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
@@ -56,30 +56,30 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         if any(nearest[i] < vec3(1.0)) {
-            raise_channels(sum_index(segment.tile, place + vec2(0u, i)), nearnesses(nearest[i]));
+            raise_channels(sum_index(segment.tile, in_tile + vec2(0u, i)), nearnesses(nearest[i]));
         }
     }
 }
 
-fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2<u32>) {
-    let middle = vec2<f32>(tile_place * TILE_SIZE + in_tile) + 0.5;
+fn add(view: GpuView, footprint: Footprint, tile_xy: vec2<u32>, in_tile: vec2<u32>) {
+    let middle = vec2<f32>(tile_xy * TILE_SIZE + in_tile) + 0.5;
     let hit = caster_hit(view, footprint, middle, 1.0);
     let blocked = blocked_channels(view, footprint, middle, hit);
     if any(blocked) {
-        let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
+        let tile = view.first_tile + tile_xy.y * view.tiles_x + tile_xy.x;
         let value = depth_to_nearness(stored_depth(hit));
         raise_channels(sum_index(tile, in_tile), select(vec3(0u), vec3(value), blocked));
         scattered_tiles[tile] = 1u;
     }
 }
 
-fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        let sum = sum_index(tile_id, place + vec2(0u, i));
-        let at = tile.place * TILE_SIZE + place + vec2(0u, i);
+        let sum = sum_index(tile_id, in_tile + vec2(0u, i));
+        let at = tile.position * TILE_SIZE + in_tile + vec2(0u, i);
         let sums = load_sums(sum);
         let added =
             vec3(nearness_to_depth(sums.r), nearness_to_depth(sums.g), nearness_to_depth(sums.b));

@@ -14,7 +14,7 @@ import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, nearest_texel};
 import choice::sums::{clear_sums, load_nearness, raise_nearness};
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {}
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < ROWS; i += 1u) {
@@ -24,28 +24,28 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < ROWS; i += 1u) {
         if nearest_texel(i) < 1.0 {
-            raise_nearness(sum_index(segment.tile, place + vec2(0u, i)), depth_to_nearness(nearest_texel(i)));
+            raise_nearness(sum_index(segment.tile, in_tile + vec2(0u, i)), depth_to_nearness(nearest_texel(i)));
         }
     }
 }
 
-fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2<u32>) {
-    let middle = vec2<f32>(tile_place * TILE_SIZE + in_tile) + 0.5;
+fn add(view: GpuView, footprint: Footprint, tile_xy: vec2<u32>, in_tile: vec2<u32>) {
+    let middle = vec2<f32>(tile_xy * TILE_SIZE + in_tile) + 0.5;
     let hit = caster_hit(view, footprint, middle, 1.0);
     if blocks(view, footprint, middle, hit) {
-        let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
+        let tile = view.first_tile + tile_xy.y * view.tiles_x + tile_xy.x;
         raise_nearness(sum_index(tile, in_tile), depth_to_nearness(stored_depth(hit)));
         scattered_tiles[tile] = 1u;
     }
 }
 
-fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < ROWS; i += 1u) {
-        let sum = sum_index(tile_id, place + vec2(0u, i));
-        let at = tile.place * TILE_SIZE + place + vec2(0u, i);
+        let sum = sum_index(tile_id, in_tile + vec2(0u, i));
+        let at = tile.position * TILE_SIZE + in_tile + vec2(0u, i);
         let depth = min(nearness_to_depth(load_nearness(sum)), small_depth(view, at));
         textureStore(opaques, view.origin + at, view.layer, vec4(depth));
         clear_sums(sum);

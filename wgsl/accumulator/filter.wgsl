@@ -28,9 +28,9 @@ var<private> passed: array<vec3<f32>, ROW_COUNT>; // transmittance so far
 var<private> lost: array<vec3<f32>, ROW_COUNT>;   // absorbed by faint casters, not yet multiplied into `passed`
 var<private> passed_in_order: Lights; // order-dependent blending: scale, and added light
 var<private> added_in_order: Lights;
-var<private> own_from: Rows;          // light depths between which hits belong to this part of the walk
-var<private> own_before: Rows;
-var<private> own_faces: bool;
+var<private> body_from: Rows;          // light depths between which hits belong to this part of the walk
+var<private> body_before: Rows;
+var<private> body_faces: bool;
 var<private> crossed: array<vec4<i32>, ROW_COUNT>; // volumes: optical depth, and faces left minus entered
 var<private> nearest: Rows;
 var<private> owner: RowBits; // owner tag of the nearest
@@ -42,9 +42,9 @@ fn start(view: GpuView, texel: vec2<u32>) {
     owner = RowBits(NO_OWNER);
     passed_in_order = white();
     added_in_order = black();
-    own_from = Rows(-1.0);
-    own_before = Rows(2.0);
-    own_faces = true;
+    body_from = Rows(-1.0);
+    body_before = Rows(2.0);
+    body_faces = true;
     clear_order();
     start_keys(view, corner);
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
@@ -61,12 +61,12 @@ fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
     let opaque = row(opaque_depth, i);
     let hit = faced_hit(view, footprint, faced, texel, opaque);
-    if HAS_VOLUMES && own_faces {
+    if HAS_VOLUMES && body_faces {
         crossed[i] += crossing(view, footprint, texel, opaque);
     }
     var counts = hit.depth >= 0.0 && hit.depth < opaque;
     if HAS_OVER {
-        counts = counts && hit.depth >= row(own_from, i) && hit.depth < row(own_before, i);
+        counts = counts && hit.depth >= row(body_from, i) && hit.depth < row(body_before, i);
     }
     let seen = counts && presence_of(hit) >= VISIBLE_PRESENCE;
     let before = row(nearest, i);

@@ -79,12 +79,12 @@ fn lay_fog(depth: f32) {
 
 // Blends a layer, attenuated by the air in front of light depth `depth`. The background will be blended
 // with the whole air, so only the part of it that the layer covers is added here.
-fn lay(view: GpuView, depth: f32, own: vec3<f32>, pass_on: vec3<f32>) {
+fn lay(view: GpuView, depth: f32, light: vec3<f32>, pass_on: vec3<f32>) {
     if HAS_AIR {
         let before = air_at(view, corner + 0.5, depth);
-        color += passed * (own * before.left + before.light * (1.0 - pass_on));
+        color += passed * (light * before.left + before.light * (1.0 - pass_on));
     } else {
-        color += passed * own;
+        color += passed * light;
     }
     passed *= pass_on;
 }
@@ -121,8 +121,8 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     let again = pane.setup + (bitcast<u32>(hit.opacity) >> 31u);
     let at = triangle_weights(again, corner + 0.5).xyz;
     let emission = emission_at(materials[hit.material], again, corner + 0.5, at);
-    let own = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
-    lay(view, pane.depth, own, select(light * behind, vec3(1.0), adds));
+    let sent = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
+    lay(view, pane.depth, sent, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {
         passed *= select(cross_face(pane.setup, pane.depth), vec3(1.0), adds);
     }
@@ -156,15 +156,15 @@ fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
     let material = materials[hit.material];
     let adds = material.transfer == TRANSFER_NONE;
     let light = select(arriving, vec3(1.0), adds);
-    var own = seen_color(hit, material.transfer) * light + material.emission;
+    var sent = seen_color(hit, material.transfer) * light + material.emission;
     var covered = vec3(hit.opacity);
     if HAS_BRICKS {
         let is_brick = material.shape == SHAPE_BRICK;
-        own = select(own, hit.color, is_brick && !adds);
+        sent = select(sent, hit.color, is_brick && !adds);
         // By channel.
         covered = select(covered, hit.absorbed, is_brick);
     }
-    lay(view, hit.depth, covered * own, select(1.0 - covered, vec3(1.0), adds));
+    lay(view, hit.depth, covered * sent, select(1.0 - covered, vec3(1.0), adds));
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {

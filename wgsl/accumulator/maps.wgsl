@@ -19,7 +19,7 @@ import choice::sums::{clear_sums, load_nearness, load_sums, raise_nearness};
 
 var<private> alpha_of_none: f32;
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {
     alpha_of_none = plain_alpha(view.origin + texel, view.layer);
 }
 
@@ -37,30 +37,30 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     finish();
     // A copy: an array indexed by a loop is memory, and the walk's state should stay in registers.
-    var own: array<vec4<f32>, ROWS>;
+    var walked: array<vec4<f32>, ROWS>;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        own[i] = vec4(passed_texel(i), nearest_texel(i));
+        walked[i] = vec4(passed_texel(i), nearest_texel(i));
     }
     for (var i = 0u; i < ROWS; i += 1u) {
-        let sum = sum_index(segment.tile, place + vec2(0u, i));
-        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(own[i].rgb) * FIXED_ONE))));
-        if own[i].a < 1.0 {
-            raise_nearness(sum, depth_to_nearness(own[i].a));
+        let sum = sum_index(segment.tile, in_tile + vec2(0u, i));
+        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(walked[i].rgb) * FIXED_ONE))));
+        if walked[i].a < 1.0 {
+            raise_nearness(sum, depth_to_nearness(walked[i].a));
         }
     }
 }
 
-fn add(view: GpuView, footprint: Footprint, tile_place: vec2<u32>, in_tile: vec2<u32>) {
-    scatter(view, footprint, tile_place * TILE_SIZE + in_tile);
+fn add(view: GpuView, footprint: Footprint, tile_xy: vec2<u32>, in_tile: vec2<u32>) {
+    scatter(view, footprint, tile_xy * TILE_SIZE + in_tile);
 }
 
-fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < ROWS; i += 1u) {
-        let sum = sum_index(tile_id, place + vec2(0u, i));
-        let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);
+        let sum = sum_index(tile_id, in_tile + vec2(0u, i));
+        let at = view.origin + tile.position * TILE_SIZE + in_tile + vec2(0u, i);
         textureStore(filters, at, view.layer, vec4(blackened(light(load_sums(sum))), 1.0));
         textureStore(nearests, at, view.layer, vec4(nearness_to_depth(load_nearness(sum))));
         clear_sums(sum);

@@ -24,13 +24,13 @@ import package::traversal::lane::sum_index;
 import choice::rows::{row, row_bits};
 import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};
 
-fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     finish();
     let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
     let composed = index < partial_capacity(arrayLength(&partials)) && segment_count(tile) > 1u;
     for (var i = 0u; i < ROWS; i += 1u) {
         if composed {
-            let at = PARTIAL_TEXELS * sum_index(index, place + vec2(0u, i));
+            let at = PARTIAL_TEXELS * sum_index(index, in_tile + vec2(0u, i));
             partials[at] = pack_partial(Partial(passed[i], added_texel(i), row(nearest, i), vec3(0), 0, NO_OWNER));
             if HAS_VOLUMES || HAS_OWNERS {
                 let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
@@ -38,7 +38,7 @@ fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
                 partials[at + 1u] = vec4(tau, leaves | (row_bits(owner, i) << 16u));
             }
         } else {
-            let sum = sum_index(segment.tile, place + vec2(0u, i));
+            let sum = sum_index(segment.tile, in_tile + vec2(0u, i));
             let tau = vec3<i32>(round(to_tau(passed[i] + added_texel(i)) * FIXED_ONE));
             if HAS_VOLUMES {
                 add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
@@ -69,20 +69,20 @@ fn load_partial(texel: u32) -> Partial {
     );
 }
 
-fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     let capacity = partial_capacity(arrayLength(&partials));
     let first = tile.merged - 1u;
     let count = segment_count(tile);
     let composed = select(0u, min(count, max(capacity, first) - first), count > 1u);
     for (var i = 0u; i < ROWS; i += 1u) {
-        let sum = sum_index(tile_id, place + vec2(0u, i));
+        let sum = sum_index(tile_id, in_tile + vec2(0u, i));
         var passed = vec3(1.0);
         var tau = vec3(0);
         var leaves = 0;
         var owner = NO_OWNER;
         var nearest = nearness_to_depth(load_nearness(sum));
         for (var k = 0u; k < composed; k += 1u) {
-            let partial = load_partial(sum_index(first + k, place + vec2(0u, i)));
+            let partial = load_partial(sum_index(first + k, in_tile + vec2(0u, i)));
             passed = passed * partial.scale + partial.added;
             owner = select(owner, partial.owner, partial.nearest < nearest);
             nearest = min(nearest, partial.nearest);
@@ -97,7 +97,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
             tau = max(tau, vec3(0)); // a mesh that is not closed would brighten
         }
         passed *= light(bitcast<vec3<u32>>(tau));
-        let at = view.origin + tile.place * TILE_SIZE + place + vec2(0u, i);
+        let at = view.origin + tile.position * TILE_SIZE + in_tile + vec2(0u, i);
         var alpha = 1.0;
         if HAS_OWNERS {
             alpha = tagged_alpha(owner);

@@ -81,32 +81,32 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
     visit_plain(view, prepare(view, footprint), true);
 }
 
-// A caster as a lane's candidate for a visit.
-alias Candidate = Footprint;
+// The caster of a lane.
+alias LaneCaster = Footprint;
 
-fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
+fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
     return footprint;
 }
 
 // Whether it may touch texel centres in the box lo..hi.
-fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    return plain_touches(view, candidate, lo, hi);
+fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    return plain_touches(view, caster, lo, hi);
 }
 
-// What a lane offers of its candidate to the others, prepared for texels.
-struct Offer {
+// Payload that a lane broadcasts: its caster prepared for texels.
+struct Payload {
     plain: Plain,
     seeks: bool, // some lane's may be nearer than some lane's nearest depths
 }
 
 // `front`: depth in front of which it is not.
-fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
-    return Offer(prepare(view, candidate), subgroupAny(seeks(front)));
+fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
+    return Payload(prepare(view, caster), subgroupAny(seeks(front)));
 }
 
-// Visits the candidate of lane `lane`.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
-    visit_plain(view, broadcast(offer.plain, lane), offer.seeks);
+// Visits the caster of lane `lane`.
+fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) {
+    visit_plain(view, broadcast(payload.plain, lane), payload.seeks);
 }
 
 // Whether a caster at or behind `front` may be the nearest.

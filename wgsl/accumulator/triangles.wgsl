@@ -77,15 +77,15 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
     visit_triangle(load_triangle(setup_of(footprint)));
 }
 
-struct Candidate {
+struct LaneCaster {
     triangle: TriangleSetup,
     box: vec3<f32>, // centre and half edge
 }
 
-alias Offer = TriangleSetup;
+alias Payload = TriangleSetup;
 
-fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
-    return Candidate(load_triangle(setup_of(footprint)), footprint.place.xyz);
+fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
+    return LaneCaster(load_triangle(setup_of(footprint)), footprint.bounds.xyz);
 }
 
 const EDGE_SLACK: f32 = 0.001; // [texels], for rounding
@@ -98,22 +98,22 @@ fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
 }
 
 // Whether the triangle may touch texel centres in the box lo..hi.
-fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    let box = candidate.box;
+fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let box = caster.box;
     let outside = abs(box.xy - clamp(box.xy, lo, hi));
-    let edges = candidate.triangle.edges;
+    let edges = caster.triangle.edges;
     return max(outside.x, outside.y) <= box.z && edge_touches(edges[0], lo, hi)
         && edge_touches(edges[1], lo, hi) && edge_touches(edges[2], lo, hi);
 }
 
-// What a lane offers of it to the others. `front`: depth in front of which it is not.
-fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
-    return candidate.triangle;
+// Payload that the lane broadcasts; `front` bounds its depth from below.
+fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
+    return caster.triangle;
 }
 
-// Visits the candidate of lane `lane`.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) {
-    visit_triangle(broadcast_triangle(offer, lane));
+// Visits the caster of lane `lane`.
+fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) {
+    visit_triangle(broadcast_triangle(payload, lane));
 }
 
 fn broadcast_triangle(triangle: TriangleSetup, j: u32) -> TriangleSetup {

@@ -1,7 +1,7 @@
 // bin, tiles: first and last pair of each tile in the pairs sorted by tile; cuts long tiles into segments.
 // One invocation per tile. CPU reference: src/reference/bin.rs. Rust: src/stage/bin.rs.
 
-import package::bin::place_tile::place_tile;
+import package::bin::record_tile::record_tile;
 import package::bind::changed::{counters, dispatches};
 import package::bind::loaded::pairs;
 import package::bind::stored::tiles;
@@ -38,5 +38,5 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(tiles, record_texel(tile), vec4(0u, 0u, 1u, 0u));
         return;
     }
-    place_tile(tile, tile, pair_range(tile));
+    record_tile(tile, tile, pair_range(tile));
 }

@@ -25,10 +25,10 @@ fn rect_of(index: u32) -> vec2<u32> {
 
 fn add_tile(rect: vec2<u32>, outline: Outline, corner: vec2<u32>, width: u32, height: u32, k: u32) {
     let view = rect.y >> 16u;
-    let place = corner + vec2(k % width, k / width);
-    let is_outside = HAS_GAUSSIANS && is_outlined(rect) && !is_within(outline, rect, place);
-    if k < width * height && covers(rect, view, place) && !is_outside {
-        atomicAdd(&tile_pairs[views[view].first_tile + place.y * views[view].tiles_x + place.x], 1u);
+    let tile = corner + vec2(k % width, k / width);
+    let is_outside = HAS_GAUSSIANS && is_outlined(rect) && !is_within(outline, rect, tile);
+    if k < width * height && covers(rect, view, tile) && !is_outside {
+        atomicAdd(&tile_pairs[views[view].first_tile + tile.y * views[view].tiles_x + tile.x], 1u);
     }
 }
 
@@ -50,18 +50,18 @@ fn part_count(
     if first >= bin_params.footprint_count {
         return;
     }
-    let own = rect_of(first + lane);
-    let corner = vec2(own.x & 255u, (own.x >> 8u) & 255u);
-    let width = ((own.x >> 16u) & 255u) - corner.x + 1u;
-    let height = select(0u, (own.x >> 24u) - corner.y + 1u, rect_count(own) > 0u);
+    let lane_rect = rect_of(first + lane);
+    let corner = vec2(lane_rect.x & 255u, (lane_rect.x >> 8u) & 255u);
+    let width = ((lane_rect.x >> 16u) & 255u) - corner.x + 1u;
+    let height = select(0u, (lane_rect.x >> 24u) - corner.y + 1u, rect_count(lane_rect) > 0u);
     var outline: Outline;
-    if HAS_GAUSSIANS && is_outlined(own) {
+    if HAS_GAUSSIANS && is_outlined(lane_rect) {
         outline = load_outline(footprint_of(first + lane));
     }
     // Two at a time: a map has more tiles than llvmpipe lets one invocation walk.
     for (var k = 0u; k < width * height; k += 2u) {
-        add_tile(own, outline, corner, width, height, k);
-        add_tile(own, outline, corner, width, height, k + 1u);
+        add_tile(lane_rect, outline, corner, width, height, k);
+        add_tile(lane_rect, outline, corner, width, height, k + 1u);
     }
     var words = vec2(0u);
     for (var i = 0u; i < LANES; i += 1u) {

@@ -35,9 +35,9 @@ fn test(tile: Tile, first: u32) {
     let index = min(first + bit, bin_params.footprint_count - 1u);
     let footprint = footprint_of(index);
     let rect = textureLoad(rects, record_texel(footprint)).rg;
-    var touches = left != 0u && covers(rect, tile.view, tile.place);
+    var touches = left != 0u && covers(rect, tile.view, tile.position);
     if HAS_GAUSSIANS && touches && is_outlined(rect) {
-        touches = is_within(load_outline(footprint), rect, tile.place);
+        touches = is_within(load_outline(footprint), rect, tile.position);
     }
     found |= select(0u, 1u << bit, touches);
     left &= left - 1u;
@@ -89,8 +89,8 @@ fn put_all(tile_id: u32, word: u32, touches: u32) {
 }
 
 // Sums over the lanes up to this one, in `counts`.
-fn scan(lane: u32, own: u32) {
-    counts[lane] = own;
+fn scan(lane: u32, gathered: u32) {
+    counts[lane] = gathered;
     workgroupBarrier(); // every count before any is read
     for (var step = 1u; step < LANES; step *= 2u) {
         var sum = counts[lane];
@@ -109,10 +109,10 @@ fn part_gather(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let place = workgroup_number(workgroup, workgroups);
-    let tile_id = dispatches[PART_DISPATCH].w + place;
+    let index = workgroup_number(workgroup, workgroups);
+    let tile_id = dispatches[PART_DISPATCH].w + index;
     let count = tile_pairs[tile_id + 1u] - tile_pairs[tile_id];
-    let tile = tile_of(textureLoad(tiles, record_texel(place), 0));
+    let tile = tile_of(textureLoad(tiles, record_texel(index), 0));
     let band = band_of(tile_id);
     let words = select(0u, (bin_params.footprint_count + 31u) / 32u, count > 0u);
     // Not constant, so that compilers do not unroll.
@@ -120,13 +120,13 @@ fn part_gather(
     var first = tile.first;
     for (var base = 0u; base < words; base += LANES * WORDS) {
         let word = base + lane * WORDS;
-        var own = 0u;
+        var gathered = 0u;
         for (var i = 0u; i < some; i += 1u) {
             touched[i] = touching(tile, band, word + i);
-            own += countOneBits(touched[i]);
+            gathered += countOneBits(touched[i]);
         }
-        scan(lane, own);
-        slot = first + counts[lane] - own;
+        scan(lane, gathered);
+        slot = first + counts[lane] - gathered;
         first += counts[LANES - 1u];
         workgroupBarrier(); // every count is read before the next
         for (var i = 0u; i < some; i += 1u) {

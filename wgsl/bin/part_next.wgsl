@@ -2,7 +2,7 @@
 // and last pair of each. One workgroup. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::part_plan::store_dispatch;
-import package::bin::place_tile::place_tile;
+import package::bin::record_tile::record_tile;
 import package::bind::changed::{dispatches, tile_pairs};
 import package::bind::uniform::{bin_params, part_params};
 import package::records::dispatch::{
@@ -34,6 +34,6 @@ fn part_next(@builtin(local_invocation_index) lane: u32) {
     storageBarrier(); // segments are counted from zero
     for (var tile = first + lane; tile < end; tile += TILE_LANES) {
         let range = vec2(atomicLoad(&tile_pairs[tile]), atomicLoad(&tile_pairs[tile + 1u]));
-        place_tile(tile, tile - first, range - before);
+        record_tile(tile, tile - first, range - before);
     }
 }

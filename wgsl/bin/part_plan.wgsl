@@ -12,11 +12,11 @@ const MANY: u32 = 0x7fffffffu; // pairs past which they are not counted
 var<workgroup> sums: array<u32, LANES>;
 var<workgroup> most: array<u32, LANES>; // pairs of a tile
 
-fn store_dispatch(place: u32, counts: vec4<u32>) {
-    atomicStore(&dispatches[4u * place], counts.x);
-    atomicStore(&dispatches[4u * place + 1u], counts.y);
-    atomicStore(&dispatches[4u * place + 2u], counts.z);
-    atomicStore(&dispatches[4u * place + 3u], counts.w);
+fn store_dispatch(dispatch: u32, counts: vec4<u32>) {
+    atomicStore(&dispatches[4u * dispatch], counts.x);
+    atomicStore(&dispatches[4u * dispatch + 1u], counts.y);
+    atomicStore(&dispatches[4u * dispatch + 2u], counts.z);
+    atomicStore(&dispatches[4u * dispatch + 3u], counts.w);
 }
 
 @compute @workgroup_size(LANES)
@@ -27,19 +27,19 @@ fn part_plan(@builtin(local_invocation_index) lane: u32) {
     let first = min(lane * stretch, count);
     let end = min(first + stretch, count);
     var sum = 0u;
-    var own = 0u;
+    var largest = 0u;
     for (var tile = first; tile < end; tile += 1u) {
         let pairs = atomicLoad(&tile_pairs[tile]);
         sum = min(sum + pairs, MANY);
-        own = max(own, pairs);
+        largest = max(largest, pairs);
     }
     sums[lane] = sum;
-    most[lane] = own;
+    most[lane] = largest;
     workgroupBarrier(); // every sum before any is read
     var offset = 0u;
     for (var before = 0u; before < lane; before += 1u) {
         offset = min(offset + sums[before], MANY);
-        own = max(own, most[before]);
+        largest = max(largest, most[before]);
     }
     for (var tile = first; tile < end; tile += 1u) {
         let pairs = atomicLoad(&tile_pairs[tile]);
@@ -52,7 +52,7 @@ fn part_plan(@builtin(local_invocation_index) lane: u32) {
     atomicStore(&tile_pairs[count], offset);
     // Two parts that follow each other have more pairs than there is room for in one.
     let parts = min(2u * (offset / part_params.room) + 2u, bin_params.tile_count + 1u);
-    let enough = offset < MANY && own <= part_params.room && parts <= part_params.most_parts;
+    let enough = offset < MANY && largest <= part_params.room && parts <= part_params.most_parts;
     part_turn = vec4(0u);
     if overflowed > 0u && enough {
         part_turn = vec4(1u);

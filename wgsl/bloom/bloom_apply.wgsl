@@ -14,8 +14,8 @@ fn bloom_apply(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= size) {
         return;
     }
-    let own = textureLoad(composited, id.xy, 0);
-    let light = mix(own.rgb, enlarged(id.xy), picture_params.bloom);
-    textureStore(radiance, id.xy, vec4(light, own.w));
+    let sharp = textureLoad(composited, id.xy, 0);
+    let light = mix(sharp.rgb, enlarged(id.xy), picture_params.bloom);
+    textureStore(radiance, id.xy, vec4(light, sharp.w));
     pixels[id.y * size.x + id.x] = on_screen(light);
 }

@@ -13,6 +13,6 @@ fn bloom_up(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(bloom_to)) {
         return;
     }
-    let own = textureLoad(bloom_level, id.xy, 0).rgb;
-    textureStore(bloom_to, id.xy, vec4(mix(own, enlarged(id.xy), BLOOM_SPREAD), 1.0));
+    let level = textureLoad(bloom_level, id.xy, 0).rgb;
+    textureStore(bloom_to, id.xy, vec4(mix(level, enlarged(id.xy), BLOOM_SPREAD), 1.0));
 }

@@ -17,7 +17,7 @@ var<private> first_child: vec2<i32>; // in the atlas
 var<private> first_off: i32;
 var<private> child_near: f32;
 var<private> per_weight: f32;
-var<private> own_share: f32;
+var<private> tap_share: f32;
 var<private> child_at: vec2<i32>;
 
 fn along() -> vec2<i32> {
@@ -54,17 +54,17 @@ fn open_window(view: GpuView, at: vec2<i32>, near: f32, ends: vec2<i32>) {
 fn start_child(i: u32) {
     child_at = first_child + along() * i32(i);
     light_before = vec3(1.0);
-    own_share = child_weight(i);
+    tap_share = child_weight(i);
 }
 
 fn child_share() -> f32 {
-    return own_share;
+    return tap_share;
 }
 
 fn child_ramp(k: u32) -> Ramp {
     let nodes = textureLoad(raw_curves, child_at, curve_layer(child_view.layer, k / 2u), 0);
     var ramp = next_ramp(node_of_pair(nodes, k));
-    ramp.start = select(0.0, ramp.start, own_share > 0.0);
+    ramp.start = select(0.0, ramp.start, tap_share > 0.0);
     return ramp;
 }
 

@@ -16,12 +16,12 @@ const SHORTEST: u32 = 4u; // ramp that becomes two, in fixed point
 const MIN_ROOT: f32 = 0.022097087; // of light: black counts as 1/2048
 
 var<private> alone: RowBits;     // bit i: node i is a single hit, not merged
-var<private> new_place: RowBits; // index of the inserted node
+var<private> new_index: RowBits; // index of the inserted node
 
 // The ramp that bends most.
 struct Bent {
     bend: Rows,
-    place: RowBits,
+    index: RowBits,
     light: Lights, // in its middle
 }
 
@@ -32,7 +32,7 @@ fn has_bodies() -> bool {
 
 fn clear_bodies() {
     alone = RowBits(0u);
-    new_place = RowBits(0u);
+    new_index = RowBits(0u);
 }
 
 fn below(i: RowBits) -> RowBits {
@@ -43,13 +43,13 @@ fn has_bit(bits: RowBits, i: RowBits) -> RowIs {
     return ((bits >> i) & RowBits(1u)) == RowBits(1u);
 }
 
-// Follows an insertion at `new_place`. Where it fits, the first node was free.
+// Follows an insertion at `new_index`. Where it fits, the first node was free.
 fn follow_insertion(counts: RowIs, fits: RowIs) {
     if !has_bodies() {
         return;
     }
-    let front = below(new_place);
-    let open = (alone & front) | ((alone & ~front) << RowBits(1u)) | (RowBits(1u) << new_place);
+    let front = below(new_index);
+    let open = (alone & front) | ((alone & ~front) << RowBits(1u)) | (RowBits(1u) << new_index);
     alone = select(select(alone, open, counts), open >> RowBits(1u), fits);
 }
 
@@ -59,11 +59,11 @@ fn follow_merge(best: Merge, counts: RowIs) {
         return;
     }
     // One that absorbs nothing leaves the other as it is.
-    let second = (best.between == best.behind) & has_bit(alone, best.place);
-    let kept = select(second, has_bit(alone, best.place + 1u), best.before == best.between);
-    let merged = select(RowBits(0u), RowBits(1u) << best.place, kept);
-    let behind = (alone >> RowBits(1u)) & ~below(best.place + 1u);
-    alone = select(alone, (alone & below(best.place)) | merged | behind, counts);
+    let second = (best.between == best.behind) & has_bit(alone, best.index);
+    let kept = select(second, has_bit(alone, best.index + 1u), best.before == best.between);
+    let merged = select(RowBits(0u), RowBits(1u) << best.index, kept);
+    let behind = (alone >> RowBits(1u)) & ~below(best.index + 1u);
+    alone = select(alone, (alone & below(best.index)) | merged | behind, counts);
 }
 
 // Splits bodies while nodes are free; one is left for a ramp of the softening.
@@ -95,21 +95,21 @@ fn most_bent() -> Bent {
     var before = white();
     for (var i = 0u; i < unrolled(node_count); i += 1u) {
         let node = node_at(i);
-        let own = root(light_behind(node));
-        let bend = difference(before, own);
+        let root_behind = root(light_behind(node));
+        let bend = difference(before, root_behind);
         // No ramp may start in the front half.
         let next = select(node_at(i + 1u).span >> RowBits(16u), RowBits(0xffffu), RowIs(i + 1u == NODES));
         let long = (node.span & RowBits(0xffffu)) >= (node.span >> RowBits(16u)) + SHORTEST;
         let single = has_bit(alone, RowBits(i));
         let is = long & single & (next >= middle_of(node.span)) & (bend > most.bend);
         let least = Rows(MIN_ROOT);
-        let behind = Lights(max(own.red, least), max(own.green, least), max(own.blue, least));
+        let behind = Lights(max(root_behind.red, least), max(root_behind.green, least), max(root_behind.blue, least));
         most = Bent(
             select(most.bend, bend, is),
-            select(most.place, RowBits(i), is),
+            select(most.index, RowBits(i), is),
             selected(most.light, scaled(before, behind), is),
         );
-        before = own;
+        before = root_behind;
     }
     return most;
 }
@@ -120,18 +120,18 @@ fn halve(most: Bent, is: RowIs) {
     for (var i = 0u; i < unrolled(node_count); i += 1u) {
         let node = node_at(i);
         let next = node_at(i + 1u);
-        let moves = is & (RowBits(i + 1u) < most.place);
-        let first = is & (RowBits(i + 1u) == most.place);
-        let second = is & (RowBits(i) == most.place);
+        let moves = is & (RowBits(i + 1u) < most.index);
+        let first = is & (RowBits(i + 1u) == most.index);
+        let second = is & (RowBits(i) == most.index);
         let whole = select(node.span, next.span, first | moves);
         let middle = middle_of(whole);
         let near = (whole & RowBits(0xffff0000u)) | middle;
         let far = (middle << RowBits(16u)) | (whole & RowBits(0xffffu));
-        var own = selected_node(selected_node(node, half, first), next, moves);
-        own.span = select(select(whole, near, first), far, second);
-        set_node(i, own);
+        var moved = selected_node(selected_node(node, half, first), next, moves);
+        moved.span = select(select(whole, near, first), far, second);
+        set_node(i, moved);
     }
-    let front = below(most.place);
+    let front = below(most.index);
     let moved =
         (alone & ~front) | ((alone & front) >> RowBits(1u)) | ((front + 1u) >> RowBits(1u));
     alone = select(alone, moved, is);

@@ -95,8 +95,8 @@ fn start(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-fn kept(own: Rows, absorbed: Rows) -> Rows {
-    return select(own, own * (1.0 - absorbed), absorbed > Rows(FULL));
+fn kept(light: Rows, absorbed: Rows) -> Rows {
+    return select(light, light * (1.0 - absorbed), absorbed > Rows(FULL));
 }
 
 fn pending(absorbed: Rows) -> Rows {
@@ -111,19 +111,19 @@ fn keep(absorbed: Lights) {
 
 // Adds a hit to the open ones. `absorbed`: 1 - `light`, precise where light is next to 1.
 fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
-    let own = scaled(open_light, absorbed);
+    let joined = scaled(open_light, absorbed);
     open_light = scaled(open_light, light);
     var placed = presence >= Rows(TRACE);
     if keeps() {
         keep(absorbed);
     }
     if FAINT {
-        // Many hits below `TRACE` have a place together.
+        // Many hits below `TRACE` have a depth together.
         traces += presence;
         placed = traces >= Rows(TRACE);
         traces = select(traces, Rows(0.0), placed);
     }
-    take(depth, own.red + own.green + own.blue, placed, open_start > Rows(1.0));
+    take(depth, joined.red + joined.green + joined.blue, placed, open_start > Rows(1.0));
     // Faster than min and max, which must handle NaNs.
     open_start = select(open_start, depth, placed & (depth < open_start));
     open_end = select(open_end, depth, placed & (depth > open_end));

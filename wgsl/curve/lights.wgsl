@@ -22,11 +22,11 @@ fn light_row(v: Lights, i: u32) -> vec3<f32> {
     return vec3(row(v.red, i), row(v.green, i), row(v.blue, i));
 }
 
-fn with_light(v: Lights, i: u32, own: vec3<f32>) -> Lights {
+fn with_light(v: Lights, i: u32, value: vec3<f32>) -> Lights {
     return Lights(
-        with_row(v.red, i, own.r),
-        with_row(v.green, i, own.g),
-        with_row(v.blue, i, own.b),
+        with_row(v.red, i, value.r),
+        with_row(v.green, i, value.g),
+        with_row(v.blue, i, value.b),
     );
 }
 

@@ -1,7 +1,7 @@
 // Curves of an invocation's texels during insertion: one node more than a curve has. CPU reference, with the
 // merge rule and its reasons: src/reference/curve/mod.rs, `Streaming`.
 
-import package::curve::bodies::{clear_bodies, follow_insertion, follow_merge, new_place};
+import package::curve::bodies::{clear_bodies, follow_insertion, follow_merge, new_index};
 import package::curve::lights::{
     Lights, black, decode, encode, plus, quotient, scaled, selected, white,
 };
@@ -50,14 +50,14 @@ fn selected_node(a: Node, b: Node, is: RowIs) -> Node {
     );
 }
 
-// `place`: of the invocation; those of a workgroup are neighbours.
-fn clear_list(place: vec2<u32>) {
+// `in_tile`: of the invocation; those of a workgroup are neighbours.
+fn clear_list(in_tile: vec2<u32>) {
     disordered = 0u;
     latest = RowBits(0u);
     adding = black();
     overfull = RowIs(false);
     clear_bodies();
-    open_nodes(place);
+    open_nodes(in_tile);
     let unused = coded(RowBits(0u), white());
     for (var i = 0u; i < unrolled(node_count); i += 1u) {
         set_node(i, unused);
@@ -102,7 +102,7 @@ fn must_merge() -> bool {
 fn merge_nodes() {
     let best = cheapest_merge();
     follow_merge(best, overfull);
-    close_up(select(RowBits(NODES), best.place, overfull), merged_span(best));
+    close_up(select(RowBits(NODES), best.index, overfull), merged_span(best));
     overfull = RowIs(false);
 }
 
@@ -124,12 +124,12 @@ fn add_node(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: Row
 fn insert_between(span: RowBits, light: Lights, passed: Lights, last: RowIs, counts: RowIs) {
     let new_span = select(RowBits(0xffffffffu), span, counts);
     var before = coded(RowBits(0u), white());
-    new_place = RowBits(0u);
+    new_index = RowBits(0u);
     for (var i = 0u; i < unrolled(node_count); i += 1u) {
         let node = node_at(i);
         let in_front = node.span <= new_span;
         before = selected_node(before, node, in_front);
-        new_place += select(RowBits(0u), RowBits(1u), in_front);
+        new_index += select(RowBits(0u), RowBits(1u), in_front);
     }
     let start = span >> RowBits(16u);
     let late = counts & (start < latest);
@@ -157,11 +157,11 @@ fn insert_between(span: RowBits, light: Lights, passed: Lights, last: RowIs, cou
     }
 }
 
-// Replaces node `place` and the one behind it by their merge, and moves those behind them up by one.
-fn close_up(place: RowBits, merged: RowBits) {
+// Replaces node `index` and the one behind it by their merge, and moves those behind them up by one.
+fn close_up(index: RowBits, merged: RowBits) {
     for (var i = 0u; i < unrolled(node_count); i += 1u) {
-        var node = selected_node(node_at(i + 1u), node_at(i), RowBits(i) < place);
-        node.span = select(node.span, merged, RowBits(i) == place);
+        var node = selected_node(node_at(i + 1u), node_at(i), RowBits(i) < index);
+        node.span = select(node.span, merged, RowBits(i) == index);
         set_node(i, node);
     }
 }

@@ -13,10 +13,10 @@ struct LoadedNode {
 }
 
 fn loaded_channel(bits: RowBits) -> Rows {
-    let own = bits & RowBits(0xfffu);
-    let share = Rows(own) / LEVELS;
+    let level_bits = bits & RowBits(0xfffu);
+    let share = Rows(level_bits) / LEVELS;
     if HAS_GAIN {
-        return select(exp2(share * OCTAVES + DARKEST_LOG), Rows(0.0), own == RowBits(0u));
+        return select(exp2(share * OCTAVES + DARKEST_LOG), Rows(0.0), level_bits == RowBits(0u));
     }
     return share;
 }

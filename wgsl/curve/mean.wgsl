@@ -118,15 +118,15 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
         loop {
             let ramp = shifted(child_ramp(k));
             let below = (2u << (ramp_bin(ramp) & 31u)) - 1u;
-            let is_own = countOneBits(part_cuts & below) == number;
-            let own = select(0.0, ramp_weight(ramp) * child_share(), is_own);
-            let counts = own > 0.0;
-            let own_middle = ramp.start + 0.5 * ramp.length;
-            middle = select(middle, own_middle, counts && weight == 0.0);
-            let off = own_middle - middle;
-            weight += own;
-            sum += own * off;
-            square += own * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
+            let is_cut = countOneBits(part_cuts & below) == number;
+            let drop = select(0.0, ramp_weight(ramp) * child_share(), is_cut);
+            let counts = drop > 0.0;
+            let ramp_middle = ramp.start + 0.5 * ramp.length;
+            middle = select(middle, ramp_middle, counts && weight == 0.0);
+            let off = ramp_middle - middle;
+            weight += drop;
+            sum += drop * off;
+            square += drop * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
             first = select(first, min(first, ramp.start), counts);
             end = select(end, max(end, ramp.start + ramp.length), counts);
             part_light -= select(vec3(0.0), ramp.drop * child_share(), counts);

@@ -8,7 +8,7 @@ import choice::visit::ordered;
 
 struct Merge {
     cost: Rows,
-    place: RowBits,  // of the first of both
+    index: RowBits,  // of the first of both
     before: Rows,    // mean light in front of both, behind the first, and behind both
     between: Rows,
     behind: Rows,
@@ -32,17 +32,17 @@ fn cheapest_merge() -> Merge {
         let first = before - between;
         let second = between - behind;
         let start = Rows(a.span >> RowBits(16u));
-        let own = first * (Rows(b.span & RowBits(0xffffu)) - start);
+        let first_area = first * (Rows(b.span & RowBits(0xffffu)) - start);
         let both = first + second;
         let cost = select(
-            abs(own - both * (Rows(a.span & RowBits(0xffffu)) - start))
-                + abs(own - both * (Rows(b.span >> RowBits(16u)) - start)),
+            abs(first_area - both * (Rows(a.span & RowBits(0xffffu)) - start))
+                + abs(first_area - both * (Rows(b.span >> RowBits(16u)) - start)),
             Rows(0.0),
             first * second == Rows(0.0),
         );
         let better = cost < best.cost;
         best.cost = select(best.cost, cost, better);
-        best.place = select(best.place, RowBits(i), better);
+        best.index = select(best.index, RowBits(i), better);
         best.before = select(best.before, before, better);
         best.between = select(best.between, between, better);
         best.behind = select(best.behind, behind, better);

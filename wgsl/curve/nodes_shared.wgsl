@@ -8,23 +8,23 @@ import package::features::NODES;
 const NODE_LANES: u32 = 64u; // of a workgroup
 
 var<workgroup> nodes: array<array<Node, NODE_LANES>, NODES + 1u>;
-var<private> own_lane: u32;
+var<private> lane_slot: u32;
 var<private> node_count: u32;
 var<private> kept_light: Lights;
 
-// `place`: of the invocation; those of a workgroup are 8 x 8 neighbours.
-fn open_nodes(place: vec2<u32>) {
-    own_lane = (place.y & 7u) * 8u + (place.x & 7u);
+// `in_tile`: of the invocation; those of a workgroup are 8 x 8 neighbours.
+fn open_nodes(in_tile: vec2<u32>) {
+    lane_slot = (in_tile.y & 7u) * 8u + (in_tile.x & 7u);
     // Always all. Compilers do not know that: they would write loops out, with all nodes in registers.
     node_count = select(0u, NODES, views[0].tiles_x > 0u);
 }
 
 fn node_at(i: u32) -> Node {
-    return nodes[i][own_lane];
+    return nodes[i][lane_slot];
 }
 
 fn set_node(i: u32, node: Node) {
-    nodes[i][own_lane] = node;
+    nodes[i][lane_slot] = node;
 }
 
 // Lays light aside between insertions, in the node that is free then: after the merge where one is due.

@@ -1,4 +1,4 @@
-// Pairs of a tile, front to back, on the core tier.
+// Pairs of a tile, front to back, on tiers with four storage textures.
 
 import package::bind::sampled::pairs;
 import package::records::record::record_texel;

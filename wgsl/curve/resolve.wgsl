@@ -71,11 +71,11 @@ fn load_segment(first: u32) -> Rows {
 }
 
 // Light behind a segment of scale `scale` and transfer `own` of white.
-fn behind(light: Lights, own: Lights, scale: Lights) -> Lights {
+fn behind(light: Lights, joined: Lights, scale: Lights) -> Lights {
     if HAS_OVER {
-        return plus(scaled(light, scale), minus(own, scale));
+        return plus(scaled(light, scale), minus(joined, scale));
     }
-    return scaled(light, own);
+    return scaled(light, joined);
 }
 
 // Least rest of 1 minus an added colour from which the scale can be recovered from light through white.
@@ -99,10 +99,10 @@ fn scale_shares(light: Lights, part: f32) -> Lights {
     );
 }
 
-fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
-    let at = view.origin + tile.place * TILE_SIZE + place;
+fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
+    let at = view.origin + tile.position * TILE_SIZE + in_tile;
     let count = (tile.end - tile.first + curve_segment() - 1u) / curve_segment();
-    clear_list(place);
+    clear_list(in_tile);
     clear_volumes();
     var passed = white(); // light behind the curve so far, whose nodes are rounded
     var reached = white(); // light at the start of the segment
@@ -117,12 +117,12 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
         let n = i % steps;
         var start = RowBits(0u);
         var end = RowBits(0u);
-        var own = white();
+        var joined = white();
         var is = RowIs(false);
         adding = black();
         var ramp = Ramp(Rows(0.0), Rows(0.0), white(), RowIs(false));
         if i < count * steps {
-            let first = sum_index(tile.merged - 1u + i / steps, place) * partial_size();
+            let first = sum_index(tile.merged - 1u + i / steps, in_tile) * partial_size();
             if n == 0u {
                 nearest = min(nearest, load_segment(first));
                 if HAS_VOLUMES {
@@ -149,10 +149,10 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
             end = loaded.end;
             if HAS_OVER {
                 let share = scale_shares(light, f32(node + 1u) / f32(NODES));
-                own = black();
+                joined = black();
                 adding = plus(scaled(reached, share), minus(light, share));
             } else {
-                own = quotient(light, before, 1e-9);
+                joined = quotient(light, before, 1e-9);
             }
             before = light;
             is = (start > RowBits(0u)) & RowIs(n >= ramps);
@@ -165,22 +165,22 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, place: vec2<u32>) {
             count_late(ramp);
             start = select(start, fixed(ramp.start), ramp.is);
             end = select(end, fixed(ramp.end), ramp.is);
-            own = selected(own, ramp.light, ramp.is);
+            joined = selected(joined, ramp.light, ramp.is);
             adding = selected(adding, black(), ramp.is);
             is = is | ramp.is;
         }
         // Once, behind all segments.
         if i + 1u == count * steps + rest_steps() {
-            let rest = overflowed(sum_index(tile_id, place), true);
-            own = rest_light(rest, whole);
-            is = is_light(own);
+            let rest = overflowed(sum_index(tile_id, in_tile), true);
+            joined = rest_light(rest, whole);
+            is = is_light(joined);
             start = max(fixed(select(nearest, rest.depth, rest.depth < Rows(1.0))), last_end());
             end = start;
-            whole = scaled(whole, own);
+            whole = scaled(whole, joined);
             nearest = min(nearest, rest.depth);
         }
-        passed = selected(passed, plus(scaled(passed, own), adding), is);
-        insert(start, end, own, passed, is);
+        passed = selected(passed, plus(scaled(passed, joined), adding), is);
+        insert(start, end, joined, passed, is);
         if must_merge() {
             merge_nodes();
         }

@@ -21,7 +21,7 @@ fn tile_steps() -> u32 {
 
 fn open_rest(view: GpuView, step: u32) {}
 
-fn store_segment(segment: Segment, index: u32, place: vec2<u32>) {
+fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     // By the texel's centre, which is in registers anyhow.
     let first = sum_index(index, vec2<u32>(corner + 0.5) % TILE_SIZE) * partial_size();
     let all = total_light();

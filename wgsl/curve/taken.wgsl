@@ -26,11 +26,11 @@ fn clear_taken(is: RowIs) {
 fn take(depth: Rows, light: Rows, placed: RowIs, first: RowIs) {
     if slabbed() {
         anchor = select(anchor, depth, placed & first);
-        let own = select(Rows(0.0), light, placed);
+        let added = select(Rows(0.0), light, placed);
         let off = select(Rows(0.0), depth - anchor, placed);
-        taken += own;
-        taken_sum += own * off;
-        taken_square += own * off * off;
+        taken += added;
+        taken_sum += added * off;
+        taken_square += added * off * off;
     }
 }
 

@@ -20,15 +20,15 @@ import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, Rows, row};
 
-var<private> own_tile: u32;
+var<private> walked_tile: u32;
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, place: vec2<u32>) {
-    own_tile = tile_id;
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {
+    walked_tile = tile_id;
 }
 
 // Whether some of the tile's casters have no pairs.
 fn is_scattered() -> bool {
-    return scattered_tiles[own_tile] != 0u;
+    return scattered_tiles[walked_tile] != 0u;
 }
 
 // Steps behind all pairs: volumes that contain the light, and overflowing casters, of which few tiles have any.
@@ -44,8 +44,8 @@ fn open_rest(view: GpuView, step: u32) {
         let ramps = join_ramp(begin_inside());
         return;
     }
-    let place = vec2<u32>(corner) % TILE_SIZE;
-    let rest = overflowed(sum_index(own_tile, place), is_scattered());
+    let in_tile = vec2<u32>(corner) % TILE_SIZE;
+    let rest = overflowed(sum_index(walked_tile, in_tile), is_scattered());
     let light = rest_light(rest, total_light());
     let depth = select(nearest, rest.depth, rest.depth < Rows(1.0));
     let behind = max(depth, Rows(last_end()) * (1.0 / DEPTHS));
@@ -64,9 +64,9 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
     let all = total_light();
     let at = view.origin + vec2<u32>(corner);
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        let own = at + vec2(0u, i);
-        textureStore(filters, own, view.layer, vec4(blackened(light_row(all, i)), 1.0));
-        textureStore(nearests, own, view.layer, vec4(row(depth, i)));
+        let texel_at = at + vec2(0u, i);
+        textureStore(filters, texel_at, view.layer, vec4(blackened(light_row(all, i)), 1.0));
+        textureStore(nearests, texel_at, view.layer, vec4(row(depth, i)));
     }
     split_bodies();
     store_curves(view, at);

@@ -62,31 +62,31 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
     return must_flush(visit_disc(view, prepare_disc(view, footprint)));
 }
 
-// A disc as a lane's candidate for a visit. A lane offers it prepared for texels.
-alias Candidate = Footprint;
+// The disc of a lane, whose payload is prepared for texels.
+alias LaneCaster = Footprint;
 
-fn candidate_of(id: u32, footprint: Footprint) -> Candidate {
+fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
     return footprint;
 }
 
 // Whether it may touch texel centres in the box lo..hi.
-fn touches(view: GpuView, candidate: Candidate, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    return disc_touches(view, candidate.place, lo, hi);
+fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    return disc_touches(view, caster.bounds, lo, hi);
 }
 
-alias Offer = Disc;
+alias Payload = Disc;
 
-// What a lane offers of it to the others.
-fn offer_of(view: GpuView, candidate: Candidate, front: f32) -> Offer {
-    return prepare_disc(view, candidate);
+// Payload that the lane broadcasts.
+fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
+    return prepare_disc(view, caster);
 }
 
-// Counts the hits of the candidate of lane `lane`.
-fn count_lane(view: GpuView, offer: Offer, lane: u32) {
-    count_disc(view, broadcast_disc(offer, lane));
+// Counts the hits of the caster of lane `lane`.
+fn count_lane(view: GpuView, payload: Payload, lane: u32) {
+    count_disc(view, broadcast_disc(payload, lane));
 }
 
-// Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool {
-    return subgroupAny(must_flush(visit_disc(view, broadcast_disc(offer, lane))));
+// Visits the caster of lane `lane`. Returns true if some lane's hits must be inserted at once.
+fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) -> bool {
+    return subgroupAny(must_flush(visit_disc(view, broadcast_disc(payload, lane))));
 }

@@ -9,7 +9,7 @@ import package::curve::lights::{Lights, black, difference, plus, scaled, with_li
 import package::curve::overflow::is_light;
 import package::curve::volumes::{change_density, crossed, surface_light, surface_scale};
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
-import package::hit::brick::{part, part_count, ramps_of};
+import package::hit::brick::{ramp_count, ramp_index, ramps_of};
 import package::hit::caster_hit::{Faced, faced_hit, set_up};
 import package::hit::hit::{Hit, MISS};
 import package::hit::crossing::{face_crossing, volume_face};
@@ -20,7 +20,7 @@ import package::records::footprint::{Footprint, caster_of};
 import package::records::footprint_loaded::load_footprint;
 import package::records::material::SHAPE_BRICK;
 import package::records::view::GpuView;
-import package::traversal::candidate::Offer;
+import package::traversal::lane_caster::Payload;
 import package::traversal::kinds::visited;
 import package::traversal::subgroup_block::shared_index;
 import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
@@ -40,23 +40,23 @@ fn slabbed() -> bool {
 
 fn count_hits(view: GpuView, footprint: Footprint) {}
 
-fn count_lane(view: GpuView, offer: Offer, lane: u32) {}
+fn count_lane(view: GpuView, payload: Payload, lane: u32) {}
 
-// Whether the caster was visited in all of its parts.
+// Whether the caster was visited for all of its ramps.
 fn is_whole() -> bool {
-    return !HAS_BRICKS || part == 0u;
+    return !HAS_BRICKS || ramp_index == 0u;
 }
 
-fn open_part(footprint: Footprint, faced: Faced) {
-    part_count = 0u;
+fn open_ramp(footprint: Footprint, faced: Faced) {
+    ramp_count = 0u;
     if HAS_BRICKS && !footprint.is_triangle && materials[faced.look & 0xffffu].shape == SHAPE_BRICK {
-        part_count = ramps_of(brick_of(particle_object(caster_of(footprint))));
+        ramp_count = ramps_of(brick_of(particle_object(caster_of(footprint))));
     }
 }
 
-fn close_part() {
-    part = select(0u, part + 1u, part + 1u < part_count);
-    part_count = 0u;
+fn close_ramp() {
+    ramp_index = select(0u, ramp_index + 1u, ramp_index + 1u < ramp_count);
+    ramp_count = 0u;
 }
 
 fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
@@ -74,19 +74,19 @@ fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let face = volume_face(view, footprint, corner + vec2(0.5, f32(i) + 0.5), row(opaque_depth, i));
         crossed[i] += face_crossing(face);
-        let own = face.metres * face.absorption * f32(-face.leaves);
+        let absorbed = face.metres * face.absorption * f32(-face.leaves);
         all.depth = with_row(all.depth, i, select(face.depth, row(all.depth, i), face.leaves == 0));
-        all.change = with_light(all.change, i, select(own, vec3(0.0), face.leaves == 0));
+        all.change = with_light(all.change, i, select(absorbed, vec3(0.0), face.leaves == 0));
     }
     return all;
 }
 
-// Returns true if the hits must be inserted at once. A brick is visited once for each of its parts.
+// Returns true if the hits must be inserted at once. A brick is visited once for each of its ramps.
 // What the caster before left is joined first, and needs no registers meanwhile.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
     join_delayed();
     let faced = set_up(view, footprint);
-    open_part(footprint, faced);
+    open_ramp(footprint, faced);
     var came = no_hits();
     var absorbed = black();
     var starts = came.depth;
@@ -96,7 +96,7 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
         starts = with_row(starts, i, hit.start);
         absorbed = with_light(absorbed, i, hit.absorbed);
     }
-    close_part();
+    close_ramp();
     see(came.depth, came.presence);
     came.depth = starts;
     if HAS_VOLUMES {
@@ -126,9 +126,9 @@ fn join_delayed() {
     }
 }
 
-// Visits the candidate of lane `lane`. Returns true if some lane's hits must be inserted at once.
-fn visit_lane(view: GpuView, offer: Offer, lane: u32, is_triangle: bool) -> bool {
-    let footprint = load_footprint(shared_index(subgroupShuffle(offer, lane)));
+// Visits the caster of lane `lane`. Returns true if some lane's hits must be inserted at once.
+fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) -> bool {
+    let footprint = load_footprint(shared_index(subgroupShuffle(payload, lane)));
     return subgroupAny(visit(view, visited(footprint, is_triangle)));
 }
 

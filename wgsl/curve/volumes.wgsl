@@ -95,10 +95,10 @@ fn volumes_light(i: u32, rest: vec3<i32>) -> vec3<f32> {
 // Transmittance to insert behind the curves: `is` is that of all insertions, `rest` the sums of overflowing
 // casters.
 fn rest_of_volumes(is: Lights, rest: array<vec3<i32>, ROW_COUNT>) -> Lights {
-    var own = rest;
+    var remaining = rest;
     var sums = white();
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        sums = with_light(sums, i, volumes_light(i, own[i]));
+        sums = with_light(sums, i, volumes_light(i, remaining[i]));
     }
     let behind = quotient(scaled(surface_light, sums), is, 1e-9);
     return selected(white(), behind, difference(behind, white()) >= Rows(ROUNDING));

@@ -14,7 +14,7 @@ import package::records::footprint_loaded::load_footprint;
 import package::records::record::record_texel;
 import package::records::tile::{Segment, Tile, segment_record, segment_view, tile_of};
 import package::records::view::GpuView;
-import package::accumulator::filter::{own_before, own_faces, own_from, start};
+import package::accumulator::filter::{body_before, body_faces, body_from, start};
 import package::traversal::lane::tile_texel;
 import package::traversal::share::{SHARES, SHARE_LANES, share_texel};
 import choice::rows::Rows;
@@ -50,9 +50,9 @@ fn walk_ordered_segment(
     }
 }
 
-// `place`: the invocation's first texel.
-fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, place: vec2<u32>) {
-    start(view, tile_texel(view, segment.tile) + place);
+// `in_tile`: the invocation's first texel.
+fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, in_tile: vec2<u32>) {
+    start(view, tile_texel(view, segment.tile) + in_tile);
     // Parts: the last pairs of the previous segment, this one's own, and its last ones.
     let overlapped = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);
     let last = select(segment.end, segment.end - OVERLAP, segment.end < tile.end);
@@ -64,11 +64,11 @@ fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, place: ve
             end = select(select(end, last, part == 1u), segment.first, part == 0u);
             // Without a next segment, the part has no pairs either.
             let front = front_depths(pair_front(min(end, tile.end - 1u)));
-            own_from = select(Rows(-1.0), front, part == 0u);
-            own_before = select(Rows(2.0), front, part == 2u);
-            own_faces = part > 0u;
+            body_from = select(Rows(-1.0), front, part == 0u);
+            body_before = select(Rows(2.0), front, part == 2u);
+            body_faces = part > 0u;
         }
         walk(view, first, end);
     }
-    store_segment(segment, index, place);
+    store_segment(segment, index, in_tile);
 }

@@ -34,9 +34,9 @@ fn scatter_overflow(
     let tile_count = width * (last.y - first.y + 1u);
     let in_tile = vec2(lane % TILE_SIZE, lane / TILE_SIZE);
     for (var k = workgroup.z; k < tile_count; k += OVERFLOW_SLICES) {
-        let tile_place = first + vec2(k % width, k / width);
-        if all(tile_place * TILE_SIZE + in_tile < vec2<u32>(view.size)) {
-            add(view, footprint, tile_place, in_tile);
+        let tile_xy = first + vec2(k % width, k / width);
+        if all(tile_xy * TILE_SIZE + in_tile < vec2<u32>(view.size)) {
+            add(view, footprint, tile_xy, in_tile);
         }
     }
 }

@@ -34,9 +34,9 @@ fn walk_segment(
     }
 }
 
-// `place`: the invocation's first texel.
-fn walk_share(view: GpuView, segment: Segment, index: u32, place: vec2<u32>) {
-    start(view, tile_texel(view, segment.tile) + place);
+// `in_tile`: the invocation's first texel.
+fn walk_share(view: GpuView, segment: Segment, index: u32, in_tile: vec2<u32>) {
+    start(view, tile_texel(view, segment.tile) + in_tile);
     walk(view, segment.first, segment.end);
-    store_segment(segment, index, place);
+    store_segment(segment, index, in_tile);
 }

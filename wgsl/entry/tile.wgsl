@@ -33,10 +33,10 @@ fn walk_tile(
     }
 }
 
-// `place`: the invocation's first texel.
-fn walk_share(view: GpuView, tile: Tile, place: vec2<u32>) {
-    let texel = tile.place * TILE_SIZE + place;
-    before_tile(view, texel, tile_number_of(view, tile), place);
+// `in_tile`: the invocation's first texel.
+fn walk_share(view: GpuView, tile: Tile, in_tile: vec2<u32>) {
+    let texel = tile.position * TILE_SIZE + in_tile;
+    before_tile(view, texel, tile_number_of(view, tile), in_tile);
     start(view, texel);
     walk(view, tile.first, tile.end);
     store_tile(view, texel);

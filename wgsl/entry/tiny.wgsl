@@ -34,7 +34,7 @@ fn scatter_particle(chunk: Chunk, lane: u32) {
     atomicAdd(&counters.scattered, 1u);
     let view = views[chunk.view];
     let footprint = load_footprint(index);
-    let first = vec2<i32>(scatter_texel(footprint.place.xy));
+    let first = vec2<i32>(scatter_texel(footprint.bounds.xy));
     for (var i = 0; i < 4; i += 1) {
         let texel = first + vec2(i & 1, i >> 1u);
         if all(texel >= vec2(0)) && all(texel < vec2<i32>(view.size)) {

@@ -28,9 +28,9 @@ fn blocks(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> bo
 
 // Where a threshold is evaluated: the pattern's cell, or for `hashed` the caster's own coordinates and their
 // change from one texel to the next.
-struct Place {
+struct PatternPoint {
     cell: vec2<u32>,
-    own: vec4<f32>,
+    on_caster: vec4<f32>,
 }
 
 // Dither threshold: a `dither` hit blocks if its opacity exceeds it. `id` chooses the pattern.
@@ -41,42 +41,42 @@ fn threshold(
     material: u32,
     id: u32,
 ) -> f32 {
-    return threshold_at(threshold_place(view, footprint, texel, material), material, id);
+    return threshold_at(pattern_point(view, footprint, texel, material), material, id);
 }
 
-fn threshold_place(view: GpuView, footprint: Footprint, texel: vec2<f32>, material_id: u32) -> Place {
+fn pattern_point(view: GpuView, footprint: Footprint, texel: vec2<f32>, material_id: u32) -> PatternPoint {
     let material = materials[material_id];
-    var place = Place(vec2(0u), vec4(0.0));
+    var point = PatternPoint(vec2(0u), vec4(0.0));
     if material.pattern != PATTERN_HASHED {
-        place.cell = pattern_cell(view, material.pattern_scale, texel);
+        point.cell = pattern_cell(view, material.pattern_scale, texel);
     } else if HAS_TRIANGLES && footprint.is_triangle {
-        place.own = triangle_own(setup_of(footprint), texel);
+        point.on_caster = on_triangle(setup_of(footprint), texel);
     } else if HAS_GAUSSIANS && is_gaussian(footprint) {
         let setup = gaussian_setup(footprint);
         let w = setup.whitening;
-        place.own = vec4(approach(view, footprint, setup, texel).place, max(abs(w.x), abs(w.y)), abs(w.z));
+        point.on_caster = vec4(approach(view, footprint, setup, texel).position, max(abs(w.x), abs(w.y)), abs(w.z));
     } else if HAS_CAPSULES && is_capsule(footprint) {
-        place.own = vec4(texel - footprint.place.xy, vec2(1.0));
+        point.on_caster = vec4(texel - footprint.bounds.xy, vec2(1.0));
     } else if HAS_PARTICLES {
         let rotation = caster_rotation(caster_of(footprint));
-        let plane = facing(view, footprint.place, rotation);
+        let plane = facing(view, footprint.bounds, rotation);
         let x = max(abs(plane.frame_x.x), abs(plane.frame_x.y));
         let y = max(abs(plane.frame_y.x), abs(plane.frame_y.y));
-        place.own = vec4(facing_hit(plane, view, texel).xy, x, y);
+        point.on_caster = vec4(facing_hit(plane, view, texel).xy, x, y);
     }
-    return place;
+    return point;
 }
 
-fn threshold_at(place: Place, material_id: u32, id: u32) -> f32 {
+fn threshold_at(point: PatternPoint, material_id: u32, id: u32) -> f32 {
     let material = materials[material_id];
     if material.pattern != PATTERN_HASHED {
-        return cell_threshold(material.pattern, material.blue_first, place.cell, id);
+        return cell_threshold(material.pattern, material.blue_first, point.cell, id);
     }
-    return hashed_threshold(place.own.xy, place.own.zw, material.pattern_scale, id);
+    return hashed_threshold(point.on_caster.xy, point.on_caster.zw, material.pattern_scale, id);
 }
 
 // Barycentric weights of two corners, and their derivatives from one texel to the next.
-fn triangle_own(setup: u32, texel: vec2<f32>) -> vec4<f32> {
+fn on_triangle(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let weights = bitcast<vec3<f32>>(setup_texel(setup, 3u).xyz);
     let a = edge(setup, 0u, texel) * weights.x;
     let b = edge(setup, 1u, texel) * weights.y;
@@ -84,10 +84,10 @@ fn triangle_own(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let da = edge_step(setup, 0u) * weights.x;
     let db = edge_step(setup, 1u) * weights.y;
     let dsum = da + db + edge_step(setup, 2u) * weights.z;
-    let own = vec2(a, b) / sum;
-    let along_a = abs(da - own.x * dsum) / sum;
-    let along_b = abs(db - own.y * dsum) / sum;
-    return vec4(own, max(along_a.x, along_a.y), max(along_b.x, along_b.y));
+    let weighted = vec2(a, b) / sum;
+    let along_a = abs(da - weighted.x * dsum) / sum;
+    let along_b = abs(db - weighted.y * dsum) / sum;
+    return vec4(weighted, max(along_a.x, along_a.y), max(along_b.x, along_b.y));
 }
 
 // Derivatives of an edge function along x and y.

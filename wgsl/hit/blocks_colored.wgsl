@@ -2,7 +2,7 @@
 // per channel. CPU reference: src/reference/occlude.rs.
 
 import package::bind::uniform::materials;
-import package::hit::blocks::{threshold_at, threshold_place};
+import package::hit::blocks::{threshold_at, pattern_point};
 import package::hit::hit::Hit;
 import package::hit::object::object_of;
 import package::hit::solid::is_solid;
@@ -14,11 +14,11 @@ import package::sums::sums::depth_to_nearness;
 fn blocked_channels(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> vec3<bool> {
     if hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
         let id = object_of(footprint) * 3u;
-        let place = threshold_place(view, footprint, texel, hit.material);
+        let point = pattern_point(view, footprint, texel, hit.material);
         let thresholds = vec3(
-            threshold_at(place, hit.material, id),
-            threshold_at(place, hit.material, id + 1u),
-            threshold_at(place, hit.material, id + 2u),
+            threshold_at(point, hit.material, id),
+            threshold_at(point, hit.material, id + 1u),
+            threshold_at(point, hit.material, id + 2u),
         );
         return 1.0 - hit.light > thresholds;
     }

@@ -1,4 +1,4 @@
-// The part of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
+// The ramp_index of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
 // along a ray within a cell, and two points of Gauss integrate a cubic. Cells by Amanatides and Woo 1987; all
 // crossings of faces are computed from the ray's start, so that neighbours agree on them. CPU reference:
 // src/reference/brick.rs.
@@ -17,8 +17,8 @@ const VOXEL_PARTS: u32 = 3u; // ramps of a curve for a brick with voxels of its 
 const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
 
 // Which of how many equal parts of the way through a brick is met; the whole while there are none.
-var<private> part: u32;
-var<private> part_count: u32;
+var<private> ramp_index: u32;
+var<private> ramp_count: u32;
 
 // Ramps of a curve for a brick. One of constant density fills the curve if it is alone.
 fn ramps_of(brick: Brick) -> u32 {
@@ -56,7 +56,7 @@ fn index_ray(view: GpuView, grid: Grid, texel: vec2<f32>) -> IndexRay {
     return IndexRay(to_world(view, start) * grid.index_from_world, safe, length(along));
 }
 
-// Sum of the density at two places in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
+// Sum of the density at two points in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
 // and the next in y, in z and in both.
 fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
     let low = textureLoad(voxels, texel, 0);
@@ -69,7 +69,7 @@ fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return of_a.x + (of_a.y - of_a.x) * a.z + of_b.x + (of_b.y - of_b.x) * b.z;
 }
 
-// Span of the ramp with the mean and the variance of places `first` + off, within begins..ends. `moments`: sums of
+// Span of the ramp with the mean and the variance of depths `first` + off, within begins..ends. `moments`: sums of
 // weights, of theirs times off and of theirs times off squared.
 fn fitted_ramp(moments: vec3<f32>, first: f32, begins: f32, ends: f32) -> vec2<f32> {
     if !(moments.x > 0.0) {
@@ -94,11 +94,11 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     if !(first < last) {
         return NO_PASSAGE;
     }
-    if part_count > 0u {
-        let length = (last - first) / f32(part_count);
-        let to = first + length * f32(part + 1u);
-        first += length * f32(part);
-        last = select(to, last, part + 1u == part_count);
+    if ramp_count > 0u {
+        let length = (last - first) / f32(ramp_count);
+        let to = first + length * f32(ramp_index + 1u);
+        first += length * f32(ramp_index);
+        last = select(to, last, ramp_index + 1u == ramp_count);
     }
     var all = NO_PASSAGE;
     if brick.density >= 0.0 {
@@ -132,13 +132,13 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                 let apart = ray.way * (GAUSS * (next - t));
                 let a = clamp(middle - apart, vec3(0.0), vec3(1.0));
                 let b = clamp(middle + apart, vec3(0.0), vec3(1.0));
-                let own = two_densities(brick.place + vec3<u32>(cell), a, b) * (0.5 * (next - t));
-                depth += own;
+                let within = two_densities(brick.first_texel + vec3<u32>(cell), a, b) * (0.5 * (next - t));
+                depth += within;
                 if SHADES_BRICKS {
-                    all.thirds += own * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
+                    all.thirds += within * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
                 }
-                begins = select(begins, min(begins, t), own > 0.0);
-                ends = select(ends, next, own > 0.0);
+                begins = select(begins, min(begins, t), within > 0.0);
+                ends = select(ends, next, within > 0.0);
                 if NODES > 0u {
                     let behind = exp(depth * dim);
                     let off = 0.5 * (t + next) - first;

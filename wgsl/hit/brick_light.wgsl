@@ -1,4 +1,4 @@
-// Light that a brick sends along a ray to the eye: what its lattice of points scatters at four places of the ray, by
+// Light that a brick sends along a ray to the eye: what its lattice of points scatters at four points of the ray, by
 // what the ray absorbs near each, where the density of each third of the way is even. CPU reference:
 // src/reference/brick_light.rs.
 
@@ -16,21 +16,21 @@ fn point_light_at(index: u32) -> vec3<f32> {
     return textureLoad(brick_lights, record_texel(index), 0).rgb;
 }
 
-// Trilinear between the points of a lattice; `place` in the box, 0..1.
-fn lattice_light(first_point: u32, place: vec3<f32>) -> vec3<f32> {
+// Trilinear between the points of a lattice; `position` in the box, 0..1.
+fn lattice_light(first_point: u32, position: vec3<f32>) -> vec3<f32> {
     let last = f32(LATTICE_EDGE - 1u);
-    let at = clamp(place, vec3(0.0), vec3(1.0)) * last;
+    let at = clamp(position, vec3(0.0), vec3(1.0)) * last;
     let low = min(floor(at), vec3(last - 1.0));
     let aside = at - low;
     let cell = vec3<u32>(low);
     let row = LATTICE_EDGE;
     let layer = LATTICE_EDGE * LATTICE_EDGE;
-    let own = first_point + cell.x + cell.y * row + cell.z * layer;
-    let a = mix(point_light_at(own), point_light_at(own + 1u), aside.x);
-    let b = mix(point_light_at(own + row), point_light_at(own + row + 1u), aside.x);
+    let lattice_point = first_point + cell.x + cell.y * row + cell.z * layer;
+    let a = mix(point_light_at(lattice_point), point_light_at(lattice_point + 1u), aside.x);
+    let b = mix(point_light_at(lattice_point + row), point_light_at(lattice_point + row + 1u), aside.x);
     let low_layer = mix(a, b, aside.y);
-    let c = mix(point_light_at(own + layer), point_light_at(own + layer + 1u), aside.x);
-    let d = mix(point_light_at(own + layer + row), point_light_at(own + layer + row + 1u), aside.x);
+    let c = mix(point_light_at(lattice_point + layer), point_light_at(lattice_point + layer + 1u), aside.x);
+    let d = mix(point_light_at(lattice_point + layer + row), point_light_at(lattice_point + layer + row + 1u), aside.x);
     return mix(low_layer, mix(c, d, aside.y), aside.z);
 }
 
@@ -55,15 +55,15 @@ fn brick_light(
     var sum = vec3(0.0);
     var far = vec3(0.0);  // absorbed in the third before, by the weight of its end
     // A count that compilers do not know keeps the loop one: its code is large.
-    let places = select(0u, THIRDS + 1u, any(depths > vec3(0.0)));
-    for (var i = 0u; i < places; i += 1u) {
+    let samples = select(0u, THIRDS + 1u, any(depths > vec3(0.0)));
+    for (var i = 0u; i < samples; i += 1u) {
         let depth = select(select(depths.z, depths.y, i == 1u), depths.x, i == 0u);
         let tau = select(depth, 0.0, i == THIRDS) * extinction;
         let passed = exp(-tau);
         let absorbed = left * (1.0 - passed);
         let at_end = absorbed * mean_way(tau);
-        let place = mix(enters, leaves, f32(i) / f32(THIRDS));
-        sum += (far + absorbed - at_end) * lattice_light(brick * LATTICE_POINTS, place);
+        let position = mix(enters, leaves, f32(i) / f32(THIRDS));
+        sum += (far + absorbed - at_end) * lattice_light(brick * LATTICE_POINTS, position);
         all += absorbed;
         far = at_end;
         left *= passed;

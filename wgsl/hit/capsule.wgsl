@@ -22,7 +22,7 @@ struct CapsuleSetup {
     length: f32,
     first_plane: vec3<f32>, // normals
     last_plane: vec3<f32>,
-    own: vec2<f32>,   // radius at the first end, and its change along the axis
+    taper: vec2<f32>,   // radius at the first end, and its change along the axis
     least: vec2<f32>, // the same of the least radius that shows
     look: vec2<u32>,   // colour, as in `casters`
 }
@@ -56,8 +56,8 @@ fn least_radius(view: GpuView, along: f32) -> f32 {
 }
 
 // `line`: radius at the first end, and its change along the axis.
-fn radius_at(line: vec2<f32>, place: f32) -> f32 {
-    return line.x + line.y * place;
+fn radius_at(line: vec2<f32>, along: f32) -> f32 {
+    return line.x + line.y * along;
 }
 
 // Length of a part of a ray in local diameters, the integral of 1 / (2 r): the radius changes linearly from the middle
@@ -99,12 +99,12 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let miss2 = miss * miss / sine;
     // Where the ray is closest to the axis.
     let middle = begin * step / sine;
-    let closest_place = begin + middle * step;
+    let closest_along = begin + middle * step;
     // One cone for the whole ray, the same for the pieces of a strand.
-    let nearest = clamp(closest_place, 0.0, capsule.length);
-    let is_thin = radius_at(capsule.own, nearest) < radius_at(capsule.least, nearest);
-    let line = select(capsule.own, capsule.least, is_thin);
-    let radius = radius_at(line, closest_place);
+    let nearest = clamp(closest_along, 0.0, capsule.length);
+    let is_thin = radius_at(capsule.taper, nearest) < radius_at(capsule.least, nearest);
+    let line = select(capsule.taper, capsule.least, is_thin);
+    let radius = radius_at(line, closest_along);
     let grows = line.y * step;
     let open = sine - grows * grows;
     let discriminant = sine * radius * radius - open * miss2;
@@ -137,8 +137,8 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let at_last = dot(capsule.last_plane, off - capsule.axis * capsule.length) / select(behind, MIN_DISTANCE, behind == 0.0);
     first = max(first, max(select(first, at_first, ahead > 0.0), select(first, at_last, behind > 0.0)));
     last = min(last, min(select(at_first, last, ahead > 0.0), select(at_last, last, behind > 0.0)));
-    let place = begin + 0.5 * (first + last) * step;
-    let mean = radius_at(line, place);
+    let along = begin + 0.5 * (first + last) * step;
+    let mean = radius_at(line, along);
     if !(first < last && mean > 0.0) {
         return NO_WAY;
     }
@@ -149,7 +149,7 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     return Way(
         inside,
         select(LONGEST_WAY, max(of_whole, inside), open > 0.0),
-        clamp(radius_at(capsule.own, place) / mean, 0.0, 1.0),
+        clamp(radius_at(capsule.taper, along) / mean, 0.0, 1.0),
         (closest + first - view.near) / range,
         (closest + last - view.near) / range,
     );
@@ -191,11 +191,11 @@ fn capsule_half(look: vec4<u32>) -> vec2<f32> {
     return bitcast<vec2<f32>>(look.xy);
 }
 
-// Whether some texel centre in the box lo..hi may be in the capsule, by the rectangle around its axis. `place`, `half`
+// Whether some texel centre in the box lo..hi may be in the capsule, by the rectangle around its axis. `bounds`, `half`
 // of its footprint.
-fn capsule_touches(place: vec4<f32>, half: vec2<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    let width = place.z + SLACK;
-    let apart = (lo + hi) * 0.5 - place.xy;
+fn capsule_touches(bounds: vec4<f32>, half: vec2<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let width = bounds.z + SLACK;
+    let apart = (lo + hi) * 0.5 - bounds.xy;
     let reach = (hi - lo) * 0.5;
     let size = length(half);
     let along = select(vec2(0.0), half / size, size > 0.0);
@@ -203,5 +203,5 @@ fn capsule_touches(place: vec4<f32>, half: vec2<f32>, lo: vec2<f32>, hi: vec2<f3
     let off = abs(dot(along, apart));
     let wide = width + dot(abs(along.yx), reach);
     let long = size + width + dot(abs(along), reach);
-    return place.z < 0.0 || (across <= wide && off <= long);
+    return bounds.z < 0.0 || (across <= wide && off <= long);
 }

@@ -46,7 +46,7 @@ fn look_of(footprint: Footprint) -> u32 {
 fn plane_of(view: GpuView, footprint: Footprint, look: u32) -> Facing {
     var plane: Facing;
     if HAS_FACING {
-        plane = facing(view, footprint.place, look_rotation(look));
+        plane = facing(view, footprint.bounds, look_rotation(look));
     }
     return plane;
 }
@@ -107,7 +107,7 @@ fn plane_hit(plane: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
 }
 
 fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
-    let place = footprint.place;
+    let bounds = footprint.bounds;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
     if HAS_CAPSULES && (only_capsules() || material.shape == SHAPE_CAPSULE) {
@@ -122,7 +122,7 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let met = plane_hit(faced.plane, view, texel);
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
         let most = min(opacity_base(footprint) + opacity_slope(footprint), 1.0);
-        return puff_hit(view, place, footprint_color(footprint), most, texel, opaque_depth, material_id);
+        return puff_hit(view, bounds, footprint_color(footprint), most, texel, opaque_depth, material_id);
     }
     if HAS_BRICKS && material.shape == SHAPE_BRICK {
         return brick_hit(view, footprint, texel, opaque_depth, material_id);

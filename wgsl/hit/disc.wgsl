@@ -18,10 +18,10 @@ struct Disc {
 
 fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
     var disc: Disc;
-    let place = footprint.place;
-    let radius = place.z;
-    disc.center = place.xy;
-    disc.depth = place.w;
+    let bounds = footprint.bounds;
+    let radius = bounds.z;
+    disc.center = bounds.xy;
+    disc.depth = bounds.w;
     // A hit at the end of the ray does nothing.
     disc.slope = select(opacity_slope(footprint), 0.0, !PERSPECTIVE && disc.depth >= 1.0);
     let color = footprint_color(footprint);
@@ -37,9 +37,9 @@ fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
         disc.tilt_bend = 1.0 / (radius * radius);
         disc.start = vec2(0.0, 1.0);
         disc.depth = view.near + disc.depth * (view.far - view.near);
-        if is_beside(place) {
+        if is_beside(bounds) {
             // Delta from the map's centre: q^2 = (|ray|^2 - t^2) / (radius t)^2, t = n . ray.
-            let center = place.xyw;
+            let center = bounds.xyw;
             let distance = max(length(center), MIN_DISTANCE);
             let n = center / distance;
             let per_radius = distance / radius;
@@ -71,10 +71,10 @@ fn broadcast_disc(disc: Disc, lane: u32) -> Disc {
 }
 
 // Whether a disc may touch a block of texels with centres from `lo` to `hi`.
-fn disc_touches(view: GpuView, place: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    let radius = place.z;
-    let center = place.xy;
-    if PERSPECTIVE && is_beside(place) {
+fn disc_touches(view: GpuView, bounds: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    let radius = bounds.z;
+    let center = bounds.xy;
+    if PERSPECTIVE && is_beside(bounds) {
         return true;
     }
     let outside = center - clamp(center, lo, hi);

@@ -124,19 +124,19 @@ fn power(e: i32) -> f32 {
 }
 
 // `own`: coordinates in the caster's own space; `one_step`: their change from one texel to the next.
-fn hashed_threshold(own: vec2<f32>, one_step: vec2<f32>, scale: u32, id: u32) -> f32 {
+fn hashed_threshold(on_caster: vec2<f32>, one_step: vec2<f32>, scale: u32, id: u32) -> f32 {
     let step = max(one_step * f32(scale), vec2(1e-9));
     let per_unit = 0.70710678 / step.x;
     let between = bitcast<f32>((bitcast<u32>(per_unit) & 0x007fffffu) | 0x3f800000u) - 1.0;
     let x = clamp(exponent(per_unit), -20, 20);
     let y = clamp(x + exponent(step.x / step.y * 1.41421356), -24, 24);
-    let coarse = own_hash(own, x, y, id);
-    let fine = own_hash(own, x + 1, y + 1, id);
+    let coarse = caster_hash(on_caster, x, y, id);
+    let fine = caster_hash(on_caster, x + 1, y + 1, id);
     return uniform_share(coarse * (1.0 - between) + fine * between, min(between, 1.0 - between));
 }
 
-fn own_hash(own: vec2<f32>, x: i32, y: i32, id: u32) -> f32 {
-    let cell = bitcast<vec2<u32>>(vec2<i32>(floor(own * vec2(power(x), power(y)))));
+fn caster_hash(on_caster: vec2<f32>, x: i32, y: i32, id: u32) -> f32 {
+    let cell = bitcast<vec2<u32>>(vec2<i32>(floor(on_caster * vec2(power(x), power(y)))));
     return (f32(pcg_cell(cell, id ^ (u32(x + 127) << 24u)) >> 16u) + 0.5) * (1.0 / 65536.0);
 }
 

@@ -13,7 +13,7 @@ struct Approach {
     squared: f32,   // squared distance [standard deviations]
     depth: f32,     // light depth there
     deviation: f32, // along the ray [light depth]
-    place: vec2<f32>, // the whitened one
+    position: vec2<f32>, // the whitened one
 }
 
 struct GaussianHit {
@@ -28,18 +28,18 @@ const AT_THE_END: f32 = 0.25; // a medium's ramp begins that far in front of the
 const FARTHEST_TAIL: f32 = 8.0; // where nothing of a medium is left [deviations]
 
 fn approach(view: GpuView, footprint: Footprint, setup: GaussianSetup, texel: vec2<f32>) -> Approach {
-    let place = footprint.place;
-    let beside = is_beside(place);
+    let bounds = footprint.bounds;
+    let beside = is_beside(bounds);
     let range = view.far - view.near;
-    let delta = texel - select(place.xy, view.size * 0.5, beside);
+    let delta = texel - select(bounds.xy, view.size * 0.5, beside);
     let w = setup.whitening;
     var u = vec2(w.x * delta.x + w.y * delta.y, w.z * delta.y);
     if view.perspective == 0.0 {
-        return Approach(dot(u, u), place.w - dot(setup.tilt, u), sqrt(setup.spread), u);
+        return Approach(dot(u, u), bounds.w - dot(setup.tilt, u), sqrt(setup.spread), u);
     }
-    u += select(vec2(0.0), place.xy, beside);
-    let ahead = select(1.0 + dot(setup.tilt, u), place.w + dot(setup.tilt, delta), beside);
-    let unit = select(view.near + place.w * range, 1.0, beside);
+    u += select(vec2(0.0), bounds.xy, beside);
+    let ahead = select(1.0 + dot(setup.tilt, u), bounds.w + dot(setup.tilt, delta), beside);
+    let unit = select(view.near + bounds.w * range, 1.0, beside);
     let across = dot(u, u);
     let all = ahead * ahead + setup.spread * across;
     return Approach(
@@ -55,13 +55,13 @@ fn approach(view: GpuView, footprint: Footprint, setup: GaussianSetup, texel: ve
 fn gaussian_touches(
     view: GpuView,
     setup: GaussianSetup,
-    place: vec4<f32>,
+    bounds: vec4<f32>,
     lo: vec2<f32>,
     hi: vec2<f32>,
 ) -> bool {
-    let squared = place.z * place.z * WIDER;
-    let low = lo - SLACK - place.xy;
-    let high = hi + SLACK - place.xy;
+    let squared = bounds.z * bounds.z * WIDER;
+    let low = lo - SLACK - bounds.xy;
+    let high = hi + SLACK - bounds.xy;
     let w = setup.whitening;
     let tilt = vec2(setup.tilt.x * w.x, setup.tilt.x * w.y + setup.tilt.y * w.z) * view.perspective;
     let open = 1.0 - squared * setup.spread * view.perspective;
@@ -69,7 +69,7 @@ fn gaussian_touches(
     let xy = open * w.x * w.y - squared * tilt.x * tilt.y;
     let yy = open * (w.y * w.y + w.z * w.z) - squared * tilt.y * tilt.y;
     // Written so that a NaN touches.
-    if !(open > 0.0 && xx > 0.0 && yy > 0.0) || is_beside(place) {
+    if !(open > 0.0 && xx > 0.0 && yy > 0.0) || is_beside(bounds) {
         return true;
     }
     let near = clamp(vec2(0.0), low, high);
@@ -96,7 +96,7 @@ fn gaussian_hit(
     let blue_thin = setup.color.y;
     let color = vec3(unpack2x16unorm(setup.color.x), unpack2x16unorm(blue_thin).x);
     // Written so that a NaN is a miss.
-    if !(met.squared <= footprint.place.z * footprint.place.z) {
+    if !(met.squared <= footprint.bounds.z * footprint.bounds.z) {
         return GaussianHit(color, 0.0, -1.0, -1.0);
     }
     let amplitude = gaussian_amplitude(footprint) * exp(-0.5 * met.squared);

@@ -50,25 +50,25 @@ fn to_map(view: GpuView, axis: vec3<f32>) -> vec3<f32> {
     return (view.view_from_world * vec4(axis, 0.0)).xyz * vec3(1.0, -1.0, -1.0);
 }
 
-// `place` as in a footprint; `rotation` about the ray [radians].
-fn facing(view: GpuView, place: vec4<f32>, rotation: f32) -> Facing {
-    let beside = is_beside(place);
-    let slope = (place.xy - view.size * 0.5) / view.scale;
+// `bounds` as in a footprint; `rotation` about the ray [radians].
+fn facing(view: GpuView, bounds: vec4<f32>, rotation: f32) -> Facing {
+    let beside = is_beside(bounds);
+    let slope = (bounds.xy - view.size * 0.5) / view.scale;
     var ray = vec3(slope, 1.0);
-    var k = 1.0 / place.z;
+    var k = 1.0 / bounds.z;
     var per_texel = 1.0;
     var tilt = vec2(0.0);
-    var distance = view.near + place.w * (view.far - view.near);
+    var distance = view.near + bounds.w * (view.far - view.near);
     if beside {
-        distance = max(length(place.xyw), MIN_DISTANCE);
-        ray = place.xyw / distance;
-        k = distance / -place.z;
+        distance = max(length(bounds.xyw), MIN_DISTANCE);
+        ray = bounds.xyw / distance;
+        k = distance / -bounds.z;
         per_texel = 1.0 / view.scale;
         tilt = ray.xy * per_texel;
     } else if view.perspective > 0.0 {
         let len = length(ray);
         ray /= len;
-        k = 1.0 / (place.z * len * view.scale);
+        k = 1.0 / (bounds.z * len * view.scale);
         tilt = ray.xy / (len * view.scale);
     } else {
         ray = vec3(0.0, 0.0, 1.0);
@@ -82,7 +82,7 @@ fn facing(view: GpuView, place: vec4<f32>, rotation: f32) -> Facing {
     let frame_x = to_map(view, x * c + y * s) * k;
     let frame_y = to_map(view, y * c - x * s) * k;
     return Facing(
-        select(place.xy, view.size * 0.5, beside),
+        select(bounds.xy, view.size * 0.5, beside),
         frame_x.xy * per_texel,
         frame_y.xy * per_texel,
         select(vec2(0.0), vec2(frame_x.z, frame_y.z), beside),

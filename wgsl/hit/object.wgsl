@@ -12,7 +12,7 @@ fn object_of(footprint: Footprint) -> u32 {
         return setup_texel(setup_of(footprint), 6u).w;
     }
     if (HAS_GAUSSIANS && is_gaussian(footprint)) || (HAS_CAPSULES && is_capsule(footprint)) {
-        // What it has besides begins with a record as large as a particle's, with the id at the same place.
+        // What it has besides begins with a record as large as a particle's, with the id at the same offset.
         return particle_object(particle_object(caster_of(footprint)));
     }
     return particle_object(caster_of(footprint));

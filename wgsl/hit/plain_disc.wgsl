@@ -35,7 +35,7 @@ fn broadcast(plain: Plain, lane: u32) -> Plain {
 
 // Whether it may touch texel centres in the box lo..hi.
 fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    return disc_touches(view, footprint.place, lo, hi);
+    return disc_touches(view, footprint.bounds, lo, hi);
 }
 
 // Profiles of eight texels in a column; `first`: centre of the first.

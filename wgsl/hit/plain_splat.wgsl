@@ -19,7 +19,7 @@ const SEEKS_APART: bool = false;
 struct Plain {
     center: vec2<f32>,    // [texels]; for one beside the view the map's centre
     whitening: vec3<f32>, // [1/texels]; in an orthographic view times ROOT_LOG
-    offset: vec2<f32>,    // of the whitened place; for one beside the view
+    offset: vec2<f32>,    // of the whitened position; for one beside the view
     tilt: vec2<f32>,      // as in the setup; in an orthographic view change of the light depth [1/texels]
     start: vec3<f32>,     // e = x + tilt . (y u + z delta)
     spread: f32,          // in an orthographic view how the ratio of neighbours changes along a column
@@ -31,16 +31,16 @@ struct Plain {
 
 fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     let setup = gaussian_setup(footprint);
-    let place = footprint.place;
-    let beside = PERSPECTIVE && is_beside(place);
+    let bounds = footprint.bounds;
+    let beside = PERSPECTIVE && is_beside(bounds);
     var splat: Plain;
-    splat.center = place.xy;
+    splat.center = bounds.xy;
     splat.whitening = setup.whitening;
     splat.tilt = setup.tilt;
-    splat.reach = place.z * place.z;
+    splat.reach = bounds.z * bounds.z;
     splat.amplitude = gaussian_amplitude(footprint);
     splat.absorbed = 1.0 - vec3(unpack2x16unorm(setup.color.x), unpack2x16unorm(setup.color.y).x);
-    splat.distance = place.w;
+    splat.distance = bounds.w;
     if !PERSPECTIVE {
         let w = setup.whitening;
         splat.whitening = w * ROOT_LOG;
@@ -52,11 +52,11 @@ fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     }
     splat.spread = setup.spread;
     splat.start = vec3(1.0, 1.0, 0.0);
-    splat.distance = view.near + place.w * (view.far - view.near);
+    splat.distance = view.near + bounds.w * (view.far - view.near);
     if beside {
         splat.center = view.size * 0.5;
-        splat.offset = place.xy;
-        splat.start = vec3(place.w, 0.0, 1.0);
+        splat.offset = bounds.xy;
+        splat.start = vec3(bounds.w, 0.0, 1.0);
         splat.distance = 1.0;
     }
     return splat;
@@ -94,14 +94,14 @@ fn broadcast(splat: Plain, lane: u32) -> Plain {
 // Whether it may touch texel centres in the box lo..hi.
 fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let setup = gaussian_setup(footprint);
-    let place = footprint.place;
+    let bounds = footprint.bounds;
     if PERSPECTIVE {
-        return gaussian_touches(view, setup, place, lo, hi);
+        return gaussian_touches(view, setup, bounds, lo, hi);
     }
     // As there, where e is 1.
     let w = setup.whitening;
-    let low = lo - SLACK - place.xy;
-    let high = hi + SLACK - place.xy;
+    let low = lo - SLACK - bounds.xy;
+    let high = hi + SLACK - bounds.xy;
     let near = clamp(vec2(0.0), low, high);
     let along_x = clamp(-w.y / w.x * near.y, low.x, high.x);
     let along_y = clamp(-w.x * w.y / (w.y * w.y + w.z * w.z) * near.x, low.y, high.y);
@@ -111,7 +111,7 @@ fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f3
     let v = w.z * y;
     let squares = u * u + v * v;
     // Written so that a NaN touches.
-    return !(min(squares.x, squares.y) > place.z * place.z * WIDER);
+    return !(min(squares.x, squares.y) > bounds.z * bounds.z * WIDER);
 }
 
 // Profiles of four texels in a column of a perspective view, `dx` and `dy` from the centre.

@@ -9,7 +9,7 @@ import package::sums::faint::{tau_absorbed, whole_tau};
 // surface: the transfer along a whole diameter, to the power of the chord's share of it.
 fn puff_hit(
     view: GpuView,
-    place: vec4<f32>,
+    bounds: vec4<f32>,
     color: vec3<f32>,
     alpha: f32,
     texel: vec2<f32>,
@@ -17,30 +17,30 @@ fn puff_hit(
     material_id: u32,
 ) -> Hit {
     let range = view.far - view.near;
-    let center = view.near + place.w * range; // along the axis [m]
+    let center = view.near + bounds.w * range; // along the axis [m]
     let w = vec3((texel - view.size * 0.5) / view.scale, 1.0);
-    let middle = (place.xy - view.size * 0.5) / view.scale;
+    let middle = (bounds.xy - view.size * 0.5) / view.scale;
     // Squared distance of the ray from the centre [radii²], and metres along the axis per radius.
     var miss2: f32;
     var radius_axis: f32;
     var closest: f32;
-    if is_beside(place) {
-        let apart = cross(place.xyw, w);
-        miss2 = dot(apart, apart) / dot(w, w) / (place.z * place.z);
-        radius_axis = -place.z / length(w);
-        closest = dot(place.xyw, w) / dot(w, w);
+    if is_beside(bounds) {
+        let apart = cross(bounds.xyw, w);
+        miss2 = dot(apart, apart) / dot(w, w) / (bounds.z * bounds.z);
+        radius_axis = -bounds.z / length(w);
+        closest = dot(bounds.xyw, w) / dot(w, w);
     } else if view.perspective > 0.0 {
         let c = vec3(middle, 1.0);
         let distance = center * length(c);
-        let radius = place.z * distance;
+        let radius = bounds.z * distance;
         let apart = cross(c, w - c);
         miss2 = dot(apart, apart) / dot(w, w) * (center * center) / (radius * radius);
         radius_axis = radius / length(w);
         closest = center * dot(c, w) / dot(w, w);
     } else {
-        let delta = (texel - place.xy) / place.z;
+        let delta = (texel - bounds.xy) / bounds.z;
         miss2 = dot(delta, delta);
-        radius_axis = place.z / view.scale;
+        radius_axis = bounds.z / view.scale;
         closest = center;
     }
     if miss2 >= 1.0 {

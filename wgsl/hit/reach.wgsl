@@ -13,9 +13,9 @@ import package::records::view::{GpuView, is_beside};
 
 // Whether a footprint may touch texel centres in the box lo..hi.
 fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>) -> bool {
-    let center = footprint.place.xy;
-    let radius = footprint.place.z;
-    if is_beside(footprint.place) {
+    let center = footprint.bounds.xy;
+    let radius = footprint.bounds.z;
+    if is_beside(footprint.bounds) {
         return true;
     }
     let outside = center - clamp(center, lo, hi);
@@ -23,10 +23,10 @@ fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>
         return max(abs(outside.x), abs(outside.y)) <= radius;
     }
     if HAS_CAPSULES && (only_capsules() || is_capsule(footprint)) {
-        return capsule_touches(footprint.place, capsule_half(footprint.look), lo, hi);
+        return capsule_touches(footprint.bounds, capsule_half(footprint.look), lo, hi);
     }
     if HAS_GAUSSIANS && (only_gaussians() || is_gaussian(footprint)) {
-        return gaussian_touches(view, gaussian_setup(footprint), footprint.place, lo, hi);
+        return gaussian_touches(view, gaussian_setup(footprint), footprint.bounds, lo, hi);
     }
     var reach = radius * select(1.0, 1.41421356, HAS_QUADS);
     if view.perspective > 0.0 {

@@ -68,7 +68,7 @@ fn sample_area(
     let level = clamp(log2(long / taps), 0.0, last);
     let low = i32(level);
     let part = level - f32(low);
-    // One place that samples: GPUs hold little code, and a pane has images of two kinds.
+    // One call that samples: GPUs hold little code, and a pane has images of two kinds.
     let steps = select(1, 2, part > 0.0);
     var rgba = vec4(0.0);
     for (var tap = 0.5; tap < taps; tap += 1.0) {

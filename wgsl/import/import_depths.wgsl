@@ -12,9 +12,9 @@ override WORKGROUP_EDGE: u32;
 
 fn light_depth(params: ImportParams, ray: ClipRay, depth: f32) -> f32 {
     let distance = (depth * ray.start.w - ray.start.z) / (ray.slope.z - depth * ray.slope.w);
-    let own = (distance - params.near) / (params.far - params.near);
+    let light_depth = (distance - params.near) / (params.far - params.near);
     // A surface in front of the near plane blocks all the same. A NaN is no surface.
-    return select(1.0, clamp(own, 0.0, 1.0), depth != params.empty && own <= 1.0);
+    return select(1.0, clamp(light_depth, 0.0, 1.0), depth != params.empty && light_depth <= 1.0);
 }
 
 @compute @workgroup_size(WORKGROUP_EDGE, WORKGROUP_EDGE)
@@ -27,11 +27,11 @@ fn import_depths(@builtin(global_invocation_id) id: vec3<u32>) {
     let across = across_axis(middle, params.size, params.scale);
     let ray = clip_ray(params.clip_from_view, across, params.perspective);
     let seen = ray.slope * params.far + ray.start;
-    let place = (seen.xy / seen.w * vec2(0.5, -0.5) + 0.5) * params.host_size;
-    let texel = clamp(place, vec2(0.0), params.host_size - 1.0);
+    let pixel = (seen.xy / seen.w * vec2(0.5, -0.5) + 0.5) * params.host_size;
+    let texel = clamp(pixel, vec2(0.0), params.host_size - 1.0);
     let imported = light_depth(params, ray, textureLoad(host_depths, vec2<u32>(texel), 0).x);
     let at = params.origin + id.xy;
     let depth = bitcast<f32>(opaque_bits(imported, false));
-    let own = textureLoad(opaques, at, params.layer).x;
-    textureStore(opaques, at, params.layer, vec4(select(min(depth, own), depth, params.replaces == 1u)));
+    let known = textureLoad(opaques, at, params.layer).x;
+    textureStore(opaques, at, params.layer, vec4(select(min(depth, known), depth, params.replaces == 1u)));
 }

@@ -53,9 +53,9 @@ fn opaque_ramp(channel: u32) -> Ramp {
     let depths = textureLoad(opaques, child_at, child_layer, 0).rgb;
     let by_channel = picture_params.colored != 0u;
     let depth = select(depths.r, depths[channel], by_channel);
-    let own = vec3(channel) == vec3(0u, 1u, 2u);
+    let is_channel = vec3(channel) == vec3(0u, 1u, 2u);
     let all_at_once = select(vec3(0.0), light_before, channel == 0u);
-    let drop = select(all_at_once, select(vec3(0.0), light_before, own), by_channel);
+    let drop = select(all_at_once, select(vec3(0.0), light_before, is_channel), by_channel);
     return Ramp(select(0.0, fixed_depth(depth), depth < 1.0), 0.0, drop);
 }
 

@@ -4,7 +4,7 @@
 import package::curve::node::DEPTHS;
 import package::records::area::leveled_view;
 import package::records::light::shadow_view;
-import package::records::view::{GpuView, PART_FACE};
+import package::records::view::{GpuView, ROLE_FACE};
 import package::shade::incoming::cube_face;
 
 // Its depths become this face's by `shift`: times x, plus y, in fixed point.
@@ -20,7 +20,7 @@ fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, ed
     let nearest = clamp(at, vec2(0), size - 1);
     var owner = ChildOwner(view, leveled, nearest, vec2(1.0, 0.0));
     // A loop, as llvmpipe runs branches for all invocations.
-    let outside = select(0u, 1u, any(nearest != at) && view.part == PART_FACE);
+    let outside = select(0u, 1u, any(nearest != at) && view.role == ROLE_FACE);
     for (var i = 0u; i < outside; i += 1u) {
         let slope = ((vec2<f32>(at) + 0.5) * edge - view.size * 0.5) / view.scale;
         let away = (vec4(slope.x, -slope.y, -1.0, 0.0) * view.view_from_world).xyz;
@@ -29,12 +29,12 @@ fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, ed
         let p = (owner.view.view_from_world * vec4(away, 0.0)).xyz;
         // Depth along the neighbour's axis per unit of depth along this face's.
         let along = max(-p.z, 1e-6);
-        let place = vec2(p.x, -p.y) * (owner.view.scale / along) + owner.view.size * 0.5;
+        let position = vec2(p.x, -p.y) * (owner.view.scale / along) + owner.view.size * 0.5;
         let range = view.far - view.near;
         let offset = (owner.view.near / along - view.near) / range * DEPTHS;
         owner.shift = vec2((owner.view.far - owner.view.near) / (along * range), offset);
         let last = ceil(owner.view.size / edge) - 1.0;
-        owner.at = vec2<i32>(clamp(floor(place / edge), vec2(0.0), last));
+        owner.at = vec2<i32>(clamp(floor(position / edge), vec2(0.0), last));
     }
     return owner;
 }

@@ -19,11 +19,11 @@ struct LevelParams {
 
 @compute @workgroup_size(8, 8)
 fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
-    let own = leveled_view(id.z);
-    let view = shadow_view(own.x);
+    let leveled = leveled_view(id.z);
+    let view = shadow_view(leveled.x);
     let map = level_map(view, id.z, level_params.level);
     let size = vec2<u32>(map.size) + 2u * SKIRT;
-    if any(id.xy >= size) || level_params.level > own.y {
+    if any(id.xy >= size) || level_params.level > leveled.y {
         return;
     }
     let at = vec2<i32>(id.xy) - i32(SKIRT);

@@ -10,8 +10,8 @@ fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
     let count = workgroups.x * workgroups.y;
     let half_count = count / 2u;
     let second = i >= half_count;
-    let place = select(i, i - half_count, second);
+    let index = select(i, i - half_count, second);
     let whole = count / (2u * RUN) * RUN; // of each half, in whole runs
-    let run = 2u * (place - place % RUN) + place % RUN + select(0u, RUN, second);
-    return select(select(i + whole, i, second), run, place < whole);
+    let run = 2u * (index - index % RUN) + index % RUN + select(0u, RUN, second);
+    return select(select(i + whole, i, second), run, index < whole);
 }

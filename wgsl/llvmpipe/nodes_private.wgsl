@@ -11,7 +11,7 @@ const node_count: u32 = NODES;
 var<private> nodes: array<Node, 17>; // one more than a curve has at most
 var<private> aside: Lights;
 
-fn open_nodes(place: vec2<u32>) {}
+fn open_nodes(in_tile: vec2<u32>) {}
 
 fn node_at(i: u32) -> Node {
     return nodes[i];

@@ -20,12 +20,12 @@ fn row_bits(v: RowBits, i: u32) -> u32 {
 }
 
 // `v` with row `i` replaced.
-fn with_row(v: Rows, i: u32, own: f32) -> Rows {
-    return select(v, vec4(own), vec4(0u, 1u, 2u, 3u) == vec4(i));
+fn with_row(v: Rows, i: u32, value: f32) -> Rows {
+    return select(v, vec4(value), vec4(0u, 1u, 2u, 3u) == vec4(i));
 }
 
-fn with_bits(v: RowBits, i: u32, own: u32) -> RowBits {
-    return select(v, vec4(own), vec4(0u, 1u, 2u, 3u) == vec4(i));
+fn with_bits(v: RowBits, i: u32, value: u32) -> RowBits {
+    return select(v, vec4(value), vec4(0u, 1u, 2u, 3u) == vec4(i));
 }
 
 fn any_row(is: RowIs) -> bool {

@@ -28,10 +28,10 @@ fn selected_hits(a: Hits, b: Hits, is: RowIs) -> Hits {
 fn exchange_hits(came: Hits) -> Hits {
     var left = came;
     for (var n = 1u; n < unrolled(WAITING + 1u); n += 1u) {
-        let own = waiting[WAITING - n];
-        let stays = left.depth < own.depth;
-        waiting[WAITING - n] = selected_hits(left, own, stays);
-        left = selected_hits(own, left, stays);
+        let right = waiting[WAITING - n];
+        let stays = left.depth < right.depth;
+        waiting[WAITING - n] = selected_hits(left, right, stays);
+        left = selected_hits(right, left, stays);
     }
     return left;
 }

@@ -18,12 +18,12 @@ var<workgroup> sums: array<vec2<u32>, CULL_LANES>;
 
 // Number of casters of the group, or 0 if its box is outside a plane of the view.
 fn seen_count(view: u32, group: u32) -> u32 {
-    let own = host_groups[cull_params.first_group + group];
-    let largest = max(abs(own.low), abs(own.high));
+    let box = host_groups[cull_params.first_group + group];
+    let largest = max(abs(box.low), abs(box.high));
     let pad = max(largest.x, max(largest.y, largest.z)) * BOX_ROUNDING + 1e-30;
-    let center = (own.low + own.high) * 0.5;
-    let half = (own.high - own.low) * (0.5 + BOX_SKEW) + pad;
-    var count = own.count;
+    let center = (box.low + box.high) * 0.5;
+    let half = (box.high - box.low) * (0.5 + BOX_SKEW) + pad;
+    var count = box.count;
     for (var i = 0u; i < 6u; i += 1u) {
         let plane = cull_planes[6u * view + i];
         let nearest = dot(plane.xyz, center) + plane.w + dot(abs(plane.xyz), half);

@@ -1,10 +1,10 @@
 // A workgroup of `load`: a run of the host's casters, of which the valid ones are compacted, in order, with a box around
-// them. Every lane adds its caster, then asks for its place, then the group is stored.
+// them. Every lane adds its caster, then asks for its slot, then the group is stored.
 
 import package::bind::changed::{host_counters, host_groups};
 import package::bind::read::host_counts;
 import package::bind::uniform::load_params;
-import package::records::host::{CHUNK_SIZE, FARTHEST_PLACE, HostGroup};
+import package::records::host::{CHUNK_SIZE, MAX_COORDINATE, HostGroup};
 
 const STRETCH: u32 = 16u; // spheres whose box an invocation computes
 
@@ -25,10 +25,10 @@ fn is_within(x: f32, low: f32, high: f32) -> bool {
     return is_finite(x) && x >= low && x <= high;
 }
 
-fn is_place(place: vec3<f32>) -> bool {
+fn is_position(slot: vec3<f32>) -> bool {
     var is_near = true;
     for (var i = 0u; i < 3u; i += 1u) {
-        is_near = is_near && is_within(place[i], -FARTHEST_PLACE, FARTHEST_PLACE);
+        is_near = is_near && is_within(slot[i], -MAX_COORDINATE, MAX_COORDINATE);
     }
     return is_near;
 }
@@ -66,18 +66,18 @@ fn add_caster(lane: u32, is_valid: bool, is_left_out: bool, sphere: vec4<f32>, a
 }
 
 // Valid casters before the lane's own, and all. Called by all lanes.
-fn place_in_group(lane: u32) -> vec2<u32> {
+fn slot_in_group(lane: u32) -> vec2<u32> {
     workgroupBarrier(); // all spheres and bits before any is read
-    var place = vec2(0u);
+    var slot = vec2(0u);
     for (var word = 0u; word < CHUNK_SIZE / 32u; word += 1u) {
         let bits = atomicLoad(&taken_bits[word]);
         let below = select(0u, 0xffffffffu, word < lane / 32u) | select(0u, (1u << (lane % 32u)) - 1u, word == lane / 32u);
-        place += vec2(countOneBits(bits & below), countOneBits(bits));
+        slot += vec2(countOneBits(bits & below), countOneBits(bits));
     }
-    return place;
+    return slot;
 }
 
-// Called by all lanes, behind `place_in_group`.
+// Called by all lanes, behind `slot_in_group`.
 fn store_group(group: u32, lane: u32, count: u32) {
     var low = vec3(3e38);
     var high = vec3(-3e38);

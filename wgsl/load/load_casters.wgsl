@@ -5,9 +5,9 @@
 import package::bind::stored::casters;
 import package::bind::uniform::{load_params, materials};
 import package::load::group::{
-    add_caster, caster_count, is_color, is_finite, is_of_set, is_place, is_within, place_in_group, store_group,
+    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group, store_group,
 };
-import package::load::pack_caster::{packed_look, packed_place};
+import package::load::pack_caster::{packed_look, packed_position};
 import package::records::dispatch::workgroup_number;
 import package::records::host::{CHUNK_SIZE, Caster};
 import package::records::material::{MAX_GAIN, SHAPE_QUAD, TRANSFER_GAIN};
@@ -20,7 +20,7 @@ fn is_usable(caster: Caster) -> bool {
     }
     let brightest = select(1.0, MAX_GAIN, materials[caster.material].transfer == TRANSFER_GAIN);
     return is_finite(caster.radius) && caster.radius > 0.0 && is_finite(caster.rotation)
-        && is_within(caster.color.a, 0.0, 1.0) && is_place(caster.center) && is_color(caster.color.rgb, brightest);
+        && is_within(caster.color.a, 0.0, 1.0) && is_position(caster.center) && is_color(caster.color.rgb, brightest);
 }
 
 @compute @workgroup_size(CHUNK_SIZE)
@@ -49,11 +49,11 @@ fn load_casters(
         reach = caster.radius * select(1.0, load_params.quad_reach, is_quad);
     }
     add_caster(lane, taken, is_left_out, vec4(caster.center, reach), caster.color.a);
-    let place = place_in_group(lane);
+    let slot = slot_in_group(lane);
     if taken {
-        let texel = 2u * (load_params.first_caster + group * CHUNK_SIZE + place.x);
-        textureStore(casters, record_texel(texel), packed_place(caster));
+        let texel = 2u * (load_params.first_caster + group * CHUNK_SIZE + slot.x);
+        textureStore(casters, record_texel(texel), packed_position(caster));
         textureStore(casters, record_texel(texel + 1u), packed_look(caster));
     }
-    store_group(group, lane, place.y);
+    store_group(group, lane, slot.y);
 }

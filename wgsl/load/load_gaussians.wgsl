@@ -5,11 +5,11 @@
 import package::bind::stored::casters;
 import package::bind::uniform::{gaussian_looks, load_params, materials};
 import package::load::group::{
-    add_caster, caster_count, is_color, is_finite, is_of_set, is_place, is_within, place_in_group, store_group,
+    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group, store_group,
 };
 import package::load::pack_gaussian::{gaussian_radius, most_opacity, packed_axes, packed_gaussian};
 import package::records::dispatch::workgroup_number;
-import package::records::host::{CHUNK_SIZE, FARTHEST_PLACE, Gaussian};
+import package::records::host::{CHUNK_SIZE, MAX_COORDINATE, Gaussian};
 import package::records::material::{MAX_GAIN, TRANSFER_GAIN};
 import package::records::record::record_texel;
 import choice::loader::load_gaussian;
@@ -22,12 +22,12 @@ fn is_usable(gaussian: Gaussian) -> bool {
     }
     let brightest = select(1.0, MAX_GAIN, materials[gaussian.material].transfer == TRANSFER_GAIN);
     let q = gaussian.rotation;
-    var usable = is_place(gaussian.center) && is_color(gaussian.color, brightest);
+    var usable = is_position(gaussian.center) && is_color(gaussian.color, brightest);
     usable = usable && is_finite(q.x) && is_finite(q.y) && is_finite(q.z) && is_finite(q.w);
     usable = usable && abs(dot(q, q) - 1.0) <= NOT_UNIT;
     usable = usable && is_within(gaussian.opacity, 0.0, gaussian_looks[gaussian.material].most);
     for (var i = 0u; i < 3u; i += 1u) {
-        usable = usable && is_within(gaussian.sigma[i], 0.0, FARTHEST_PLACE) && gaussian.sigma[i] > 0.0;
+        usable = usable && is_within(gaussian.sigma[i], 0.0, MAX_COORDINATE) && gaussian.sigma[i] > 0.0;
     }
     return usable;
 }
@@ -57,11 +57,11 @@ fn load_gaussians(
         radius = gaussian_radius(gaussian, opacity);
     }
     add_caster(lane, taken, is_there && !taken, vec4(gaussian.center, radius), opacity);
-    let place = place_in_group(lane);
+    let slot = slot_in_group(lane);
     if taken {
-        let own = group * CHUNK_SIZE + place.x;
-        let axes = load_params.first_axes + own;
-        let texel = 2u * (load_params.first_caster + own);
+        let loaded = group * CHUNK_SIZE + slot.x;
+        let axes = load_params.first_axes + loaded;
+        let texel = 2u * (load_params.first_caster + loaded);
         let center = vec4(bitcast<vec3<u32>>(gaussian.center), bitcast<u32>(radius));
         textureStore(casters, record_texel(texel), center);
         textureStore(casters, record_texel(texel + 1u), packed_gaussian(gaussian, axes));
@@ -69,5 +69,5 @@ fn load_gaussians(
         textureStore(casters, record_texel(2u * axes), packed.rotation);
         textureStore(casters, record_texel(2u * axes + 1u), packed.sigma);
     }
-    store_group(group, lane, place.y);
+    store_group(group, lane, slot.y);
 }

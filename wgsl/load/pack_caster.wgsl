@@ -8,7 +8,7 @@ import package::records::record::OPACITY_SCALE;
 
 const TURN: f32 = 6.2831853; // [radians]
 
-fn packed_place(caster: Caster) -> vec4<u32> {
+fn packed_position(caster: Caster) -> vec4<u32> {
     return vec4(bitcast<vec3<u32>>(caster.center), bitcast<u32>(caster.radius));
 }
 

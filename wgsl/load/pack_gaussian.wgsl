@@ -30,13 +30,13 @@ fn gaussian_radius(gaussian: Gaussian, opacity: f32) -> f32 {
 }
 
 fn packed_gaussian(gaussian: Gaussian, axes: u32) -> vec4<u32> {
-    let own = gaussian_looks[gaussian.material];
+    let look = gaussian_looks[gaussian.material];
     let levels = packed_color(gaussian.color, gaussian.material);
-    let scale = select(OPACITY_SCALE, own.density, is_medium(gaussian));
+    let scale = select(OPACITY_SCALE, look.density, is_medium(gaussian));
     return vec4(
         levels.r | (levels.g << 16u),
         levels.b | (half_bits(gaussian.opacity * scale) << 16u),
-        gaussian.material | own.marks,
+        gaussian.material | look.marks,
         axes,
     );
 }

@@ -20,8 +20,8 @@ var<workgroup> densities: array<f32, BRICK_VALUES>;
 var<workgroup> is_filled: atomic<u32>;
 var<workgroup> left_out: atomic<u32>;
 
-// Place number `index` of an array of `size`.
-fn place_of(index: u32, size: vec2<u32>) -> vec3<u32> {
+// Coordinates of element `index` of an array of `size`.
+fn coordinates_of(index: u32, size: vec2<u32>) -> vec3<u32> {
     return vec3(index % size.x, index / size.x % size.y, index / (size.x * size.y));
 }
 
@@ -36,17 +36,17 @@ fn pack_voxels(
         return;
     }
     // The first bricks along each axis have the cells before voxel 0.
-    let low = (vec3<i32>(place_of(brick, host_grid.bricks)) - 1) * i32(SLOT_HEIGHT);
+    let low = (vec3<i32>(coordinates_of(brick, host_grid.bricks)) - 1) * i32(SLOT_HEIGHT);
     for (var i = lane; i < BRICK_VALUES; i += WORKGROUP_SIZE) {
-        let own = place_of(i, vec2(SLOT_WIDTH));
-        let voxel = low + vec3<i32>(own);
+        let in_brick = coordinates_of(i, vec2(SLOT_WIDTH));
+        let voxel = low + vec3<i32>(in_brick);
         var density = 0.0;
         if all(voxel >= vec3(0)) && all(voxel < vec3<i32>(host_grid.size)) {
             let found = load_density(vec3<u32>(voxel));
             if is_within(found, 0.0, MAX_DENSITY) {
                 // Rounded as by the CPU: stores of halves may round otherwise.
                 density = unpack2x16float(half_bits(found)).x;
-            } else if all(own < vec3(SLOT_HEIGHT)) {
+            } else if all(in_brick < vec3(SLOT_HEIGHT)) {
                 atomicAdd(&left_out, 1u);
             }
         }
@@ -64,12 +64,12 @@ fn pack_voxels(
     if filled == 0u {
         return;
     }
-    let slot = vec3(SLOT_WIDTH, SLOT_HEIGHT, SLOT_HEIGHT) * place_of(host_grid.first_slot + brick, host_grid.slots);
+    let slot = vec3(SLOT_WIDTH, SLOT_HEIGHT, SLOT_HEIGHT) * coordinates_of(host_grid.first_slot + brick, host_grid.slots);
     for (var i = lane; i < SLOT_TEXELS; i += WORKGROUP_SIZE) {
-        let own = place_of(i, vec2(SLOT_WIDTH, SLOT_HEIGHT));
-        let at = own.x + SLOT_WIDTH * (own.y + SLOT_WIDTH * own.z);
+        let in_brick = coordinates_of(i, vec2(SLOT_WIDTH, SLOT_HEIGHT));
+        let at = in_brick.x + SLOT_WIDTH * (in_brick.y + SLOT_WIDTH * in_brick.z);
         let layer = at + SLOT_WIDTH * SLOT_WIDTH;
         let four = vec4(densities[at], densities[at + SLOT_WIDTH], densities[layer], densities[layer + SLOT_WIDTH]);
-        textureStore(voxels, slot + own, four);
+        textureStore(voxels, slot + in_brick, four);
     }
 }

@@ -7,8 +7,8 @@ import package::records::mask::offset_bits;
 // Depths that are less apart are equal: pixels beside each other on a floor differ by their rounding alone.
 const TIED: f32 = 1e-6;
 
-// `place`: a texel of `mask_points`; `depths`: of the 2 x 2 pixels that contain this one.
-fn keep_surface(pixel: vec2<u32>, surface: vec4<u32>, place: vec4<u32>, depths: vec4<f32>) {
+// `packed`: a texel of `mask_points`; `depths`: of the 2 x 2 pixels that contain this one.
+fn keep_surface(pixel: vec2<u32>, surface: vec4<u32>, packed: vec4<u32>, depths: vec4<f32>) {
     textureStore(mask_surfaces, pixel, surface);
     let half = pixel / 2u;
     let is_near = ((half.x + half.y) & 1u) == 0u;
@@ -19,8 +19,8 @@ fn keep_surface(pixel: vec2<u32>, surface: vec4<u32>, place: vec4<u32>, depths: 
     let chosen = select(select(select(3u, 2u, ties.z), 1u, ties.y), 0u, ties.x);
     let offset = pixel & vec2(1u);
     if chosen == offset.x + 2u * offset.y {
-        let own = vec4(surface.xy, surface.z | offset_bits(offset), surface.w);
-        textureStore(half_surfaces, half, own);
-        textureStore(mask_points, half, place);
+        let stored = vec4(surface.xy, surface.z | offset_bits(offset), surface.w);
+        textureStore(half_surfaces, half, stored);
+        textureStore(mask_points, half, packed);
     }
 }

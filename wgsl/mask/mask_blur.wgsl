@@ -18,10 +18,10 @@ struct Blurred {
 
 fn with_tap(before: Blurred, plane: MaskPlane, at: vec2<i32>, group: u32, most: f32) -> Blurred {
     let inside = all(at >= vec2(0)) && all(at < vec2<i32>(mask_params.size));
-    let place = vec2<u32>(select(vec2(0), at, inside));
-    let counts = surface_weight(plane, place, mask_params.step, textureLoad(mask_surfaces, place, 0));
+    let texel = vec2<u32>(select(vec2(0), at, inside));
+    let counts = surface_weight(plane, texel, mask_params.step, textureLoad(mask_surfaces, texel, 0));
     let weight = select(0.0, most * counts, inside);
-    return Blurred(weighted(before.sum, load_group(place, group), weight), before.weights + weight);
+    return Blurred(weighted(before.sum, load_group(texel, group), weight), before.weights + weight);
 }
 
 @compute @workgroup_size(8, 8)
@@ -29,10 +29,10 @@ fn mask_blur(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    let own = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
-    let plane = mask_plane(id.xy, mask_params.step, own);
+    let surface = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
+    let plane = mask_plane(id.xy, mask_params.step, surface);
     let nearer = select(1.0, min(mask_params.depth_scale / plane.distance, 1.0), mask_params.depth_scale > 0.0);
-    let shares = select(vec2(1.0), upright_shares(plane, own.face), mask_params.anisotropic != 0u);
+    let shares = select(vec2(1.0), upright_shares(plane, surface.face), mask_params.anisotropic != 0u);
     let upright = select(shares.x, shares.y, mask_params.column != 0u);
     let width = max(f32(mask_params.taps) / WIDTHS * nearer * upright, 0.01); // [pixels of the mask]
     // Gaussian by differences: the ratio of successive taps falls by a constant factor.
@@ -42,7 +42,7 @@ fn mask_blur(@builtin(global_invocation_id) id: vec3<u32>) {
     let steeper = exp(-2.0 * narrow);
     let along = select(vec2(1, 0), vec2(0, 1), mask_params.column != 0u);
     // Not by the uniform alone: llvmpipe would recompile the kernel for its value.
-    let side = i32(select(0u, mask_params.taps, own.depth < 1.0));
+    let side = i32(select(0u, mask_params.taps, surface.depth < 1.0));
     var blurred = Blurred(load_group(id.xy, id.z), 1.0);
     for (var i = 1; i <= side; i += 1) {
         blurred = with_tap(blurred, plane, vec2<i32>(id.xy) - along * i, id.z, most);

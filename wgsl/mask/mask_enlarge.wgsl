@@ -18,8 +18,8 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    let own = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
-    let plane = mask_plane(id.xy, 1u, own);
+    let surface = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
+    let plane = mask_plane(id.xy, 1u, surface);
     let last = vec2<i32>(textureDimensions(half_surfaces)) - 1;
     let middle = (vec2<f32>(id.xy) + 0.5) * 0.5 - 0.5;
     let first = floor(middle);
@@ -29,18 +29,18 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
     var best = even_group(1.0);
     var least = 1e30;
     // The loop count is not constant, so that compilers do not unroll.
-    let count = select(0u, 4u, own.depth < 1.0);
+    let count = select(0u, 4u, surface.depth < 1.0);
     for (var i = 0u; i < count; i += 1u) {
         let step = vec2(i & 1u, i >> 1u);
-        let place = vec2<u32>(clamp(vec2<i32>(first) + vec2<i32>(step), vec2(0), last));
-        let other = textureLoad(half_surfaces, place, 0);
+        let texel = vec2<u32>(clamp(vec2<i32>(first) + vec2<i32>(step), vec2(0), last));
+        let other = textureLoad(half_surfaces, texel, 0);
         let depth = surface_depth(other);
         let turned = 1.0 - dot(plane.normal, surface_normal(other));
-        let off = plane_error(plane, shown_pixel(place, 2u, surface_offset(other)), depth) + TURNED * turned;
+        let off = plane_error(plane, shown_pixel(texel, 2u, surface_offset(other)), depth) + TURNED * turned;
         let error = select(off, 1e20, depth >= 1.0);
         let near = mix(1.0 - share, share, vec2<f32>(step));
-        let weight = near.x * near.y * surface_weight(plane, place, 2u, other);
-        let value = load_group(place, id.z);
+        let weight = near.x * near.y * surface_weight(plane, texel, 2u, other);
+        let value = load_group(texel, id.z);
         sum = weighted(sum, value, weight);
         weights += weight;
         best = either_group(best, value, error < least);

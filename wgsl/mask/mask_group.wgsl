@@ -19,23 +19,23 @@ fn even_group(value: f32) -> MaskGroup {
 }
 
 // Past the last mask, the last one is loaded.
-fn load_mask(place: vec2<u32>, mask: u32) -> vec4<f32> {
-    return textureLoad(light_masks, place, min(mask, mask_params.mask_count - 1u), 0);
+fn load_mask(texel: vec2<u32>, mask: u32) -> vec4<f32> {
+    return textureLoad(light_masks, texel, min(mask, mask_params.mask_count - 1u), 0);
 }
 
 // `group`: index of the group.
-fn load_group(place: vec2<u32>, group: u32) -> MaskGroup {
+fn load_group(texel: vec2<u32>, group: u32) -> MaskGroup {
     let mask = group * MASKS;
-    var own = even_group(0.0);
-    own.first = load_mask(place, mask);
+    var masks = even_group(0.0);
+    masks.first = load_mask(texel, mask);
     if MASKS > 1u {
-        own.second = load_mask(place, mask + 1u);
+        masks.second = load_mask(texel, mask + 1u);
     }
     if MASKS > 2u {
-        own.third = load_mask(place, mask + 2u);
-        own.fourth = load_mask(place, mask + 3u);
+        masks.third = load_mask(texel, mask + 2u);
+        masks.fourth = load_mask(texel, mask + 3u);
     }
-    return own;
+    return masks;
 }
 
 fn weighted(sum: MaskGroup, other: MaskGroup, weight: f32) -> MaskGroup {
@@ -60,17 +60,17 @@ fn either_group(no: MaskGroup, yes: MaskGroup, which: bool) -> MaskGroup {
     );
 }
 
-fn store_group(place: vec2<u32>, group: u32, own: MaskGroup) {
+fn store_group(texel: vec2<u32>, group: u32, masks: MaskGroup) {
     let mask = group * MASKS;
     let count = mask_params.mask_count;
-    textureStore(new_masks, place, mask, own.first);
+    textureStore(new_masks, texel, mask, masks.first);
     if MASKS > 1u && mask + 1u < count {
-        textureStore(new_masks, place, mask + 1u, own.second);
+        textureStore(new_masks, texel, mask + 1u, masks.second);
     }
     if MASKS > 2u && mask + 2u < count {
-        textureStore(new_masks, place, mask + 2u, own.third);
+        textureStore(new_masks, texel, mask + 2u, masks.third);
     }
     if MASKS > 3u && mask + 3u < count {
-        textureStore(new_masks, place, mask + 3u, own.fourth);
+        textureStore(new_masks, texel, mask + 3u, masks.fourth);
     }
 }

@@ -27,24 +27,24 @@ fn host_seen(at: vec2<i32>) -> HostSeen {
     let clip = host_view.world_from_clip * vec4(ndc, depth, 1.0);
     let world = clip.xyz / clip.w;
     let distance = -(view.view_from_world * vec4(world, 1.0)).z;
-    let own = clamp((distance - view.near) / (view.far - view.near), 0.0, LAST_DEPTH);
+    let seen = clamp((distance - view.near) / (view.far - view.near), 0.0, LAST_DEPTH);
     let is_light = host_view.is_light_depth != 0u;
     return HostSeen(
-        select(select(1.0, own, depth != host_view.empty), depth, is_light),
+        select(select(1.0, seen, depth != host_view.empty), depth, is_light),
         select(world, world_point(view, middle, depth), is_light),
     );
 }
 
 // Vector along the surface from or to the neighbour that is nearer in depth: it is likelier on the same
 // surface.
-fn along(before: HostSeen, own: HostSeen, after: HostSeen) -> vec3<f32> {
-    let is_before = abs(before.depth - own.depth) < abs(after.depth - own.depth);
-    return select(after.position - own.position, own.position - before.position, is_before);
+fn along(before: HostSeen, seen: HostSeen, after: HostSeen) -> vec3<f32> {
+    let is_before = abs(before.depth - seen.depth) < abs(after.depth - seen.depth);
+    return select(after.position - seen.position, seen.position - before.position, is_before);
 }
 
-fn host_normal(pixel: vec2<i32>, own: HostSeen) -> vec3<f32> {
-    let right = along(host_seen(pixel - vec2(1, 0)), own, host_seen(pixel + vec2(1, 0)));
-    let down = along(host_seen(pixel - vec2(0, 1)), own, host_seen(pixel + vec2(0, 1)));
+fn host_normal(pixel: vec2<i32>, seen: HostSeen) -> vec3<f32> {
+    let right = along(host_seen(pixel - vec2(1, 0)), seen, host_seen(pixel + vec2(1, 0)));
+    let down = along(host_seen(pixel - vec2(0, 1)), seen, host_seen(pixel + vec2(0, 1)));
     let texel = textureLoad(host_normals, vec2<u32>(pixel), 0).xyz;
     let given = select(texel, texel * 2.0 - 1.0, host_view.normals == NORMALS_UNORM);
     let turned = (host_view.world_from_normal * vec4(given, 0.0)).xyz;
@@ -59,11 +59,11 @@ fn mask_host_surfaces(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let own = host_seen(pixel);
-    let normal = toward(eye() - own.position, host_normal(pixel, own));
-    let shown = MaskSurface(own.depth, normal, normal, 0.0, vec2(0u));
-    let surface = select(NO_SURFACE, packed_surface(shown, false), own.depth < 1.0);
-    let place = packed_mask_point(MaskPoint(own.position, RECEIVES_CURVE, 0u));
+    let seen = host_seen(pixel);
+    let normal = toward(eye() - seen.position, host_normal(pixel, seen));
+    let shown = MaskSurface(seen.depth, normal, normal, 0.0, vec2(0u));
+    let surface = select(NO_SURFACE, packed_surface(shown, false), seen.depth < 1.0);
+    let packed = packed_mask_point(MaskPoint(seen.position, RECEIVES_CURVE, 0u));
     let corner = vec2<i32>(id.xy & vec2(0xfffffffeu));
     let depths = vec4(
         host_seen(corner).depth,
@@ -71,5 +71,5 @@ fn mask_host_surfaces(@builtin(global_invocation_id) id: vec3<u32>) {
         host_seen(corner + vec2(0, 1)).depth,
         host_seen(corner + vec2(1, 1)).depth,
     );
-    keep_surface(id.xy, surface, place, depths);
+    keep_surface(id.xy, surface, packed, depths);
 }

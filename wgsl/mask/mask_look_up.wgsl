@@ -13,19 +13,19 @@ import package::records::mask::{
     unpack_surface,
 };
 import package::records::point::pixel_number;
-import package::shade::asides::{ASIDE_OWN, floats_of};
+import package::shade::asides::{ASIDE_LOCAL, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
 import package::shade::shadow::shadow;
 import package::shade::taps::set_turn;
 
 // Laid aside: the pixel, and what the lights of the first mask let through.
-const ASIDE_PLACE: u32 = ASIDE_OWN;
-const ASIDE_PASSED_FIRST: u32 = ASIDE_OWN + 1u;
-const OWN_ASIDES: u32 = 2u;
+const ASIDE_TEXEL: u32 = ASIDE_LOCAL;
+const ASIDE_PASSED_FIRST: u32 = ASIDE_LOCAL + 1u;
+const LOCAL_ASIDES: u32 = 2u;
 
-fn lowered(passed: vec4<f32>, slot: u32, is_own: bool, share: vec3<f32>) -> vec4<f32> {
-    let channels = slot_channels(slot) & vec4(is_own);
+fn lowered(passed: vec4<f32>, slot: u32, is_mask: bool, share: vec3<f32>) -> vec4<f32> {
+    let channels = slot_channels(slot) & vec4(is_mask);
     let is_colored = channels.x && channels.y;
     // Lights with one channel are blocked alike in all of them.
     return select(passed, min(passed, select(vec4(share.g), vec4(share, 1.0), is_colored)), channels);
@@ -40,7 +40,7 @@ fn mask_look_up(
         return;
     }
     open_asides(lane);
-    lay_aside(ASIDE_PLACE, vec4(id.xy, 0u, 0u));
+    lay_aside(ASIDE_TEXEL, vec4(id.xy, 0u, 0u));
     lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(vec4(1.0)));
     let depth = surface_depth(textureLoad(mask_surfaces, id.xy, 0));
     let offset = surface_offset(textureLoad(mask_surfaces, id.xy, 0));
@@ -52,9 +52,9 @@ fn mask_look_up(
     set_receiver(receiver.receives, receiver.tag, true);
     let first = id.z * MASKS;
     var rest = even_group(1.0); // the first mask is laid aside
-    while aside(ASIDE_PLACE).z < count {
+    while aside(ASIDE_TEXEL).z < count {
         // Skips the lights of other masks, for which the rest of the loop would be wasted.
-        let before = aside(ASIDE_PLACE);
+        let before = aside(ASIDE_TEXEL);
         var next = before.z;
         var index = 0u;
         var slot = 0u;
@@ -64,10 +64,10 @@ fn mask_look_up(
             slot = select(0u, found, found != 0u && slot_mask(max(found, 1u)) / MASKS == id.z);
             next += 1u;
         }
-        let place = before.xy;
-        lay_aside(ASIDE_PLACE, vec4(place, next, slot));
-        let surface = unpack_surface(textureLoad(mask_surfaces, place, 0));
-        let position = unpack_mask_point(textureLoad(mask_points, place, 0)).position;
+        let texel = before.xy;
+        lay_aside(ASIDE_TEXEL, vec4(texel, next, slot));
+        let surface = unpack_surface(textureLoad(mask_surfaces, texel, 0));
+        let position = unpack_mask_point(textureLoad(mask_points, texel, 0)).position;
         var light = light_record(index);
         let arriving = incoming(light, position);
         let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
@@ -77,22 +77,22 @@ fn mask_look_up(
         // A light without views reads no map.
         light.view_count = select(0u, light.view_count, is_lit && slot != 0u);
         var share = shadow(light, index, position, face, arriving.toward, surface.reach);
-        let after = aside(ASIDE_PLACE);
+        let after = aside(ASIDE_TEXEL);
         if (after.w & JOINED_BIT) != 0u && is_lit {
             share *= host_shadow(index, position, surface.normal);
         }
-        let own = max(after.w, 1u);
-        let mask = select(MASKS, slot_mask(own) - first, after.w != 0u);
+        let mask_slot = max(after.w, 1u);
+        let mask = select(MASKS, slot_mask(mask_slot) - first, after.w != 0u);
         let passed = floats_of(aside(ASIDE_PASSED_FIRST));
-        lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(lowered(passed, own, mask == 0u, share)));
+        lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(lowered(passed, mask_slot, mask == 0u, share)));
         if MASKS > 1u {
-            rest.second = lowered(rest.second, own, mask == 1u, share);
+            rest.second = lowered(rest.second, mask_slot, mask == 1u, share);
         }
         if MASKS > 2u {
-            rest.third = lowered(rest.third, own, mask == 2u, share);
-            rest.fourth = lowered(rest.fourth, own, mask == 3u, share);
+            rest.third = lowered(rest.third, mask_slot, mask == 2u, share);
+            rest.fourth = lowered(rest.fourth, mask_slot, mask == 3u, share);
         }
     }
     rest.first = floats_of(aside(ASIDE_PASSED_FIRST));
-    store_group(aside(ASIDE_PLACE).xy, id.z, rest);
+    store_group(aside(ASIDE_TEXEL).xy, id.z, rest);
 }

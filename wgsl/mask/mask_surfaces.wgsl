@@ -18,8 +18,8 @@ fn seen_depth(at: vec2<u32>, pixel: vec2<u32>, index: u32) -> f32 {
     let last = vec2<u32>(views[0].size) - 1u;
     // Both pixels are in the same tile.
     let aside = vec2<i32>(min(at, last)) - vec2<i32>(pixel);
-    let own = u32(i32(index) + aside.y * i32(TILE_SIZE) + aside.x);
-    return bitcast<f32>(textureLoad(seen_pixels, record_texel(own), 0).x);
+    let neighbour = u32(i32(index) + aside.y * i32(TILE_SIZE) + aside.x);
+    return bitcast<f32>(textureLoad(seen_pixels, record_texel(neighbour), 0).x);
 }
 
 @compute @workgroup_size(LANES)
@@ -38,7 +38,7 @@ fn mask_surfaces_of(
     let is_round = (seen.y & TRIANGLE_BIT) == 0u;
     let shown = MaskSurface(bitcast<f32>(seen.x), point.normal, point.face, point.reach, vec2(0u));
     let surface = select(NO_SURFACE, packed_surface(shown, is_round), point.kind == POINT_SOLID);
-    let place = packed_mask_point(MaskPoint(point.position, point.receives, point.tag));
+    let packed = packed_mask_point(MaskPoint(point.position, point.receives, point.tag));
     let corner = at.pixel & vec2(0xfffffffeu);
     let depths = vec4(
         seen_depth(corner, at.pixel, at.index),
@@ -46,5 +46,5 @@ fn mask_surfaces_of(
         seen_depth(corner + vec2(0u, 1u), at.pixel, at.index),
         seen_depth(corner + vec2(1u, 1u), at.pixel, at.index),
     );
-    keep_surface(at.pixel, surface, place, depths);
+    keep_surface(at.pixel, surface, packed, depths);
 }

@@ -1,4 +1,4 @@
-// occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of 4x4 places around a
+// occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of 4x4 texels around a
 // pixel that are on its surface, weighted by a tent, in which all directions of the search count alike. One invocation
 // per pixel. CPU reference: src/reference/occlusion.rs. Rust: src/stage/occlusion.rs.
 
@@ -21,15 +21,15 @@ fn occlusion_apply(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= size) {
         return;
     }
-    let own = unpack_surroundings(textureLoad(ambients, id.xy, 0));
+    let around_pixel = unpack_surroundings(textureLoad(ambients, id.xy, 0));
     let on = screen();
-    let point = seen_point(on, vec2<f32>(id.xy), own.depth);
-    let normal = seen_normal(own.normal, point);
+    let point = seen_point(on, vec2<f32>(id.xy), around_pixel.depth);
+    let normal = seen_normal(around_pixel.normal, point);
     // Distance off the plane, of what is in pixel q at a distance: (at_zero + dot(slope, q)) distance - dot(normal, point).
     let per_off = 1.0 / (OFF_PLANE * radius_at(point));
     let slope = normal.xy * on.step * per_off;
     let at_zero = (dot(normal.xy, on.first) - normal.z) * per_off;
-    let own_plane = dot(normal, point) * per_off;
+    let pixel_plane = dot(normal, point) * per_off;
     let last = vec2<i32>(textureDimensions(occlusions)) - 1;
     let first = vec2<i32>(id.xy / 2u) - 1;
     let odd = vec2<f32>(id.xy & vec2(1u)) * 0.5 + 1.0;
@@ -40,14 +40,14 @@ fn occlusion_apply(@builtin(global_invocation_id) id: vec3<u32>) {
         let inside = clamp(first + step, vec2(0), last);
         let found = bitcast<vec2<f32>>(textureLoad(occlusions, inside, 0).xy);
         let near = 1.0 - 0.5 * min(abs(odd - vec2<f32>(step)), vec2(2.0));
-        let off = abs((at_zero + dot(slope, vec2<f32>(inside * 2))) * found.y - own_plane);
+        let off = abs((at_zero + dot(slope, vec2<f32>(inside * 2))) * found.y - pixel_plane);
         let weight = near.x * near.y * max(1.0 - off, OFF_PLANE_WEIGHT);
         sum += found.x * weight;
         weights += weight;
     }
-    let share = select(1.0, sum / weights, own.depth < 1.0);
+    let share = select(1.0, sum / weights, around_pixel.depth < 1.0);
     let before = textureLoad(composited, id.xy, 0);
-    let light = max(before.rgb - own.light * (1.0 - share), vec3(0.0));
+    let light = max(before.rgb - around_pixel.light * (1.0 - share), vec3(0.0));
     textureStore(radiance, id.xy, vec4(light, before.w));
     pixels[id.y * size.x + id.x] = on_screen(light);
 }

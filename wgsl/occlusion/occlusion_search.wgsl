@@ -61,8 +61,8 @@ fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec
     var least = 1.0; // cosine of the highest angle
     for (var i = 0u; i < OCCLUDER_STEPS; i += 1u) {
         let part = (f32(i) + 0.7) / f32(OCCLUDER_STEPS);
-        let place = pixel + round(step * max(part * part * around.reach, f32(i) + 1.0));
-        let inside = clamp(place, vec2(0.0), around.last);
+        let sample = pixel + round(step * max(part * part * around.reach, f32(i) + 1.0));
+        let inside = clamp(sample, vec2(0.0), around.last);
         let depth = bitcast<f32>(textureLoad(ambients, vec2<i32>(inside), 0).x);
         let away = seen_point(on, inside, depth) - point;
         let above = dot(away, slice.above);
@@ -72,7 +72,7 @@ fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec
         let share = saturate((1.0 - dot(away, away) * around.per_square) * (4.0 / 3.0));
         let risen = above * slice.facing;
         let is_flat = risen * abs(risen) < FLAT_SQUARE * dot(away, away);
-        let counts = all(inside == place) && depth < 1.0 && !is_flat;
+        let counts = all(inside == sample) && depth < 1.0 && !is_flat;
         least = min(least, select(1.0, mix(1.0, cosine, share), counts));
     }
     return acos(clamp(least, -1.0, 1.0));
@@ -86,9 +86,9 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
     let view = views[0];
     let on = screen();
     let pixel = vec2<f32>(id.xy * 2u);
-    let own = unpack_surroundings(textureLoad(ambients, id.xy * 2u, 0));
-    let point = seen_point(on, pixel, own.depth);
-    let normal = seen_normal(own.normal, point);
+    let around_pixel = unpack_surroundings(textureLoad(ambients, id.xy * 2u, 0));
+    let point = seen_point(on, pixel, around_pixel.depth);
+    let normal = seen_normal(around_pixel.normal, point);
     let to_eye = -normalize(point);
     let radius = radius_at(point);
     let reach = min(radius * view.scale / -point.z, OCCLUDER_REACH * view.size.y);
@@ -96,7 +96,7 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
     let turn = f32((id.x & 1u) | ((id.y & 1u) << 1u)) * 0.25;
     var seen = 0.0;
     var whole = 0.0;
-    for (var i = 0u; i < OCCLUDER_DIRECTIONS && own.depth < 1.0; i += 1u) {
+    for (var i = 0u; i < OCCLUDER_DIRECTIONS && around_pixel.depth < 1.0; i += 1u) {
         let angle = (f32(i) + turn) * (PI / f32(OCCLUDER_DIRECTIONS));
         let step = vec2(cos(angle), sin(angle));
         let slice = slice_of(step, normal, to_eye);
@@ -107,5 +107,5 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
         whole += slice.facing * (cos(slice.tilt) + slice.tilt * sin(slice.tilt));
     }
     let share = select(1.0, seen / whole, whole > 0.0);
-    textureStore(occlusions, id.xy, vec4(bitcast<u32>(share), bitcast<u32>(select(SKY_DISTANCE, -point.z, own.depth < 1.0)), 0u, 0u));
+    textureStore(occlusions, id.xy, vec4(bitcast<u32>(share), bitcast<u32>(select(SKY_DISTANCE, -point.z, around_pixel.depth < 1.0)), 0u, 0u));
 }

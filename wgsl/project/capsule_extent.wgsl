@@ -6,7 +6,7 @@ import package::project::tangents::tangents;
 import package::records::view::{GpuView, MIN_DISTANCE, TILE_SIZE};
 
 struct CapsuleExtent {
-    place: vec4<f32>, // of its footprint: middle of its axis and how far it reaches from it [texels], light depth
+    bounds: vec4<f32>, // of its footprint: middle of its axis and how far it reaches from it [texels], light depth
     half: vec2<f32>,  // from there to its last end [texels]
     lo: vec2<f32>,    // box in the map [texels]
     hi: vec2<f32>,
@@ -18,12 +18,12 @@ struct CapsuleExtent {
 // How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis; `slope` of
 // the radius. Rust: src/model/strand.rs.
 fn mitre(cosine: f32, slope: f32) -> f32 {
-    let own = clamp(cosine, 0.5, 1.0);
-    let tangent = sqrt(1.0 - own * own) / own;
-    return 1.0 / (own * max(1.0 - slope * tangent, 0.5));
+    let bounded = clamp(cosine, 0.5, 1.0);
+    let tangent = sqrt(1.0 - bounded * bounded) / bounded;
+    return 1.0 / (bounded * max(1.0 - slope * tangent, 0.5));
 }
 
-// Radius of a circle around the place of a sphere's centre that contains the sphere [texels].
+// Radius of a circle around the projection of a sphere's centre that contains the sphere [texels].
 fn circle(view: GpuView, center: vec3<f32>, radius: f32) -> f32 {
     let sine = radius / length(center);
     let slope = length(center.xy) / center.z;
@@ -44,10 +44,10 @@ fn clipped(view: GpuView, end: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
 fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
     let first = capsule.first;
     let last = first + capsule.axis * capsule.length;
-    let slope = max(abs(capsule.own.y), abs(capsule.least.y));
-    let at_last = max(radius_at(capsule.own, capsule.length), radius_at(capsule.least, capsule.length));
+    let slope = max(abs(capsule.taper.y), abs(capsule.least.y));
+    let at_last = max(radius_at(capsule.taper, capsule.length), radius_at(capsule.least, capsule.length));
     let reach = max(
-        max(capsule.own.x, capsule.least.x) * mitre(dot(capsule.first_plane, capsule.axis), slope),
+        max(capsule.taper.x, capsule.least.x) * mitre(dot(capsule.first_plane, capsule.axis), slope),
         at_last * mitre(dot(capsule.last_plane, capsule.axis), slope),
     );
     let range = view.far - view.near;
@@ -62,13 +62,13 @@ fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
         let a = first.xy * view.scale + center;
         let b = last.xy * view.scale + center;
         let width = reach * view.scale;
-        extent.place = vec4((a + b) * 0.5, width, depth);
+        extent.bounds = vec4((a + b) * 0.5, width, depth);
         extent.half = (b - a) * 0.5;
         extent.lo = min(a, b) - width;
         extent.hi = max(a, b) + width;
         return extent;
     }
-    // The part behind the near plane has no place in the map.
+    // What is behind the near plane does not project into the map.
     let a = clipped(view, first, last);
     let b = clipped(view, last, first);
     let a_x = tangents(a.x, a.z, reach);
@@ -81,7 +81,7 @@ fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
     let is_beside = min(a.z, b.z) < max(view.near, MIN_DISTANCE) || width >= ENDLESS;
     let at_a = a.xy / max(a.z, MIN_DISTANCE) * view.scale + center;
     let at_b = b.xy / max(b.z, MIN_DISTANCE) * view.scale + center;
-    extent.place = vec4((at_a + at_b) * 0.5, select(width, -1.0, is_beside), depth);
+    extent.bounds = vec4((at_a + at_b) * 0.5, select(width, -1.0, is_beside), depth);
     extent.half = (at_b - at_a) * 0.5;
     return extent;
 }
@@ -97,7 +97,7 @@ fn capsule_tiles(extent: CapsuleExtent, rect: vec2<u32>) -> vec2<u32> {
     for (var y = first.y; y <= last.y; y += 1u) {
         for (var x = first.x; x <= last.x; x += 1u) {
             let lo = vec2<f32>(vec2(x, y) * TILE_SIZE) + 0.5;
-            if capsule_touches(extent.place, extent.half, lo, lo + f32(TILE_SIZE - 1u)) {
+            if capsule_touches(extent.bounds, extent.half, lo, lo + f32(TILE_SIZE - 1u)) {
                 mask |= 1u << ((y - first.y) * 4u + x - first.x);
             }
         }

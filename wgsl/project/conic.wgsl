@@ -11,7 +11,7 @@ const THINNEST: f32 = 1e-5;   // least deviation of a Gaussian beside the view, 
 const ENDLESS: f32 = 1e6;     // bounds of one that reaches the eye's plane [texels]
 const MIN_NORMAL: f32 = 1.17549435e-38;
 
-// A Gaussian's place in a view's map.
+// A Gaussian in a view's map.
 struct Placed {
     center: vec2<f32>, // of its footprint, and depth
     depth: f32,
@@ -28,7 +28,7 @@ fn reach_squared(opacity: f32) -> f32 {
     return min(2.0 * log(max(opacity * 8192.0, 256.0)), 64.0);
 }
 
-// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis
+// A Gaussian whose centre projects into the map. `axes`: its deviations to the right, down and along the axis
 // [m]; `squared`: where it ends.
 fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared: f32) -> Placed {
     let rows = transpose(axes);
@@ -118,7 +118,7 @@ fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
     return select(other, v / size, size > 0.0);
 }
 
-// A Gaussian without a place in the map: relative to the map's centre, u has an offset, the footprint's centre, and
+// A Gaussian whose centre does not project into the map: relative to the map's centre, u has an offset, the footprint's centre, and
 // e = depth + tilt . delta [1/m].
 fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: vec3<f32>, squared: f32) -> Placed {
     let longest = max(max(sigma.x, sigma.y), sigma.z);

@@ -71,10 +71,10 @@ fn project_gaussians(
 
     let to_map = vec3(1.0, -1.0, -1.0);
     let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(position.xyz), 1.0)).xyz * to_map;
-    let own = axes_of(rotation);
+    let rotation_axes = axes_of(rotation);
     var axes: mat3x3<f32>; // its deviations to the right, down and along the axis [m]
     for (var i = 0; i < 3; i += 1) {
-        axes[i] = (view.view_from_world * vec4(own[i] * sigma[i], 0.0)).xyz * to_map;
+        axes[i] = (view.view_from_world * vec4(rotation_axes[i] * sigma[i], 0.0)).xyz * to_map;
     }
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
     let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;
@@ -102,7 +102,7 @@ fn project_gaussians(
         put(index, INVISIBLE, vec2(0u));
         return;
     }
-    let place = vec4(placed.center, select(1.0, -1.0, is_beside) * sqrt(squared), placed.depth);
+    let bounds = vec4(placed.center, select(1.0, -1.0, is_beside) * sqrt(squared), placed.depth);
     var rect = box_rect(view.size, chunk.view, placed.lo, placed.hi);
     var outline: Outline;
     if (rect.y & 0xffffu) != 0u && !is_beside && has_outline(placed.ellipse) {
@@ -129,7 +129,7 @@ fn project_gaussians(
     textureStore(setups, record_texel(at + 1u), vec4(tilt, pack2x16unorm(rgb.rg), blue_thin));
     let lines = vec4(bitcast<u32>(outline.first), outline.step_shift, outline.lean_width, outline.row_middle);
     textureStore(setups, record_texel(at + OUTLINE_TEXEL), lines);
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(place));
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(bounds));
     textureStore(
         footprints,
         record_texel(2u * index + 1u),

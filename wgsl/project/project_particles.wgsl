@@ -61,7 +61,7 @@ fn project_capsule(view: GpuView, number: u32, look: vec4<u32>, index: u32, cast
     let rect = capsule_tiles(extent, around);
     let front = front_key(view, extent.nearest, extent.least);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(extent.place));
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(extent.bounds));
     textureStore(
         footprints,
         record_texel(2u * index + 1u),
@@ -86,7 +86,7 @@ fn project_particles(
     let index = chunk.first_footprint + lane;
     let caster_id = chunk.first_caster + lane;
     let view = views[chunk.view];
-    let place = textureLoad(casters, record_texel(2u * caster_id), 0);
+    let sphere = textureLoad(casters, record_texel(2u * caster_id), 0);
     let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
     let material = materials[look_material(look)];
     if material.shape == SHAPE_GAUSSIAN {
@@ -96,9 +96,9 @@ fn project_particles(
         project_capsule(view, chunk.view, look, index, caster_id);
         return;
     }
-    let caster_radius = bitcast<f32>(place.w);
+    let caster_radius = bitcast<f32>(sphere.w);
 
-    let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(place.xyz), 1.0)).xyz;
+    let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(sphere.xyz), 1.0)).xyz;
     let distance = -center.z;
     let range = view.far - view.near;
     let half_size = view.size * 0.5;

@@ -159,8 +159,8 @@ fn project_triangles(
     let front = depth_key(select(max(nearest, 0.0), least, by_distance));
     put(index, front, rect);
     let radius = max(hi.x - lo.x, hi.y - lo.y) * 0.5 + SLACK;
-    let place = vec4(center, radius, max(nearest, 0.0));
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(place));
+    let bounds = vec4(center, radius, max(nearest, 0.0));
+    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(bounds));
     textureStore(
         footprints,
         record_texel(2u * index + 1u),

@@ -52,8 +52,8 @@ struct LevelMap {
 }
 
 fn level_map(view: GpuView, leveled: u32, number: u32) -> LevelMap {
-    let place = number - 1u;
-    let first = leveled_texel(leveled, place / 4u)[place % 4u];
+    let index = number - 1u;
+    let first = leveled_texel(leveled, index / 4u)[index % 4u];
     let size = vec2<u32>(view.size) + (vec2(1u << number) - 1u);
     return LevelMap(first, vec2<i32>(size >> vec2(number)), f32(1u << number));
 }
@@ -61,8 +61,8 @@ fn level_map(view: GpuView, leveled: u32, number: u32) -> LevelMap {
 // Index of a block among all; `at` counts from the map's first block and is clamped to the border.
 fn block_number(map: LevelMap, at: vec2<i32>) -> u32 {
     let skirt = i32(SKIRT);
-    let own = clamp(at, vec2(-skirt), map.size + (skirt - 1)) + skirt;
-    return map.first + u32(own.y * (map.size.x + 2 * skirt) + own.x);
+    let skirted = clamp(at, vec2(-skirt), map.size + (skirt - 1)) + skirt;
+    return map.first + u32(skirted.y * (map.size.x + 2 * skirt) + skirted.x);
 }
 
 // Two of a block's four nodes.

@@ -7,12 +7,12 @@ struct Bend {
     passed: vec3<f32>, // share of the light behind that reaches the eye
 }
 
-fn pack_bend(own: Bend) -> vec4<u32> {
+fn pack_bend(bend: Bend) -> vec4<u32> {
     return vec4(
-        pack2x16float(own.aside),
-        pack2x16float(own.passed.rg),
-        pack2x16float(vec2(own.passed.b, own.blur)),
-        bitcast<u32>(own.pane),
+        pack2x16float(bend.aside),
+        pack2x16float(bend.passed.rg),
+        pack2x16float(vec2(bend.passed.b, bend.blur)),
+        bitcast<u32>(bend.pane),
     );
 }
 

@@ -52,13 +52,13 @@ fn emit_turns(rect: vec2<u32>, count: u32) -> u32 {
 }
 
 // Whether the rectangle, without its outline, covers a tile of a view.
-fn covers(rect: vec2<u32>, view: u32, place: vec2<u32>) -> bool {
+fn covers(rect: vec2<u32>, view: u32, tile: vec2<u32>) -> bool {
     let corner = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
-    let apart = place - corner;
+    let apart = tile - corner;
     let small = all(last - corner < vec2(4u));
     let bit = 1u << (((apart.y & 3u) * 4u + (apart.x & 3u)) & 15u);
     let mask = rect.y & 0xffffu;
-    let inside = all(place >= corner) && all(place <= last) && (rect.y >> 16u) == view;
+    let inside = all(tile >= corner) && all(tile <= last) && (rect.y >> 16u) == view;
     return inside && (mask & select(0xffffu, bit, small)) != 0u;
 }

@@ -18,7 +18,7 @@ struct Brick {
     low: vec3<f32>,   // lowest corner, from the grid's anchor [voxels]
     high: vec3<f32>,  // highest corner
     density: f32,     // if it is constant; negative for voxels of its own, -2 with temperatures in the next slot
-    place: vec3<u32>, // first texel of these in `voxels`
+    first_texel: vec3<u32>, // first texel of these in `voxels`
     grid: u32,        // first texel of the grid's record
 }
 
@@ -29,12 +29,12 @@ struct Grid {
 }
 
 fn brick_of(id: u32) -> Brick {
-    let own = textureLoad(bricks, record_texel(BRICK_TEXELS * id), 0);
+    let words = textureLoad(bricks, record_texel(BRICK_TEXELS * id), 0);
     let shape = textureLoad(bricks, record_texel(BRICK_TEXELS * id + 1u), 0);
-    let low = vec3<f32>(bitcast<vec3<i32>>(own.xyz));
+    let low = vec3<f32>(bitcast<vec3<i32>>(words.xyz));
     let density = bitcast<f32>(shape.w);
     let size = select(vec3<f32>(shape.xyz), vec3(BRICK_SIZE), density < 0.0);
-    return Brick(low, low + size, density, shape.xyz, own.w);
+    return Brick(low, low + size, density, shape.xyz, words.w);
 }
 
 fn grid_texel(grid: u32, texel: u32) -> vec4<f32> {
@@ -55,15 +55,15 @@ fn grid_of(brick: Brick) -> Grid {
 // Temperature of a brick's voxel at x, y, z of 0..=8 [K]; 0 of a brick without.
 fn temperature(brick: Brick, voxel: vec3<u32>) -> f32 {
     let end = textureDimensions(voxels);
-    var slot = brick.place + vec3(SLOT_WIDTH, 0u, 0u);
+    var slot = brick.first_texel + vec3(SLOT_WIDTH, 0u, 0u);
     slot = select(slot, vec3(0u, slot.y + SLOT_HEIGHT, slot.z), slot.x >= end.x);
     slot = select(slot, vec3(0u, 0u, slot.z + SLOT_HEIGHT), slot.y >= end.y);
     let is_hot = brick.density < -1.5;
     // A texel has four voxels: its own, and the next in y, in z and in both.
-    let own = min(voxel, vec3(SLOT_WIDTH - 1u, SLOT_HEIGHT - 1u, SLOT_HEIGHT - 1u));
-    let four = textureLoad(voxels, select(vec3(0u), slot + own, is_hot), 0);
-    let two = select(four.xy, four.zw, voxel.z > own.z);
-    return select(0.0, select(two.x, two.y, voxel.y > own.y), is_hot);
+    let lower = min(voxel, vec3(SLOT_WIDTH - 1u, SLOT_HEIGHT - 1u, SLOT_HEIGHT - 1u));
+    let four = textureLoad(voxels, select(vec3(0u), slot + lower, is_hot), 0);
+    let two = select(four.xy, four.zw, voxel.z > lower.z);
+    return select(0.0, select(two.x, two.y, voxel.y > lower.y), is_hot);
 }
 
 // How a grid scatters and glows.

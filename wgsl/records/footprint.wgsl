@@ -9,14 +9,14 @@ const MIN_RADIUS: f32 = 0.70710678;
 
 struct Footprint {
     // Centre and radius [texels], light depth; in metres for a particle beside the view (`is_beside`).
-    place: vec4<f32>,
+    bounds: vec4<f32>,
     // Colour, opacity, depth key and caster, packed: read by the functions below.
     look: vec4<u32>,
     is_triangle: bool,
 }
 
-fn footprint_of(place: vec4<u32>, look: vec4<u32>) -> Footprint {
-    return Footprint(bitcast<vec4<f32>>(place), look, (look.w & TRIANGLE_BIT) != 0u);
+fn footprint_of(bounds: vec4<u32>, look: vec4<u32>) -> Footprint {
+    return Footprint(bitcast<vec4<f32>>(bounds), look, (look.w & TRIANGLE_BIT) != 0u);
 }
 
 // Index of the particle in `casters`, or with TRIANGLE_BIT of the triangle in `triangles`.

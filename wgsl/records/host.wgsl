@@ -89,4 +89,4 @@ struct Listed {
 }
 
 const CHUNK_SIZE: u32 = 256u; // casters of a group
-const FARTHEST_PLACE: f32 = 1e7; // [m]
+const MAX_COORDINATE: f32 = 1e7; // [m]

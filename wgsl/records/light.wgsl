@@ -62,7 +62,7 @@ struct PictureParams {
 
 fn light_record(index: u32) -> GpuLight {
     let at = index * LIGHT_TEXELS;
-    let place = textureLoad(lights, record_texel(at), 0);
+    let words = textureLoad(lights, record_texel(at), 0);
     let direction = textureLoad(lights, record_texel(at + 1u), 0);
     let color = textureLoad(lights, record_texel(at + 2u), 0);
     let bits = textureLoad(lights, record_texel(at + 3u), 0);
@@ -70,8 +70,8 @@ fn light_record(index: u32) -> GpuLight {
     let look_up = textureLoad(lights, record_texel(at + 4u), 0);
     let biases = bitcast<vec3<f32>>(look_up.yzw);
     return GpuLight(
-        bitcast<vec3<f32>>(place.xyz),
-        place.w,
+        bitcast<vec3<f32>>(words.xyz),
+        words.w,
         bitcast<vec3<f32>>(direction.xyz),
         direction.w,
         bitcast<vec3<f32>>(color.xyz),
@@ -92,16 +92,16 @@ fn view_texel(index: u32, texel: u32) -> vec4<u32> {
     return textureLoad(lights, record_texel(at), 0);
 }
 
-// PART_* number of a view.
-fn shadow_part(index: u32) -> u32 {
+// ROLE_* number of a view.
+fn shadow_role(index: u32) -> u32 {
     return view_texel(index, 7u).x;
 }
 
 fn shadow_view(index: u32) -> GpuView {
     let shape = bitcast<vec4<f32>>(view_texel(index, 4u));
     let depth = view_texel(index, 5u);
-    let place = view_texel(index, 6u);
-    let part = view_texel(index, 7u);
+    let words = view_texel(index, 6u);
+    let role = view_texel(index, 7u);
     return GpuView(
         mat4x4(
             bitcast<vec4<f32>>(view_texel(index, 0u)),
@@ -116,13 +116,13 @@ fn shadow_view(index: u32) -> GpuView {
         bitcast<f32>(depth.y),
         depth.z,
         depth.w,
-        place.xy,
-        place.z,
-        place.w,
-        part.x,
-        part.y,
-        part.z,
-        bitcast<f32>(part.w),
+        words.xy,
+        words.z,
+        words.w,
+        role.x,
+        role.y,
+        role.z,
+        bitcast<f32>(role.w),
     );
 }
 

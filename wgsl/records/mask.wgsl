@@ -122,6 +122,6 @@ fn slot_mask(slot: u32) -> u32 {
 
 // Channels of a slot.
 fn slot_channels(slot: u32) -> vec4<bool> {
-    let own = slot_number(slot) % SLOTS;
-    return (vec4(own) == vec4(0u, 1u, 2u, 3u)) | vec4((slot & COLORED_BIT) != 0u);
+    let in_texel = slot_number(slot) % SLOTS;
+    return (vec4(in_texel) == vec4(0u, 1u, 2u, 3u)) | vec4((slot & COLORED_BIT) != 0u);
 }

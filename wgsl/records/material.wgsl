@@ -23,8 +23,8 @@ struct GpuMaterial {
     metallic: f32,
     ior: f32,   // of its bodies; 1: straight through
     frost: f32, // blur of what is behind, per distance behind it
-    pad_0: u32,
-    pad_1: u32,
+    catcher: u32, // 1: shows the surroundings behind it
+    pad: u32,
 }
 
 const MAX_MATERIALS: u32 = 512u;

@@ -83,9 +83,9 @@ fn outlined_columns(outline: Outline, farthest: i32, row: u32, corners: u32) -> 
 }
 
 // Whether a tile of a rectangle is within its outline.
-fn is_within(outline: Outline, rect: vec2<u32>, place: vec2<u32>) -> bool {
-    let columns = outlined_columns(outline, outline_farthest(outline), place.y, rect.x);
-    return place.x >= columns.x && place.x < columns.y;
+fn is_within(outline: Outline, rect: vec2<u32>, tile: vec2<u32>) -> bool {
+    let columns = outlined_columns(outline, outline_farthest(outline), tile.y, rect.x);
+    return tile.x >= columns.x && tile.x < columns.y;
 }
 
 // The tiles of a rectangle that are within an outline, as a mask if they are at most 4x4, else their number; (0, 0)

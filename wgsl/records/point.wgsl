@@ -44,8 +44,8 @@ struct PointBatch {
 }
 
 fn pixel_number(pixel: vec2<f32>) -> u32 {
-    let own = vec2<u32>(pixel);
-    return own.x | (own.y << 16u);
+    let texel = vec2<u32>(pixel);
+    return texel.x | (texel.y << 16u);
 }
 
 // Pixel with the metalness in the last eight bits.
@@ -67,28 +67,28 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
 
 fn load_point(index: u32) -> Point {
     let first = index * POINT_TEXELS;
-    let place = textureLoad(points, record_texel(first), 0);
+    let words = textureLoad(points, record_texel(first), 0);
     let normals = textureLoad(points, record_texel(first + 1u), 0);
     let look = textureLoad(points, record_texel(first + 2u), 0);
-    let own = textureLoad(points, record_texel(first + 3u), 0);
-    let kind = place.w & 7u;
+    let surface = textureLoad(points, record_texel(first + 3u), 0);
+    let kind = words.w & 7u;
     let shine = unpack2x16unorm(look.w);
     let has_face = kind == POINT_SOLID || kind == POINT_PANE;
     return Point(
         kind,
-        bitcast<vec3<f32>>(place.xyz),
+        bitcast<vec3<f32>>(words.xyz),
         select(vec3(0.0), from_octahedral(normals.x), has_face),
         from_octahedral(normals.y),
         bitcast<f32>(normals.z),
         normals.w,
-        (place.w >> 3u) & 3u,
-        place.w >> 16u,
+        (words.w >> 3u) & 3u,
+        words.w >> 16u,
         bitcast<vec3<f32>>(look.xyz),
         shine.x,
         shine.y,
-        f32((place.w >> 5u) & 2047u) / POLISH_STEPS,
-        bitcast<vec3<f32>>(own.xyz),
-        f32(own.w >> 24u) / METAL_STEPS,
-        (own.w & 0xfffu) | (((own.w >> 12u) & 0xfffu) << 16u),
+        f32((words.w >> 5u) & 2047u) / POLISH_STEPS,
+        bitcast<vec3<f32>>(surface.xyz),
+        f32(surface.w >> 24u) / METAL_STEPS,
+        (surface.w & 0xfffu) | (((surface.w >> 12u) & 0xfffu) << 16u),
     );
 }

@@ -8,13 +8,13 @@ struct Surroundings {
     light: vec3<f32>,   // ambient light that reaches the eye
 }
 
-fn pack_surroundings(own: Surroundings) -> vec4<u32> {
-    let faces = select(0.0, 1.0, all(own.normal == vec3(0.0)));
+fn pack_surroundings(surroundings: Surroundings) -> vec4<u32> {
+    let faces = select(0.0, 1.0, all(surroundings.normal == vec3(0.0)));
     // Largest half.
-    let light = min(own.light, vec3(65504.0));
+    let light = min(surroundings.light, vec3(65504.0));
     return vec4(
-        bitcast<u32>(own.depth),
-        octahedral(own.normal),
+        bitcast<u32>(surroundings.depth),
+        octahedral(surroundings.normal),
         pack2x16float(light.rg),
         pack2x16float(vec2(light.b, faces)),
     );

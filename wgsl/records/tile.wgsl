@@ -1,5 +1,5 @@
 // The work of one tile; a texel of `tiles`: that of the tile's number, or, in a part of the tiles, of its
-// place in the part.
+// index in the part.
 
 import package::records::view::GpuView;
 
@@ -8,22 +8,22 @@ struct Tile {
     end: u32,
     merged: u32, // 0, or, if several workgroups share the tile, 1 + its first segment
     view: u32,
-    place: vec2<u32>, // in the view's map [tiles]
+    position: vec2<u32>, // in the view's map [tiles]
 }
 
 // A batch has at most 64 views, a map at most 4,096 tiles along an edge.
 fn tile_record(tile: Tile) -> vec4<u32> {
-    return vec4(tile.first, tile.end, tile.merged, tile.view | (tile.place.x << 8u) | (tile.place.y << 20u));
+    return vec4(tile.first, tile.end, tile.merged, tile.view | (tile.position.x << 8u) | (tile.position.y << 20u));
 }
 
 fn tile_of(record: vec4<u32>) -> Tile {
-    let place = vec2((record.w >> 8u) & 0xfffu, record.w >> 20u);
-    return Tile(record.x, record.y, record.z, record.w & 0xffu, place);
+    let position = vec2((record.w >> 8u) & 0xfffu, record.w >> 20u);
+    return Tile(record.x, record.y, record.z, record.w & 0xffu, position);
 }
 
 // Number of a tile in its batch.
 fn tile_number_of(view: GpuView, tile: Tile) -> u32 {
-    return view.first_tile + tile.place.y * view.tiles_x + tile.place.x;
+    return view.first_tile + tile.position.y * view.tiles_x + tile.position.x;
 }
 
 // Rust: `Segment` in src/stage/bin.rs.
@@ -31,7 +31,7 @@ struct Segment {
     tile: u32,
     first: u32, // of its pairs
     end: u32,
-    source: u32, // its view, and from bit 8 the place of its tile's record in `tiles`
+    source: u32, // its view, and from bit 8 the index of its tile's record in `tiles`
 }
 
 fn segment_view(segment: Segment) -> u32 {

@@ -12,15 +12,15 @@ struct GpuView {
     origin: vec2<u32>,    // in the atlas [texels]
     layer: u32,
     light: u32,
-    part: u32,            // PART_*
-    part_index: u32,      // index in its shadow: the cascade, the face
-    part_count: u32,      // views of its shadow
+    role: u32,            // ROLE_*
+    role_index: u32,      // index in its shadow: the cascade, the face
+    role_count: u32,      // views of its shadow
     fade: f32,            // width of a window's fading border [texels]
 }
 
-const PART_WHOLE: u32 = 0u;  // a cone, or a window on the whole scene
-const PART_FACE: u32 = 1u;   // of a cube
-const PART_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the next window, or light
+const ROLE_WHOLE: u32 = 0u;  // a cone, or a window on the whole scene
+const ROLE_FACE: u32 = 1u;   // of a cube
+const ROLE_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the next window, or light
 
 const TILE_SIZE: u32 = 16u; // edge [texels]
 const MAX_VIEWS: u32 = 64u; // of a batch
@@ -28,8 +28,8 @@ const MAX_VIEWS: u32 = 64u; // of a batch
 // Whether a particle is beside the view, so that its centre has no position in the map, by its footprint's
 // first texel. Then xy, w is its centre to the right, down and along the axis [m], and z is minus its
 // radius [m].
-fn is_beside(place: vec4<f32>) -> bool {
-    return place.z < 0.0;
+fn is_beside(bounds: vec4<f32>) -> bool {
+    return bounds.z < 0.0;
 }
 
 const MIN_DISTANCE: f32 = 1.17549435e-38; // [m]

@@ -14,10 +14,10 @@ fn of_level(texel: vec2<i32>, level: i32, last: vec2<i32>) -> vec4<f32> {
     return textureLoad(behinds, clamp(texel, vec2(0), last), level);
 }
 
-// Quadratic B-spline over 3 x 3 texels of a level. `place`: [pixels].
-fn smooth_level(place: vec2<f32>, level: i32) -> vec3<f32> {
+// Quadratic B-spline over 3 x 3 texels of a level. `position` [pixels].
+fn smooth_level(position: vec2<f32>, level: i32) -> vec3<f32> {
     let last = vec2<i32>(textureDimensions(behinds, level)) - 1;
-    let at = place * exp2(-f32(level));
+    let at = position * exp2(-f32(level));
     let middle = floor(at);
     let off = at - middle - 0.5;
     let before = 0.5 * (0.5 - off) * (0.5 - off);
@@ -31,15 +31,15 @@ fn smooth_level(place: vec2<f32>, level: i32) -> vec3<f32> {
     return sum;
 }
 
-// Light around a place [pixels], blurred over a radius [pixels].
-fn behind(place: vec2<f32>, blur: f32) -> vec3<f32> {
+// Light around a position [pixels], blurred over a radius [pixels].
+fn behind(position: vec2<f32>, blur: f32) -> vec3<f32> {
     let top = f32(textureNumLevels(behinds) - 1u);
     let level = clamp(log2(max(blur, 0.5) * 2.0), 0.0, top);
     let low = i32(level);
     let part = level - f32(low);
-    var light = smooth_level(place, low);
+    var light = smooth_level(position, low);
     if part > 0.0 {
-        light = mix(light, smooth_level(place, low + 1), part);
+        light = mix(light, smooth_level(position, low + 1), part);
     }
     return light;
 }
@@ -50,8 +50,8 @@ fn refraction_apply(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= size) {
         return;
     }
-    let own = textureLoad(composited, id.xy, 0);
-    var light = own.rgb;
+    let seen = textureLoad(composited, id.xy, 0);
+    var light = seen.rgb;
     let bits = textureLoad(bends, id.xy, 0);
     if any(bits != vec4(0u)) {
         let bend = unpack_bend(bits);
@@ -62,6 +62,6 @@ fn refraction_apply(@builtin(global_invocation_id) id: vec3<u32>) {
         let hides = of_level(vec2<i32>(found), 0, last).a < bend.pane - PANE_SLACK;
         light += bend.passed * behind(select(found, pixel, hides), bend.blur);
     }
-    textureStore(radiance, id.xy, vec4(light, own.w));
+    textureStore(radiance, id.xy, vec4(light, seen.w));
     pixels[id.y * size.x + id.x] = on_screen(light);
 }

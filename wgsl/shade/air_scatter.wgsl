@@ -8,7 +8,7 @@ import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
 import package::records::air_params::AIR_CELL;
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
-import package::shade::asides::{ASIDE_OWN, bits_of, floats_of};
+import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::phase::phase;
 import package::shade::sample_offset::{air_shift, sample_offset};
@@ -23,11 +23,11 @@ const MAX_LIT_SAMPLES: u32 = 256u;
 // Distance from a lamp below which its light does not rise [m]: that of `incoming`.
 const NEAREST: f32 = 0.01;
 // Laid aside: the slice, the light of a sample with its share, its samples' sum, and that of all lights.
-const ASIDE_SLICE: u32 = ASIDE_OWN;
-const ASIDE_ARRIVING: u32 = ASIDE_OWN + 1u;
-const ASIDE_RADIANCE: u32 = ASIDE_OWN + 2u;
-const ASIDE_ALL: u32 = ASIDE_OWN + 3u;
-const OWN_ASIDES: u32 = 4u;
+const ASIDE_SLICE: u32 = ASIDE_LOCAL;
+const ASIDE_ARRIVING: u32 = ASIDE_LOCAL + 1u;
+const ASIDE_RADIANCE: u32 = ASIDE_LOCAL + 2u;
+const ASIDE_ALL: u32 = ASIDE_LOCAL + 3u;
+const LOCAL_ASIDES: u32 = 4u;
 // Instead of 0 in a divisor.
 const TINY: f32 = 1e-20;
 
@@ -113,14 +113,14 @@ fn stretch_of(light: GpuLight, column: Column) -> Stretch {
 
 // Distance of sample `i` along the ray, from where that is nearest to the lamp [m], and the length of the ray that
 // it stands for, in slices. Samples are offset by -0.5 to 0.5 in their distances.
-fn sample_of(light: GpuLight, column: Column, own: Stretch, i: u32) -> vec2<f32> {
+fn sample_of(light: GpuLight, column: Column, stretch: Stretch, i: u32) -> vec2<f32> {
     let is_local = light.kind != LIGHT_DIRECTIONAL;
-    let part = (f32(i) + 0.5 + sample_offset(views[0]).x) / f32(own.count);
-    let turn = vec2(cos(own.angle * part), sin(own.angle * part));
-    let turned = own.apart * dot(vec2(own.low, own.apart), turn) / dot(vec2(own.apart, -own.low), turn);
-    let at = select(mix(own.low, own.high, part), clamp(turned, own.low, own.high), is_local);
-    let share = select(own.high - own.low, (own.apart + at * at / own.apart) * own.angle, is_local)
-        / (own.metres * (column.ends.y - column.ends.x) * f32(own.count));
+    let part = (f32(i) + 0.5 + sample_offset(views[0]).x) / f32(stretch.count);
+    let turn = vec2(cos(stretch.angle * part), sin(stretch.angle * part));
+    let turned = stretch.apart * dot(vec2(stretch.low, stretch.apart), turn) / dot(vec2(stretch.apart, -stretch.low), turn);
+    let at = select(mix(stretch.low, stretch.high, part), clamp(turned, stretch.low, stretch.high), is_local);
+    let share = select(stretch.high - stretch.low, (stretch.apart + at * at / stretch.apart) * stretch.angle, is_local)
+        / (stretch.metres * (column.ends.y - column.ends.x) * f32(stretch.count));
     return vec2(at, share);
 }
 
@@ -132,17 +132,17 @@ fn scattered(slice: vec3<u32>, number: u32) -> vec3<f32> {
     lay_aside(ASIDE_RADIANCE, bits_of(vec3(0.0), bitcast<f32>(count)));
     if count > 0u {
         loop {
-            let place = aside(ASIDE_SLICE);
-            let column = column_of(slice_of(place));
-            let light = light_record(place.z);
-            let own = stretch_of(light, column);
-            let along = sample_of(light, column, own, place.w);
-            let point = eye_position() + column.ray * (along.x - own.nearest);
+            let kept = aside(ASIDE_SLICE);
+            let column = column_of(slice_of(kept));
+            let light = light_record(kept.z);
+            let stretch = stretch_of(light, column);
+            let along = sample_of(light, column, stretch, kept.w);
+            let point = eye_position() + column.ray * (along.x - stretch.nearest);
             let arriving = incoming(light, point);
             if any(arriving.color > vec3(0.0)) {
                 let share = along.y * phase(dot(arriving.toward, column.ray), air_params.anisotropy);
                 lay_aside(ASIDE_ARRIVING, bits_of(arriving.color, share));
-                let passed = shadow(light, place.z, point, vec3(0.0), arriving.toward, 0.0);
+                let passed = shadow(light, kept.z, point, vec3(0.0), arriving.toward, 0.0);
                 let whole = floats_of(aside(ASIDE_ARRIVING));
                 let before = aside(ASIDE_RADIANCE);
                 let sum = floats_of(before).xyz + whole.xyz * passed * whole.w;
@@ -158,8 +158,8 @@ fn scattered(slice: vec3<u32>, number: u32) -> vec3<f32> {
     return floats_of(aside(ASIDE_RADIANCE)).xyz;
 }
 
-fn slice_of(place: vec4<u32>) -> vec3<u32> {
-    return vec3(place.x & 0xffffu, place.x >> 16u, place.y);
+fn slice_of(kept: vec4<u32>) -> vec3<u32> {
+    return vec3(kept.x & 0xffffu, kept.x >> 16u, kept.y);
 }
 
 @compute @workgroup_size(8, 8)
@@ -177,8 +177,8 @@ fn air_scatter(
     // The loop's end depends on more than the uniform: llvmpipe would recompile the kernel for its value.
     let count = min(picture_params.light_count, textureDimensions(lights).x);
     for (var i = 0u; i < count; i = aside(ASIDE_SLICE).z + 1u) {
-        let own = scattered(slice, i);
-        lay_aside(ASIDE_ALL, bits_of(floats_of(aside(ASIDE_ALL)).xyz + own, 0.0));
+        let stretch = scattered(slice, i);
+        lay_aside(ASIDE_ALL, bits_of(floats_of(aside(ASIDE_ALL)).xyz + stretch, 0.0));
         slice = slice_of(aside(ASIDE_SLICE));
     }
     textureStore(sources, slice.xy, slice.z, vec4(floats_of(aside(ASIDE_ALL)).xyz, 1.0));

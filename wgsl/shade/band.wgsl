@@ -30,8 +30,8 @@ fn band_pixel(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32, tiles_x: u
 
 // `number`: of the tile, in the band.
 fn tile_pixel(number: u32, lane: u32, tiles_x: u32) -> BandPixel {
-    let place = lane_texel(lane);
-    return indexed_pixel((number * TILE_SIZE + place.y) * TILE_SIZE + place.x, tiles_x);
+    let texel = lane_texel(lane);
+    return indexed_pixel((number * TILE_SIZE + texel.y) * TILE_SIZE + texel.x, tiles_x);
 }
 
 fn indexed_pixel(index: u32, tiles_x: u32) -> BandPixel {

@@ -22,14 +22,14 @@ struct Bare {
 }
 
 // Reads a texel's filter and the receiver's plane for none of `count` texels.
-fn receive_bare(own: Filter, taps: Taps, count: u32, view: GpuView, bias: f32) -> Bare {
+fn receive_bare(kernel: Filter, taps: Taps, count: u32, view: GpuView, bias: f32) -> Bare {
     var light = vec3(0.0);
     var is_all = true;
     var rotation = pixel_rotation;
     var i = 0u;
     if count > 0u {
         loop {
-            let tap = filter_tap(own, taps, i, rotation);
+            let tap = filter_tap(kernel, taps, i, rotation);
             let at = view.origin + vec2<u32>(clamp(tap.texel, vec2(0.0), view.size - 1.0));
             let is_dark = vec3(taps.z) > solid_depths(view, at) + bias;
             light += select(vec3(1.0), vec3(0.0), is_dark) * tap.weight;

@@ -11,7 +11,7 @@ import package::shade::surface::world_point;
 // Cosine between a ray and a face's normal at which it hardly meets the face.
 const MIN_LEAVING: f32 = -0.05;
 
-var<private> aside: vec2<f32>;      // place where what is behind is seen, from the pixel [pixels]
+var<private> aside: vec2<f32>;      // where what is behind is seen, from the pixel [pixels]
 var<private> blur_square: f32;      // square of the radius by which it is blurred [pixels]
 var<private> entered: f32;          // light depth where the ray entered a body; NOWHERE outside
 var<private> bent: vec3<f32>;       // its direction inside, unit, world space
@@ -30,8 +30,8 @@ fn depth_range(view: GpuView) -> f32 {
 fn leave(view: GpuView, pixel: vec2<f32>, depth: f32, share: f32) {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let length = share * (depth - entered) * depth_range(view) * sqrt(1.0 + dot(slope, slope));
-    let place = world_point(view, pixel, entered) + bent * length;
-    let seen = (view.view_from_world * vec4(place, 1.0)).xyz;
+    let position = world_point(view, pixel, entered) + bent * length;
+    let seen = (view.view_from_world * vec4(position, 1.0)).xyz;
     aside += vec2(seen.x, -seen.y) * (view.scale / max(-seen.z, view.near)) + view.size * 0.5 - pixel;
     entered = NOWHERE;
 }
@@ -55,7 +55,7 @@ fn bend(view: GpuView, pixel: vec2<f32>, setup: u32, depth: f32, behind: f32, no
     }
 }
 
-// The place and the blur of what is behind all panes, at light depth `behind`.
+// The position and the blur of what is behind all panes, at light depth `behind`.
 fn bent_by(view: GpuView, pixel: vec2<f32>, behind: f32) -> vec4<u32> {
     if entered < NOWHERE && behind < 1.0 {
         leave(view, pixel, behind, 1.0);

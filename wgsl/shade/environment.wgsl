@@ -17,26 +17,26 @@ fn from_around(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     }
     let n = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
     let sides = select(vec2(-1.0), vec2(1.0), n.xy >= vec2(0.0));
-    let place = select(n.xy, (1.0 - abs(n.yx)) * sides, n.z < 0.0) * 0.5 + 0.5;
+    let point = select(n.xy, (1.0 - abs(n.yx)) * sides, n.z < 0.0) * 0.5 + 0.5;
     let level = saturate(roughness) * f32(LEVELS_AROUND - 1u);
     let low = u32(level);
-    let sharp = level_around(low, place);
+    let sharp = level_around(low, point);
     // A roughness of exactly one level needs no other.
     if level == f32(low) {
         return sharp;
     }
-    return mix(sharp, level_around(low + 1u, place), level - f32(low));
+    return mix(sharp, level_around(low + 1u, point), level - f32(low));
 }
 
-// `place`: point of the octahedral square, 0..1.
-fn level_around(level: u32, place: vec2<f32>) -> vec3<f32> {
+// `point`: point of the octahedral square, 0..1.
+fn level_around(level: u32, point: vec2<f32>) -> vec3<f32> {
     let fine = picture_params.environment_size;
     let size = select(ROUGH_SIZE, fine, level == 0u);
     let row = size + 2u;
     let rough_texels = (ROUGH_SIZE + 2u) * (ROUGH_SIZE + 2u);
     let first = select((fine + 2u) * (fine + 2u) + (max(level, 1u) - 1u) * rough_texels, 0u, level == 0u);
     // The centre of the border's texel is half a texel outside the square.
-    let at = place * f32(size) + 0.5;
+    let at = point * f32(size) + 0.5;
     let low = vec2<u32>(at);
     let part = at - vec2<f32>(low);
     let corner = first + low.y * row + low.x;

@@ -41,18 +41,18 @@ struct Lifted {
 }
 
 fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
-    let place = floats_of(aside(ASIDE_POINT));
+    let kept = floats_of(aside(ASIDE_POINT));
     let surface = floats_of(aside(ASIDE_NORMAL));
-    let texel = texel_size(view, place.xyz);
+    let texel = texel_size(view, kept.xyz);
     // The bias is a part of the normal bias: edges of shadows move with the point.
     let sine = surface.w / lift(light);
     let covered = light.bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
     // In spots what shades the point ends at its own plane.
     let rest = select(surface.w * texel - part, 0.0, is_soft(light));
-    let point = place.xyz + surface.xyz * rest;
+    let point = kept.xyz + surface.xyz * rest;
     if HAS_FILTERS {
-        return Lifted(point, place.w + floats_of(aside(ASIDE_LEAST)).w * texel);
+        return Lifted(point, kept.w + floats_of(aside(ASIDE_LEAST)).w * texel);
     }
-    return Lifted(point, place.w);
+    return Lifted(point, kept.w);
 }

@@ -6,7 +6,7 @@ import choice::aside::open_asides;
 import choice::light_output::{answer_count, store_answer};
 
 // What an answer lays aside: `point_light`.
-const OWN_ASIDES: u32 = 2u;
+const LOCAL_ASIDES: u32 = 2u;
 
 override WORKGROUP_SIZE: u32;
 

@@ -9,7 +9,7 @@ import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
 import package::shade::shadow::shadow;
 
-const OWN_ASIDES: u32 = 0u;
+const LOCAL_ASIDES: u32 = 0u;
 
 // `light`: index among the bound lights; `position` [m] and unit `normal` in world space. The normal
 // offsets the point towards the light, off its own surface's shadow; zero for a point on no surface.

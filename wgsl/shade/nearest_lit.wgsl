@@ -42,7 +42,7 @@ fn light_node(node: vec2<u32>, fade: Fade, end: f32) {
 fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f32>) -> vec3<f32> {
     let fade = fade_between(vec2(since.x, since.x + EARLY * (since.y - since.x)));
     var number = first;
-    var place = spot_center;
+    var position = spot_center;
     var share = vec3(1.0);
     var is_found = false;
     // The loop count is not constant, so that compilers do not unroll.
@@ -51,7 +51,7 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
         loop {
             let map = level_map(view, leveled, number);
             let slack = slack_within(select(map.edge, 1.0, number == 1u));
-            let corner = floor(place / map.edge - 0.5);
+            let corner = floor(position / map.edge - 0.5);
             var nearest = NEVER;
             var i = 0u;
             loop {
@@ -79,10 +79,10 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
                 let open = max(lit_before.x, max(lit_before.y, lit_before.z));
                 let is_nearest = open > LIT && away < nearest;
                 let mean = vec3(max(lit_here.x, max(lit_here.y, lit_here.z)) / max(open, MIN_LIT));
-                let own = lit_here / max(lit_before, vec3(MIN_LIT));
-                let here = select(own, mean, lit_before < vec3(DIM * open));
+                let ratio = lit_here / max(lit_before, vec3(MIN_LIT));
+                let here = select(ratio, mean, lit_before < vec3(DIM * open));
                 share = select(share, here, is_nearest);
-                place = select(place, middle, is_nearest);
+                position = select(position, middle, is_nearest);
                 nearest = select(nearest, away, is_nearest);
                 i += 1u;
                 if i >= four {

@@ -12,9 +12,9 @@ fn pane_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
 
 // Share of light that a pane scatters: half of what it covers if it is not clear, filtering the rest.
 // `over` scatters all that it covers, and its transfer has already attenuated the light behind.
-fn scattered_share(hit: Hit, material: GpuMaterial, of_own: bool) -> f32 {
+fn scattered_share(hit: Hit, material: GpuMaterial, of_emission: bool) -> f32 {
     let covers = material.transfer == TRANSFER_OVER;
-    return hit.opacity * select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_own), covers);
+    return hit.opacity * select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_emission), covers);
 }
 
 // Mirrored share of the sky; `normal` is on the eye's side.

@@ -8,8 +8,9 @@ import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
     POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, load_point,
 };
-import package::shade::asides::{ASIDE_OWN, bits_of, floats_of};
+import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
+import package::shade::irradiance::irradiance;
 import package::shade::phase::phase_of_orders;
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
@@ -20,8 +21,8 @@ import package::shade::taps::set_turn;
 
 const PER_TWO_PI: f32 = 0.15915494;
 // Sums of the lights, laid aside; with the second the point's number.
-const ASIDE_DIFFUSE: u32 = ASIDE_OWN;
-const ASIDE_SHINE: u32 = ASIDE_OWN + 1u;
+const ASIDE_DIFFUSE: u32 = ASIDE_LOCAL;
+const ASIDE_SHINE: u32 = ASIDE_LOCAL + 1u;
 
 // Share of the light from `toward` that a point of albedo 1 sends to the eye.
 fn scattered(point: Point, cosine: f32) -> f32 {
@@ -32,19 +33,6 @@ fn scattered(point: Point, cosine: f32) -> f32 {
         // that faces the light.
         default: { return PER_TWO_PI; }
     }
-}
-
-// Irradiance of a surface of normal `n`, divided by pi: spherical harmonics up to order 2 (Ramamoorthi and
-// Hanrahan 2001).
-fn irradiance(n: vec3<f32>) -> vec3<f32> {
-    let linear = coefficient(0u) + coefficient(1u) * n.y + coefficient(2u) * n.z + coefficient(3u) * n.x;
-    let mixed = coefficient(4u) * (n.x * n.y) + coefficient(5u) * (n.y * n.z) + coefficient(7u) * (n.x * n.z);
-    let squares = coefficient(6u) * (3.0 * n.z * n.z - 1.0) + coefficient(8u) * (n.x * n.x - n.y * n.y);
-    return max(linear + mixed + squares, vec3(0.0));
-}
-
-fn coefficient(i: u32) -> vec3<f32> {
-    return picture_params.irradiance[i].rgb;
 }
 
 fn ambient(point: Point) -> vec3<f32> {
@@ -108,8 +96,8 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let to_eye = normalize(eye() - point.position);
     var once = scattered(point, cosine);
     if HAS_CAPSULES {
-        let own = strand_scattered(point.normal, arriving.toward, to_eye, point.roughness);
-        once = select(once, own, point.kind == POINT_STRAND);
+        let strand = strand_scattered(point.normal, arriving.toward, to_eye, point.roughness);
+        once = select(once, strand, point.kind == POINT_STRAND);
     }
     var diffuse = passed * once;
     if HAS_BRICKS {

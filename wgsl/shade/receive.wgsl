@@ -15,9 +15,9 @@ import package::shade::tint::tint_depth;
 // Light through one texel to light depth z, by the rules of the receiver. Texels outside the view's map are
 // clamped to its border.
 fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
-    let own = clamp(texel, vec2(0.0), view.size - 1.0);
-    let tint_z = tint_depth(view, own + 0.5, z, bias);
-    let at = view.origin + vec2<u32>(own);
+    let inside = clamp(texel, vec2(0.0), view.size - 1.0);
+    let tint_z = tint_depth(view, inside + 0.5, z, bias);
+    let at = view.origin + vec2<u32>(inside);
     let solid = solid_depths(view, at);
     // Curves have no owner tags.
     if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
@@ -34,22 +34,22 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
 fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
     set_own_plane(view);
     let taps = map_taps(view, lifted.point);
-    let own = filter_of(light);
+    let kernel = filter_of(light);
     let depth_bias = lifted.bias / (view.far - view.near);
     var sum = vec3(0.0);
     var rotation = pixel_rotation;
     // The loop count is not constant: compilers would unroll it, with the whole look-up of a texel.
-    var count = select(0u, own.count, taps.reaches);
+    var count = select(0u, kernel.count, taps.reaches);
     var bare = Bare(vec3(1.0), !taps.reaches);
     if BARE_FIRST && NODES == 0u {
-        bare = receive_bare(own, taps, count, view, depth_bias);
+        bare = receive_bare(kernel, taps, count, view, depth_bias);
         count = select(count, 0u, bare.is_all);
     }
     var i = 0u;
     // Tested at its end: llvmpipe executes a body once more where the test comes first.
     if count > 0u {
         loop {
-            let tap = filter_tap(own, taps, i, rotation);
+            let tap = filter_tap(kernel, taps, i, rotation);
             sum += receive_texel(view, tap.texel, taps.z, depth_bias) * tap.weight;
             rotation = next_rotation(rotation);
             i += 1u;

@@ -16,6 +16,6 @@ fn set_receiver(accepts: u32, tag: u32, solid: bool) {
 // Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest` in the format of
 // the maps.
 fn is_tinted(filtered: vec4<f32>, nearest: f32) -> bool {
-    let own = receives == RECEIVES_OTHERS && stored_tag(filtered.a, nearest) == receiver_tag;
-    return receives != RECEIVES_OPAQUE && !own;
+    let is_shown = receives == RECEIVES_OTHERS && stored_tag(filtered.a, nearest) == receiver_tag;
+    return receives != RECEIVES_OPAQUE && !is_shown;
 }

@@ -4,7 +4,7 @@ import package::bind::uniform::picture_params;
 import package::records::air_params::AIR_CELL;
 import package::records::view::GpuView;
 
-// [pixels], or one within a pixel that goes with the place on the lens: the shear of the camera's axis (`View::through` in src/view/mod.rs).
+// [pixels], or one within a pixel that goes with the point on the lens: the shear of the camera's axis (`View::through` in src/view/mod.rs).
 fn sample_offset(view: GpuView) -> vec2<f32> {
     let right = picture_params.world_from_view[0].xyz;
     let up = picture_params.world_from_view[1].xyz;

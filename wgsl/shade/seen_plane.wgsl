@@ -24,7 +24,7 @@ fn around_offset(i: u32) -> vec2<f32> {
     return select(along, vec2(low, high), i >= 4u);
 }
 
-// A texel's place from the point [texels]; and its surface's distance, or the inverse of it in a perspective view,
+// A texel's offset from the point [texels]; and its surface's distance, or the inverse of it in a perspective view,
 // from the point's.
 fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32>) -> vec3<f32> {
     let texel = clamp(floor(center + off), vec2(0.0), view.size - 1.0);

@@ -34,8 +34,8 @@ fn shade_bricks(
     }
     let number = point_batch.first + index;
     let brick = brick_of(number / LATTICE_POINTS);
-    let own = number % LATTICE_POINTS;
-    let cell = vec3(own % LATTICE_EDGE, own / LATTICE_EDGE % LATTICE_EDGE, own / (LATTICE_EDGE * LATTICE_EDGE));
+    let in_lattice = number % LATTICE_POINTS;
+    let cell = vec3(in_lattice % LATTICE_EDGE, in_lattice / LATTICE_EDGE % LATTICE_EDGE, in_lattice / (LATTICE_EDGE * LATTICE_EDGE));
     let part = vec3<f32>(cell) / f32(LATTICE_EDGE - 1u);
     let size = brick.high - brick.low;
     let edges = voxel_edges(brick);
@@ -46,9 +46,9 @@ fn shade_bricks(
     let radius = 0.5 * (length(edges[0]) * size.x + length(edges[1]) * size.y + length(edges[2]) * size.z);
     let view = views[0];
     let center = (view.view_from_world * vec4(middle, 1.0)).xyz;
-    let place = (view.view_from_world * vec4(position, 1.0)).xyz;
-    let along = -place.z;
-    let pixel = vec2(place.x, -place.y) * (view.scale / max(along, view.near)) + view.size * 0.5;
+    let seen = (view.view_from_world * vec4(position, 1.0)).xyz;
+    let along = -seen.z;
+    let pixel = vec2(seen.x, -seen.y) * (view.scale / max(along, view.near)) + view.size * 0.5;
     let look = grid_look(brick);
     var point: Point;
     point.kind = select(POINT_NONE, POINT_BRICK, is_in_picture(view, center, radius));

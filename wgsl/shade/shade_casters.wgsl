@@ -30,15 +30,15 @@ fn shade_casters(
     let footprint = load_footprint(id_in_view);
     let is_particle = !footprint.is_triangle;
     let is_seen = textureLoad(rects, record_texel(id_in_view), 0).g != 0u;
-    let own = select(0u, caster_of(footprint), is_particle);
-    let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(own * 2u), 0));
-    let look = textureLoad(casters, record_texel(own * 2u + 1u), 0);
+    let caster = select(0u, caster_of(footprint), is_particle);
+    let sphere = bitcast<vec4<f32>>(textureLoad(casters, record_texel(caster * 2u), 0));
+    let look = textureLoad(casters, record_texel(caster * 2u + 1u), 0);
     var point: Point;
     point.kind = select(POINT_NONE, POINT_PARTICLE, is_particle && is_seen);
-    point.position = place.xyz;
+    point.position = sphere.xyz;
     // Not shadowed by itself: the bias is its radius.
-    point.reach = place.w;
-    point.cluster = cluster_of(footprint.place.xy, footprint.place.w);
+    point.reach = sphere.w;
+    point.cluster = cluster_of(footprint.bounds.xy, footprint.bounds.w);
     point.receives = materials[look_material(look)].receives;
     point.tag = owner_tag(look.w);
     point.albedo = vec3(1.0);

@@ -21,11 +21,11 @@ fn shade_clip(
         return;
     }
     let rect = textureLoad(rects, record_texel(footprint), 0).rg;
-    let own_first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
-    let own_last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
-    let first = max(own_first, band.origin);
-    let last = min(own_last, band.origin + band.size - 1u);
-    let has_mask = all(own_last - own_first < vec2(4u));
+    let caster_first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
+    let caster_last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
+    let first = max(caster_first, band.origin);
+    let last = min(caster_last, band.origin + band.size - 1u);
+    let has_mask = all(caster_last - caster_first < vec2(4u));
     var mask = 0u;
     if all(first <= last) && (rect.y & 0xffffu) != 0u {
         mask = WHOLE;
@@ -33,8 +33,8 @@ fn shade_clip(
             mask = 0u;
             for (var y = first.y; y <= last.y; y += 1u) {
                 for (var x = first.x; x <= last.x; x += 1u) {
-                    let own = (y - own_first.y) * 4u + x - own_first.x;
-                    let touches = !has_mask || ((rect.y >> (own & 15u)) & 1u) != 0u;
+                    let mask_bit = (y - caster_first.y) * 4u + x - caster_first.x;
+                    let touches = !has_mask || ((rect.y >> (mask_bit & 15u)) & 1u) != 0u;
                     mask |= select(0u, 1u << ((y - first.y) * 4u + x - first.x), touches);
                 }
             }

@@ -42,10 +42,10 @@ fn go_on(index: u32) {
         reached = fog.w;
     }
     if HAS_REFRACTION {
-        let place = bitcast<vec4<f32>>(carried[at + 4u]);
+        let kept = bitcast<vec4<f32>>(carried[at + 4u]);
         let inside = bitcast<vec4<f32>>(carried[at + 5u]);
-        aside = place.xy;
-        blur_square = place.z;
+        aside = kept.xy;
+        blur_square = kept.z;
         bent = inside.xyz;
         entered = inside.w;
     }

@@ -1,6 +1,7 @@
 // shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
 // invocation per pixel of a band. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
 
+import choice::catcher::caught;
 import package::bind::sampled::{casters, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
@@ -53,7 +54,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let position = world_point(view, pixel, depth);
     let to_eye = normalize(eye() - position);
     let normals = normals_at(id, setup, weights, to_eye);
-    return Point(
+    let point = Point(
         POINT_SOLID,
         rounded(id, weights, normals.face, position),
         normals.face,
@@ -70,19 +71,20 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         material.metallic,
         pixel_number(pixel),
     );
+    return caught(point, material.catcher, to_eye);
 }
 
 fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
-    let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
+    let sphere = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
     let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
     let material = materials[look_material(look)];
     let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
     let position = world_point(view, pixel, depth);
     // Sphere-impostor normal.
-    let aside = (position - place.xyz) / place.w;
+    let aside = (position - sphere.xyz) / sphere.w;
     let to_eye = normalize(eye() - position);
     var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
-    var reach = place.w;
+    var reach = sphere.w;
     var object = look.w;
     if HAS_CAPSULES && material.shape == SHAPE_CAPSULE {
         let capsule = capsule_of(look.w);
@@ -94,7 +96,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         object = particle_object(look.w);
     }
     let albedo = material.tint.rgb * color;
-    return Point(
+    let point = Point(
         POINT_SOLID,
         position,
         normal,
@@ -111,6 +113,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         material.metallic,
         pixel_number(pixel),
     );
+    return caught(point, material.catcher, to_eye);
 }
 
 @compute @workgroup_size(LANES)

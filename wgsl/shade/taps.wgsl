@@ -32,7 +32,7 @@ fn spline(t: f32) -> vec3<f32> {
 
 // Nine texels of a view's map around a point, weighted by the spline.
 struct Taps {
-    place: vec2<f32>,  // of the point [texels]
+    position: vec2<f32>,  // of the point [texels]
     middle: vec2<f32>, // [texels]
     z: f32,            // light depth of the point
     reaches: bool,     // the point is inside the map
@@ -44,14 +44,14 @@ fn map_taps(view: GpuView, point: vec3<f32>) -> Taps {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let distance = -p.z;
     let perspective = view.perspective > 0.0;
-    let place = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
+    let position = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
     let z = (distance - view.near) / (view.far - view.near);
-    let inside = all(place >= vec2(0.0)) && all(place <= view.size);
+    let inside = all(position >= vec2(0.0)) && all(position <= view.size);
     // A cone or a cube's face ends where its map does.
     let reaches = z >= 0.0 && (inside || perspective);
-    let middle = clamp(floor(place), vec2(-1e6), vec2(1e6));
-    let t = clamp(place - middle - 0.5, vec2(-0.5), vec2(0.5));
-    return Taps(place, middle, z, reaches, spline(t.x), spline(t.y));
+    let middle = clamp(floor(position), vec2(-1e6), vec2(1e6));
+    let t = clamp(position - middle - 0.5, vec2(-0.5), vec2(0.5));
+    return Taps(position, middle, z, reaches, spline(t.x), spline(t.y));
 }
 
 fn tap_weight(taps: Taps, i: u32) -> f32 {
@@ -90,23 +90,23 @@ struct Tap {
 }
 
 // `rotation`: direction to a disc's texel, unit.
-fn filter_tap(own: Filter, taps: Taps, i: u32, rotation: vec2<f32>) -> Tap {
+fn filter_tap(kernel: Filter, taps: Taps, i: u32, rotation: vec2<f32>) -> Tap {
     let nine = Tap(taps.middle + vec2(f32(i % 3u), f32(i / 3u)) - 1.0, tap_weight(taps, i % 9u));
     if !HAS_FILTERS {
         return nine;
     }
-    let place = clamp(taps.place, vec2(-1e6), vec2(1e6));
-    let row = floor((f32(i) + 0.5) / own.edge);
-    let cell = vec2(f32(i) - row * own.edge, row);
+    let position = clamp(taps.position, vec2(-1e6), vec2(1e6));
+    let row = floor((f32(i) + 0.5) / kernel.edge);
+    let cell = vec2(f32(i) - row * kernel.edge, row);
     // A box of whole texels over bilinear ones.
-    let square = floor(place - 0.5 - own.radius) + 1.0 + cell;
-    let over = clamp(own.radius - abs(square + 0.5 - place), vec2(0.0), vec2(1.0)) / max(own.edge - 1.0, 1.0);
-    let reach = own.radius * sqrt((f32(i) + 0.5) / f32(own.count));
-    let even = select(taps.middle, floor(place + rotation * reach), own.kind == FILTER_DISC);
-    let is_box = own.kind == FILTER_BOX;
-    let is_spline = own.kind == FILTER_SPLINE;
+    let square = floor(position - 0.5 - kernel.radius) + 1.0 + cell;
+    let over = clamp(kernel.radius - abs(square + 0.5 - position), vec2(0.0), vec2(1.0)) / max(kernel.edge - 1.0, 1.0);
+    let reach = kernel.radius * sqrt((f32(i) + 0.5) / f32(kernel.count));
+    let even = select(taps.middle, floor(position + rotation * reach), kernel.kind == FILTER_DISC);
+    let is_box = kernel.kind == FILTER_BOX;
+    let is_spline = kernel.kind == FILTER_SPLINE;
     let texel = select(select(even, square, is_box), nine.texel, is_spline);
-    let weight = select(select(1.0 / f32(own.count), over.x * over.y, is_box), nine.weight, is_spline);
+    let weight = select(select(1.0 / f32(kernel.count), over.x * over.y, is_box), nine.weight, is_spline);
     return Tap(texel, weight);
 }
 

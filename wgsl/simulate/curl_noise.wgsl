@@ -9,8 +9,8 @@ fn curl_noise(at: vec3<f32>, seed: u32) -> vec3<f32> {
 }
 
 fn corner_value(cell: vec3<i32>, seed: u32) -> f32 {
-    let place = bitcast<vec3<u32>>(cell);
-    return f32(pcg(place.x ^ pcg(place.y ^ pcg(place.z ^ seed))) >> 8u) / 8388608.0 - 1.0;
+    let corner = bitcast<vec3<u32>>(cell);
+    return f32(pcg(corner.x ^ pcg(corner.y ^ pcg(corner.z ^ seed))) >> 8u) / 8388608.0 - 1.0;
 }
 
 // Gradient of value noise with values -1..1 at the lattice points (Perlin's fade of 2002).

@@ -8,7 +8,7 @@ import package::load::pack_caster::TURN;
 import package::records::emitter::STEP_SECONDS;
 import package::records::host::Caster;
 
-// Place among `count` values at even distances: the one before, the one behind, and the share of the latter.
+// Index among `count` values at even distances: the one before, the one behind, and the share of the latter.
 struct Between {
     low: u32,
     high: u32,

@@ -17,11 +17,11 @@ fn collided(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
 
 // Way out of a box through the nearest side, the first of several; xyz is that side's normal, w its
 // distance.
-fn way_out(place: vec3<f32>, low: vec3<f32>, high: vec3<f32>) -> vec4<f32> {
+fn way_out(position: vec3<f32>, low: vec3<f32>, high: vec3<f32>) -> vec4<f32> {
     var nearest = vec4(0.0, 0.0, 0.0, 1e30);
     for (var axis = 0u; axis < 3u; axis += 1u) {
-        let down = place[axis] - low[axis];
-        let up = high[axis] - place[axis];
+        let down = position[axis] - low[axis];
+        let up = high[axis] - position[axis];
         let unit = select(vec3(0.0), vec3(1.0), vec3(0u, 1u, 2u) == vec3(axis));
         nearest = select(nearest, vec4(-unit, down), down < nearest.w);
         nearest = select(nearest, vec4(unit, up), up < nearest.w);
@@ -67,18 +67,18 @@ fn simulate_particles(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
 ) {
-    let place = id.y * workgroups.x * 64u + id.x;
+    let index = id.y * workgroups.x * 64u + id.x;
     let capacity = emitter_params.capacity;
-    if place >= capacity {
+    if index >= capacity {
         return;
     }
-    var particle = emitted[place];
-    let steps = select(0u, min(emitter_params.step_count, STEPS_AT_ONCE), place < capacity);
+    var particle = emitted[index];
+    let steps = select(0u, min(emitter_params.step_count, STEPS_AT_ONCE), index < capacity);
     for (var i = 0u; i < steps; i += 1u) {
         let has_started = particle.number < started_before(i + 1u);
         if has_started && (particle.age_life & 0xffffu) < (particle.age_life >> 16u) {
             particle = advanced(particle, emitter_params.step + i);
         }
     }
-    emitted[place] = particle;
+    emitted[index] = particle;
 }

@@ -22,9 +22,9 @@ fn in_ball(number: u32, index: u32, axes: vec3<f32>) -> vec3<f32> {
     for (var i = 0u; i < TRIES; i += 1u) {
         let first = index + 3u * i;
         let drawn = vec3(draw(number, first), draw(number, first + 1u), draw(number, first + 2u));
-        let place = (drawn * 2.0 - 1.0) * axes;
-        if dot(place, place) <= 1.0 {
-            return place;
+        let point = (drawn * 2.0 - 1.0) * axes;
+        if dot(point, point) <= 1.0 {
+            return point;
         }
     }
     return vec3(0.0);
@@ -53,9 +53,9 @@ fn gone(seconds: f32) -> vec3<f32> {
     return mix(before.yzw, behind.yzw, clamp(share, 0.0, 1.0));
 }
 
-// `place`: its place among those that start in the step.
-fn started_particle(number: u32, place: u32) -> GpuEmitted {
-    let seconds = emitter_params.first_birth + f32(place) * emitter_params.period;
+// `index`: among those that start in the step.
+fn started_particle(number: u32, index: u32) -> GpuEmitted {
+    let seconds = emitter_params.first_birth + f32(index) * emitter_params.period;
     let position = emitter_params.position + gone(seconds) + aside(number) * emitter_params.extent;
     let velocity = emitter_params.velocity + in_ball(number, 40u, vec3(1.0)) * emitter_params.spread;
     let range = emitter_params.life_most - emitter_params.life_least;

@@ -49,14 +49,14 @@ fn unpacked(firsts: RowBits, seconds: RowBits) -> Node {
     return coded(select(span, RowBits(0u), none), selected(node.light, white(), none));
 }
 
-var<private> places: array<vec2<u32>, ROW_COUNT>; // atlas texels of the curves that are softened
+var<private> texels: array<vec2<u32>, ROW_COUNT>; // atlas texels of the curves that are softened
 
 fn load_curves(view: GpuView) {
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
         let layer = curve_layer(view.layer, pair);
         var words = array(RowBits(0u), RowBits(0u), RowBits(0u), RowBits(0u));
         for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-            let nodes = textureLoad(raw_curves, places[i], layer, 0);
+            let nodes = textureLoad(raw_curves, texels[i], layer, 0);
             words[0] = with_bits(words[0], i, nodes.x);
             words[1] = with_bits(words[1], i, nodes.y);
             words[2] = with_bits(words[2], i, nodes.z);
@@ -75,8 +75,8 @@ fn store_curves(view: GpuView, first: vec2<u32>, blocked: Rows) {
         let b = stored_node(2u * pair + 1u);
         for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
             let at = first + vec2(0u, i);
-            let own = textureLoad(raw_curves, at, layer, 0);
-            textureStore(curves, at, layer, select(own, stored_pair(a, b, i), row(blocked, i) > 0.0));
+            let raw = textureLoad(raw_curves, at, layer, 0);
+            textureStore(curves, at, layer, select(raw, stored_pair(a, b, i), row(blocked, i) > 0.0));
         }
     }
 }
@@ -91,8 +91,8 @@ fn soften_texels(view: GpuView, id: vec2<u32>, first: vec2<i32>) {
     for (var i = 0u; i < ROW_COUNT; i += 1u) {
         let texel = vec2(first.x, min(first.y + i32(i), size.y - 1));
         let run = column_run(view, size, texel);
-        let own = vec2<i32>(view.origin) + texel;
-        places[i] = vec2<u32>(select(own, vec2<i32>(run.hole), run.hole.x >= 0.0));
+        let at = vec2<i32>(view.origin) + texel;
+        texels[i] = vec2<u32>(select(at, vec2<i32>(run.hole), run.hole.x >= 0.0));
         passing = with_light(passing, i, max(1.0 - run.blocked, vec3(0.0)));
         blocked = with_row(blocked, i, run.moments.x);
         let span = select(vec2(0.0), ramp(run), run.moments.x > 0.0);

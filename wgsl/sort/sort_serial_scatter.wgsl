@@ -9,12 +9,12 @@ import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
 import choice::digits::DIGITS;
 
 // Position of this run's next pair with that digit.
-var<private> places: array<u32, DIGITS>;
+var<private> offsets: array<u32, DIGITS>;
 
 fn store(pair: vec4<u32>, digit: u32) {
-    let place = places[digit];
-    places[digit] = place + 1u;
-    textureStore(sorted_pairs, texel_from_pair(place), pair);
+    let slot = offsets[digit];
+    offsets[digit] = slot + 1u;
+    textureStore(sorted_pairs, texel_from_pair(slot), pair);
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -29,7 +29,7 @@ fn sort_serial_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     var smaller = 0u;
     let digits = min(sort_pass.digit_count, textureDimensions(histograms).y);
     for (var digit = 0u; digit < digits; digit += 1u) {
-        places[digit] = smaller + textureLoad(histograms, vec2(id.x, digit)).x;
+        offsets[digit] = smaller + textureLoad(histograms, vec2(id.x, digit)).x;
         smaller += textureLoad(histograms, vec2(digit, TOTAL_ROW)).x;
     }
     var i = begin;

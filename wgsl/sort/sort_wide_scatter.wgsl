@@ -13,7 +13,7 @@ var<workgroup> holders: array<atomic<u32>, WARP_COUNT * 256u>;
 // A block is shorter than 2^16, so no half overflows.
 var<workgroup> ranked: array<atomic<u32>, WARP_COUNT / 2u * 256u>;
 // Position of the block's first pair with that digit.
-var<workgroup> places: array<u32, 256>;
+var<workgroup> offsets: array<u32, 256>;
 
 fn ranked_in(warp: u32, digit: u32) -> u32 {
     return (atomicLoad(&ranked[warp / 2u * 256u + digit]) >> (warp % 2u * 16u)) & 0xffffu;
@@ -41,7 +41,7 @@ fn sort_wide_scatter(
         in_all = textureLoad(histograms, vec2(lane, TOTAL_ROW)).x;
         in_earlier_blocks = textureLoad(histograms, vec2(block.x, lane)).x;
     }
-    places[lane] = exclusive_sum(lane, in_all) + in_earlier_blocks;
+    offsets[lane] = exclusive_sum(lane, in_all) + in_earlier_blocks;
 
     // 2. Rank each pair among those of its warp with the same digit.
     var held: array<vec2<u32>, ROUNDS>;
@@ -86,14 +86,14 @@ fn sort_wide_scatter(
         atomicStore(&ranked[at], sum | ((sum + low) << 16u));
         sum += low + (both >> 16u);
     }
-    workgroupBarrier(); // places and earlier warps are known
+    workgroupBarrier(); // offsets and earlier warps are known
 
     // 4. Store.
     for (var round = 0u; round < ROUNDS; round += 1u) {
         if begin + round * WARP_SIZE < count {
             let digit = (held[round].x >> shift) & mask;
-            let place = places[digit] + ranked_in(warp, digit) + rank[round];
-            textureStore(sorted_pairs, texel_from_pair(place), vec4(held[round], 0u, 0u));
+            let slot = offsets[digit] + ranked_in(warp, digit) + rank[round];
+            textureStore(sorted_pairs, texel_from_pair(slot), vec4(held[round], 0u, 0u));
         }
     }
 }

@@ -1,4 +1,4 @@
-// Sums over the casters of a texel, in storage buffers: the core tier. Texel = tile * 256 + index in the
+// Sums over the casters of a texel, in storage buffers: tiers without TEXTURE_ATOMIC. Texel = tile * 256 + index in the
 // tile. Optical depth per channel in fixed point, and nearness of the nearest hit.
 
 import package::bind::changed::{nearness, sum_blue, sum_green, sum_red};

@@ -26,8 +26,8 @@ fn spread(id: u32) -> vec3<f32> {
 fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
     let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
     let hit = caster_hit(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
-    let tile_place = texel / TILE_SIZE;
-    let tile = view.first_tile + tile_place.y * view.tiles_x + tile_place.x;
+    let tile_xy = texel / TILE_SIZE;
+    let tile = view.first_tile + tile_xy.y * view.tiles_x + tile_xy.x;
     let sum = sum_index(tile, texel % TILE_SIZE);
     if HAS_VOLUMES {
         let crossed = crossing(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
@@ -45,12 +45,12 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
         seed = object_of(footprint);
     }
     let chance = spread(seed);
-    var own_tau = absorbed_tau(hit.absorbed);
+    var hit_tau = absorbed_tau(hit.absorbed);
     if HAS_OVER {
         // Out of order: as if it were the only caster.
-        own_tau = absorbed_tau(hit.absorbed - added_light(hit));
+        hit_tau = absorbed_tau(hit.absorbed - added_light(hit));
     }
-    let tau = bitcast<vec3<u32>>(vec3<i32>(floor(own_tau * FIXED_ONE + chance)));
+    let tau = bitcast<vec3<u32>>(vec3<i32>(floor(hit_tau * FIXED_ONE + chance)));
     if HAS_VOLUMES {
         add_to_sums(sum, tau);
     } else {

@@ -15,7 +15,7 @@ fn kinds_apart() -> bool {
 fn visited(footprint: Footprint, is_triangle: bool) -> Footprint {
     let known = KINDS_APART || !(HAS_PARTICLES && HAS_TRIANGLES);
     return Footprint(
-        footprint.place,
+        footprint.bounds,
         footprint.look,
         select(footprint.is_triangle, is_triangle, known),
     );

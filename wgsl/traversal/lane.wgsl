@@ -9,17 +9,17 @@ const LANES: u32 = 256u / ROWS;
 
 fn lane_texel(lane: u32) -> vec2<u32> {
     let block = lane / 8u;
-    let place = lane % 8u;
-    return vec2((block % 2u) * 8u + place, (block / 2u) * ROWS);
+    let column = lane % 8u;
+    return vec2((block % 2u) * 8u + column, (block / 2u) * ROWS);
 }
 
 // First texel of tile number `tile` of the batch, in its view's map.
 fn tile_texel(view: GpuView, tile: u32) -> vec2<u32> {
-    let place = tile - view.first_tile;
-    return vec2(place % view.tiles_x, place / view.tiles_x) * TILE_SIZE;
+    let index = tile - view.first_tile;
+    return vec2(index % view.tiles_x, index / view.tiles_x) * TILE_SIZE;
 }
 
 // Index of a texel of a tile among the batch's sums.
-fn sum_index(tile: u32, place: vec2<u32>) -> u32 {
-    return (tile * TILE_SIZE + place.y) * TILE_SIZE + place.x;
+fn sum_index(tile: u32, in_tile: vec2<u32>) -> u32 {
+    return (tile * TILE_SIZE + in_tile.y) * TILE_SIZE + in_tile.x;
 }

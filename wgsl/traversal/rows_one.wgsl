@@ -20,12 +20,12 @@ fn row_bits(v: RowBits, i: u32) -> u32 {
 }
 
 // `v` with row `i` replaced.
-fn with_row(v: Rows, i: u32, own: f32) -> Rows {
-    return own;
+fn with_row(v: Rows, i: u32, value: f32) -> Rows {
+    return value;
 }
 
-fn with_bits(v: RowBits, i: u32, own: u32) -> RowBits {
-    return own;
+fn with_bits(v: RowBits, i: u32, value: u32) -> RowBits {
+    return value;
 }
 
 fn any_row(is: RowIs) -> bool {
@@ -45,15 +45,15 @@ struct DiscRows {
 // `corner`: the texel. The column of four texels is the unit of rounding.
 fn disc_rows(view: GpuView, disc: Disc, corner: vec2<f32>, opaque: Rows) -> DiscRows {
     let dx = corner.x + 0.5 - disc.center.x;
-    let place = u32(corner.y) & 3u;
-    let dy = corner.y - f32(place) + 0.5 - disc.center.y;
+    let in_column = u32(corner.y) & 3u;
+    let dy = corner.y - f32(in_column) + 0.5 - disc.center.y;
     if PERSPECTIVE {
-        let met = disc_profile(view, disc, dx, vec4(dy + f32(place)), vec4(opaque));
+        let met = disc_profile(view, disc, dx, vec4(dy + f32(in_column)), vec4(opaque));
         return DiscRows(met.profile.x, met.depth.x);
     }
     let rest = column_rest(disc, dx, dy);
-    let low = select(rest.x, rest.y, place == 1u);
-    let high = select(rest.z, rest.w, place == 3u);
-    let met = rest_profile(disc, vec4(select(low, high, place > 1u)), vec4(opaque));
+    let low = select(rest.x, rest.y, in_column == 1u);
+    let high = select(rest.z, rest.w, in_column == 3u);
+    let met = rest_profile(disc, vec4(select(low, high, in_column > 1u)), vec4(opaque));
     return DiscRows(met.profile.x, met.depth.x);
 }

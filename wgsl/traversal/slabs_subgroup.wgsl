@@ -1,4 +1,4 @@
-// Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup makes a candidate of one
+// Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup takes the caster of one
 // footprint and tests it against the subgroup's block of texels; all lanes visit those that touch it. CPU
 // reference: src/reference/curve/tile.rs, `walk`.
 //
@@ -19,7 +19,7 @@ import package::traversal::kinds::kinds_apart;
 import package::traversal::subgroup_block::{
     ALL_LANES, Block, block_high, block_low, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
-import choice::candidate::{Offer, candidate_of, offer_of, touches};
+import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches};
 import choice::pairs::pair_footprint;
 import choice::visit::{count_lane, is_whole, slabbed, visit_lane};
 
@@ -28,9 +28,9 @@ var<private> slab: Slab;
 
 // A run of pairs, one per lane, up to the end of the slab.
 struct Stretch {
-    offer: Offer,
-    ballot: vec2<u32>,    // lanes whose candidate touches the block
-    triangles: vec2<u32>, // lanes whose candidate is a triangle
+    payload: Payload,
+    ballot: vec2<u32>,    // lanes whose caster touches the block
+    triangles: vec2<u32>, // lanes whose caster is a triangle
     count: u32,           // pairs within the slab
     key: u32,             // key of the lane's pair
 }
@@ -41,17 +41,17 @@ fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
     let id = pair_footprint(min(index, max(end, 1u) - 1u));
     let footprint = load_footprint(id);
     let key = footprint_key(footprint);
-    let candidate = candidate_of(id, footprint);
+    let caster = lane_caster_of(id, footprint);
     let within = index < end && is_within(slab, key);
     let in_slab = subgroupBallot(within);
-    let ballot = subgroupBallot(within && touches(view, candidate, block_low(block), block_high(block)));
+    let ballot = subgroupBallot(within && touches(view, caster, block_low(block), block_high(block)));
     let count = countOneBits(in_slab.x) + countOneBits(in_slab.y);
     var triangles = vec2(0u);
     if kinds_apart() {
         triangles = subgroupBallot(footprint.is_triangle).xy;
     }
-    // Made before the test, an offer would share terms with it, which changes the rounding of some drivers.
-    return Stretch(offer_of(view, candidate, key_depth(slab.key)), ballot.xy, triangles, count, key);
+    // Made before the test, a payload would share terms with it, which changes the rounding of some drivers.
+    return Stretch(payload_of(view, caster, key_depth(slab.key)), ballot.xy, triangles, count, key);
 }
 
 // Lanes of a stretch that wait for their visit.
@@ -75,7 +75,7 @@ fn visit_run(view: GpuView, stretch: Stretch, first: Run, is_triangle: bool) -> 
     loop {
         if is_next(stretch, run, is_triangle) {
             run.last = first_lane(run.lanes);
-            run.forced = visit_lane(view, stretch.offer, run.last, is_triangle);
+            run.forced = visit_lane(view, stretch.payload, run.last, is_triangle);
             if is_whole() {
                 run.lanes = without_first(run.lanes);
             }
@@ -101,7 +101,7 @@ fn count_pairs(view: GpuView, first: u32, end: u32, block: Block) {
         slab = Slab(0u, INVISIBLE, 0u);
         let stretch = fetch(view, end, block);
         for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {
-            count_lane(view, stretch.offer, first_lane(lanes));
+            count_lane(view, stretch.payload, first_lane(lanes));
         }
         front = key_depth(subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u));
         base += stretch.count;

@@ -1,4 +1,4 @@
-// Walks a tile's pairs front to back, a subgroup at a time: every lane makes a candidate of one footprint
+// Walks a tile's pairs front to back, a subgroup at a time: every lane takes the caster of one footprint
 // and tests it against the subgroup's block of texels; all lanes visit those that touch it. The state says
 // in `settled` when to stop.
 
@@ -12,14 +12,14 @@ import package::traversal::kinds::kinds_apart;
 import package::traversal::subgroup_block::{
     ALL_LANES, Block, block_high, block_low, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
-import choice::candidate::{Offer, candidate_of, offer_of, touches, visit_lane};
+import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches, visit_lane};
 import choice::accumulator::settled;
 
 // Pairs that wait for their visit, one per lane.
 struct Stretch {
-    offer: Offer,
-    lanes: vec2<u32>,     // whose candidate touches the block
-    triangles: vec2<u32>, // whose candidate is a triangle
+    payload: Payload,
+    lanes: vec2<u32>,     // whose caster touches the block
+    triangles: vec2<u32>, // whose caster is a triangle
     front: f32,           // no pair behind them is nearer
 }
 
@@ -28,14 +28,14 @@ fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretc
     // An empty tile has no pair, but the load needs a valid index.
     let id = textureLoad(pairs, record_texel(min(pair, max(end, 1u) - 1u))).g;
     let footprint = load_footprint(id);
-    let candidate = candidate_of(id, footprint);
+    let caster = lane_caster_of(id, footprint);
     var triangles = vec2(0u);
     if kinds_apart() {
         triangles = subgroupBallot(footprint.is_triangle).xy;
     }
-    let lanes = subgroupBallot(pair < end && touches(view, candidate, block_low(block), block_high(block))).xy;
+    let lanes = subgroupBallot(pair < end && touches(view, caster, block_low(block), block_high(block))).xy;
     return Stretch(
-        offer_of(view, candidate, front),
+        payload_of(view, caster, front),
         lanes,
         triangles,
         key_depth(subgroupShuffle(footprint_key(footprint), block.size - 1u)),
@@ -56,7 +56,7 @@ fn visit_run(view: GpuView, first: Stretch, is_triangle: bool) -> vec2<u32> {
     var stretch = first;
     loop {
         if is_next(stretch, is_triangle) {
-            visit_lane(view, stretch.offer, first_lane(stretch.lanes), is_triangle);
+            visit_lane(view, stretch.payload, first_lane(stretch.lanes), is_triangle);
             stretch.lanes = without_first(stretch.lanes);
         }
         if !is_next(stretch, is_triangle) {

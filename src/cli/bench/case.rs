@@ -6,7 +6,7 @@ use super::{
 use gobo::{
     glam::{Mat3, Mat4, Quat, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Gaussian, Material, Part, Particle, Projection, Shape, TILE_SIZE, Triangle, View,
+        Gaussian, Material, Particle, Projection, Shape, TILE_SIZE, Triangle, View, ViewRole,
         reach_squared,
     },
     scene::generate::Chance,
@@ -196,7 +196,7 @@ impl Case {
             let right = forward.cross(up);
             let axes = Mat3::from_cols(right, right.cross(forward), -forward).transpose();
             View {
-                part: Part::Whole,
+                role: ViewRole::Whole,
                 light: Some(light),
                 name: "0",
                 projection: Projection::Orthographic,

@@ -8,7 +8,7 @@ use super::{
         agree::{Difference, Map, Rounding, agree},
     },
 };
-use crate::cli::{failure::Failure, render::as_map};
+use crate::cli::{failure::Failure, report::as_map};
 use gobo::{
     Counters, Prepared, Receiver, ShadowSettings, Shadows,
     internals::{
@@ -275,10 +275,10 @@ impl Bench {
         let filters: Vec<[u16; 4]> = self.gpu.try_read_texture(&maps.filters)?;
         let nearests: Vec<f32> = self.gpu.try_read_texture(&maps.nearests)?;
         let atlas = maps.filters.size();
-        let views = maps.places.iter().map(|place| {
+        let views = maps.slots.iter().map(|slot| {
             let first = |y| {
-                let row = place.layer * atlas.height + place.origin.y + y;
-                (row * atlas.width + place.origin.x) as usize
+                let row = slot.layer * atlas.height + slot.origin.y + y;
+                (row * atlas.width + slot.origin.x) as usize
             };
             let texels = || (0..case.size).flat_map(|y| first(y)..first(y) + case.size as usize);
             let rgb = |at: usize| [0, 1, 2].map(|i| f16::from_bits(filters[at][i]).to_f32());

@@ -10,7 +10,7 @@ use gobo::{
     internals::{
         records::{FIXED_ONE, added},
         shadows::Config,
-        view::atlas::MapPlace,
+        view::atlas::MapSlot,
     },
     model::{Casters, Particle, View},
     scene::generate::Chance,
@@ -30,7 +30,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     let settings = bench.settings;
     let mut samples = Samples::new(&views[0]);
     let mut sums = Vec::new();
-    let mut places: Vec<MapPlace> = Vec::new();
+    let mut slots: Vec<MapSlot> = Vec::new();
     let (mut width, mut bytes) = (0, Vec::new());
     let (mut of_casters, mut of_maps) = (0.0, 0.0);
     let started = Instant::now();
@@ -57,11 +57,11 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
             *sum = added(*sum, other);
         }
         of_maps += maps_started.elapsed().as_secs_f64() * 1e3;
-        (width, places, bytes) =
-            (texture.width() as usize, maps.places.clone(), prepared.memory().0.clone());
+        (width, slots, bytes) =
+            (texture.width() as usize, maps.slots.clone(), prepared.memory().0.clone());
     }
     let all = started.elapsed().as_secs_f64() * 1e3;
-    let first = places[0].origin.y as usize * width + places[0].origin.x as usize;
+    let first = slots[0].origin.y as usize * width + slots[0].origin.x as usize;
     samples
         .check(|x, y| sums[first + y as usize * width + x as usize])
         .map_err(|wrong| Failure::Wrong(format!("{case}: the map is wrong: {wrong}")))?;
@@ -158,9 +158,9 @@ impl<'a> Samples<'a> {
 
 /// Optical depth of a soft disc at a distance from its centre [texels], enlarged to a texel if it is smaller.
 fn optical_depth(particle: &Particle, distance: f64, scale: f64) -> DVec3 {
-    let own = f64::from(particle.radius) * scale;
-    let radius = own.max(std::f64::consts::FRAC_1_SQRT_2);
-    let share = own * own / (radius * radius);
+    let projected = f64::from(particle.radius) * scale;
+    let radius = projected.max(std::f64::consts::FRAC_1_SQRT_2);
+    let share = projected * projected / (radius * radius);
     let profile = (1.0 - (distance / radius).powi(2)).max(0.0).powi(2);
     let opacity = f64::from(particle.color.w) * share * profile;
     let [red, green, blue] = particle.color.truncate().as_dvec3().to_array();

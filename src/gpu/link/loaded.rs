@@ -21,8 +21,8 @@ impl Library {
         let mut textures = Vec::new();
         for storage in declared.iter().filter_map(Binding::declared).filter(is_stored) {
             let sampled = bindings.iter_mut().find(|it| it.name == storage.name && !is_stored(it));
-            let places = [&source, module].map(|it| variable(it, storage.name));
-            if let (Some(binding), [Some(from), Some(to)]) = (sampled, places)
+            let bound = [&source, module].map(|it| variable(it, storage.name));
+            if let (Some(binding), [Some(from), Some(to)]) = (sampled, bound)
                 && stored + textures.len() < most as usize
             {
                 let ty = source.types[source.global_variables[from].ty].clone();

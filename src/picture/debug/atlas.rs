@@ -27,17 +27,17 @@ pub(crate) fn atlas(gpu: &Gpu, maps: &Maps, views: &[View]) -> Result<Picture, E
     let size = shown * UVec2::new(columns, layers.div_ceil(columns));
     let rgb = vec![FREE; size.element_product() as usize];
     let mut image = Picture { size, rgb, light: Vec::new() };
-    for (view, place) in views.iter().zip(&maps.places) {
-        let corner = shown * UVec2::new(place.layer % columns, place.layer / columns);
+    for (view, slot) in views.iter().zip(&maps.slots) {
+        let corner = shown * UVec2::new(slot.layer % columns, slot.layer / columns);
         let rectangle = tiles_of(view.size) * TILE_SIZE;
-        let (first, last) = (place.origin / step, (place.origin + rectangle) / step);
+        let (first, last) = (slot.origin / step, (slot.origin + rectangle) / step);
         for y in first.y..last.y.min(shown.y) {
             for x in first.x..last.x.min(shown.x) {
                 let at = UVec2::new(x, y);
                 let edge = at.cmpeq(first).any() || (at + 1).cmpeq(last).any();
-                let texel = (at * step).min(place.origin + view.size - 1);
+                let texel = (at * step).min(slot.origin + view.size - 1);
                 let index =
-                    ((place.layer * layer.height + texel.y) * layer.width + texel.x) as usize;
+                    ((slot.layer * layer.height + texel.y) * layer.width + texel.x) as usize;
                 let pixel = corner + at;
                 image.rgb[(pixel.y * size.x + pixel.x) as usize] =
                     if edge { BORDER } else { color(filters[index], opaques[index]) };

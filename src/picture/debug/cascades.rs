@@ -3,7 +3,7 @@ use crate::{
     error::Error,
     gpu::Gpu,
     model::Scene,
-    model::{Part, View},
+    model::{View, ViewRole},
     picture::PreparedPicture,
     records::Picture,
 };
@@ -28,11 +28,12 @@ pub(crate) fn cascades(
     views: &[View],
     picture: &Picture,
 ) -> Result<Picture, Error> {
-    let is_cascade = |view: &View| matches!(view.part, Part::Window { .. }) && !view.is_detail();
+    let is_cascade =
+        |view: &View| matches!(view.role, ViewRole::Window { .. }) && !view.is_detail();
     let first = views.iter().position(is_cascade);
     let windows = first.map_or(&[][..], |first| {
-        let count = match views[first].part {
-            Part::Window { count, .. } => count as usize,
+        let count = match views[first].role {
+            ViewRole::Window { count, .. } => count as usize,
             _ => 0,
         };
         &views[first..(first + count).min(views.len())]
@@ -59,7 +60,7 @@ pub(crate) fn cascades(
 /// Whether the view's map contains a point with its filter.
 fn holds(view: &View, point: Vec3) -> bool {
     let p = view.view_from_world.transform_point3(point);
-    let place = Vec2::new(p.x, -p.y) * view.scale + view.size.as_vec2() * 0.5;
-    let border = place.min(view.size.as_vec2() - place).min_element();
+    let position = Vec2::new(p.x, -p.y) * view.scale + view.size.as_vec2() * 0.5;
+    let border = position.min(view.size.as_vec2() - position).min_element();
     border > 1.5 && (view.near..=view.far).contains(&-p.z)
 }

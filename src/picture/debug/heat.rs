@@ -21,10 +21,10 @@ const WHITE: [u8; 3] = [255; 3];
 
 /// Colour of the ramp at 0 to 1.
 fn ramp(share: f32) -> [u8; 3] {
-    let place = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
-    let i = (place as usize).min(RAMP.len() - 2);
+    let position = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
+    let i = (position as usize).min(RAMP.len() - 2);
     let [from, to] = [RAMP[i], RAMP[i + 1]].map(|c| Vec3::from(c.map(f32::from)));
-    from.lerp(to, place - i as f32).to_array().map(|v| v.round() as u8)
+    from.lerp(to, position - i as f32).to_array().map(|v| v.round() as u8)
 }
 
 /// Rounds up to 1, 2 or 5 times a power of ten, at least 10.

@@ -17,11 +17,11 @@ pub(crate) fn masks(
     let masks = prepared.read_masks(gpu)?;
     let slots = &prepared.slots().of_lights;
     let is_used = |channel: u32| {
-        let own = |slot: u32| match slot & COLORED_BIT {
+        let is_shown = |slot: u32| match slot & COLORED_BIT {
             0 => slot == channel + 1,
             _ => (slot & !COLORED_BIT) == channel / SLOTS * SLOTS + 1 && channel % SLOTS < 3,
         };
-        slots.iter().any(|&slot| own(slot))
+        slots.iter().any(|&slot| is_shown(slot))
     };
     let (width, pixels) = (picture.size.x as usize, picture.rgb.len());
     let layers = (masks.len() / pixels.max(1)).max(1);

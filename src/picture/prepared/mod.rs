@@ -22,7 +22,7 @@ use crate::{
     records::LATTICE_POINTS,
     shadows::{
         Shadows,
-        batch::{context::view_uniform, plan::Plan},
+        batch::{batch_plan::BatchPlan, context::view_uniform},
     },
     stage::{
         bin::BatchCounters,
@@ -104,13 +104,13 @@ impl Shadows {
         request: &PictureRequest<'_>,
         kept: &mut Kept,
     ) -> Result<PreparedPicture, Error> {
-        let planned = self.plan_picture(request, kept)?;
+        let prepared = self.prepare_uncompiled_picture(request, kept)?;
         self.kernels().finish()?;
-        Ok(planned)
+        Ok(prepared)
     }
 
     /// Like [`Self::prepare_picture`], except that kernels may not be compiled yet.
-    pub(crate) fn plan_picture(
+    pub(crate) fn prepare_uncompiled_picture(
         &self,
         request: &PictureRequest<'_>,
         kept: &mut Kept,
@@ -220,7 +220,7 @@ impl Shadows {
         let (view, tile_count) =
             (camera.to_gpu(0, UVec2::ZERO, 0), camera.tiles().element_product());
         let mut list = |classes| {
-            let plan = Plan::of_camera(view, tile_count, self.casters()?, &classes);
+            let plan = BatchPlan::of_camera(view, tile_count, self.casters()?, &classes);
             CameraList::new(allocator, self, &plan, views, capacity.pairs, parts)
         };
         Ok([list(Class::SOLID)?, list(Class::BLENDED)?])

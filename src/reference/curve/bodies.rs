@@ -44,10 +44,10 @@ impl Streaming {
             // No ramp may start in the front half.
             let next = if i + 1 < self.count { self.nodes[i + 1].span >> 16 } else { 0xffff };
             let is_long = node.span & 0xffff >= (node.span >> 16) + SHORTEST;
-            let own = (before - root).abs().max_element();
-            if node.is_alone && is_long && next >= middle(node.span) && own > bend {
+            let bent = (before - root).abs().max_element();
+            if node.is_alone && is_long && next >= middle(node.span) && bent > bend {
                 most = Some((i, before * root.max(Vec3::splat(MIN_ROOT))));
-                bend = own;
+                bend = bent;
             }
             before = root;
         }

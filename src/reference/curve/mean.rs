@@ -61,12 +61,12 @@ pub(in crate::reference) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], gain
         let (mut weight, mut sum, mut square) = (0.0, 0.0, 0.0);
         let (mut first, mut end, mut middle) = (DEPTHS, 0.0_f32, None);
         for ramp in counted().filter(|ramp| part(ramp) == number) {
-            let (start, own) = (ramp.start as f32, ramp.weight());
+            let (start, drop) = (ramp.start as f32, ramp.weight());
             let middle = *middle.get_or_insert(start + 0.5 * ramp.length);
             let off = start + 0.5 * ramp.length - middle;
-            weight += own;
-            sum += own * off;
-            square += own * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
+            weight += drop;
+            sum += drop * off;
+            square += drop * (off * off + ramp.length * ramp.length * (1.0 / 12.0));
             first = first.min(start);
             end = end.max(start + ramp.length);
             light -= ramp.drop;

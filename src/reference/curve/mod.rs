@@ -18,6 +18,7 @@
 //! Streaming insertion with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps). Unlike
 //! theirs: in colour, with ramps, and with depths that move.
 pub mod bodies;
+mod format;
 pub mod joined;
 pub mod mean;
 pub mod soften;
@@ -26,7 +27,9 @@ pub mod tile;
 pub mod volumes;
 
 use super::resolve::BLACK;
-use crate::records::{CurveMap, PackedNode};
+use crate::records::PackedNode;
+pub use format::light_at;
+use format::{packed, unpack};
 use glam::Vec3;
 use half::f16;
 
@@ -230,25 +233,25 @@ impl Streaming {
 
     fn place_span(&mut self, span: u32, light: Vec3, added: Vec3) {
         let (count, start) = (self.count, span >> 16);
-        let place = self.nodes[..count].partition_point(|node| node.span <= span);
+        let index = self.nodes[..count].partition_point(|node| node.span <= span);
         // Nothing behind black is visible, so that a walk may stop there.
-        if place == count && self.is_dark() {
+        if index == count && self.is_dark() {
             return;
         }
-        let before = if place > 0 { self.nodes[place - 1] } else { Node::default() };
-        let reached = if place > 0 { self.light_of(&before) } else { Vec3::ONE };
+        let before = if index > 0 { self.nodes[index - 1] } else { Node::default() };
+        let reached = if index > 0 { self.light_of(&before) } else { Vec3::ONE };
         let is_late = start < self.latest;
         self.latest = self.latest.max(start);
         let is_inside = before.start() < start as f32 && before.end() > start as f32;
-        if is_late && is_inside || place < count && added != Vec3::ZERO {
+        if is_late && is_inside || index < count && added != Vec3::ZERO {
             self.disordered += 1;
         }
         let mut all = [Node::default(); MAX_NODES + 1];
-        all[..place].copy_from_slice(&self.nodes[..place]);
-        let behind = if place == count { self.passed } else { reached * light + added };
-        all[place] = Node { span, light: self.encode_light(behind), is_alone: true };
+        all[..index].copy_from_slice(&self.nodes[..index]);
+        let behind = if index == count { self.passed } else { reached * light + added };
+        all[index] = Node { span, light: self.encode_light(behind), is_alone: true };
         let light = light + added / reached.max(Vec3::splat(BLACK));
-        for i in place..count {
+        for i in index..count {
             let node = self.nodes[i];
             let light = self.encode_light(self.light_of(&node) * light);
             all[i + 1] = Node { light, ..node };
@@ -297,15 +300,6 @@ impl Streaming {
     }
 }
 
-fn stored_channel(light: f32, gain: bool) -> u32 {
-    if gain {
-        let octave = (light.max(1e-9).log2() - DARKEST_LOG) / OCTAVES;
-        return (octave * LEVELS).clamp(0.0, LEVELS).round_ties_even() as u32;
-    }
-    let light = if light < BLACK { 0.0 } else { light };
-    (light * LEVELS).round_ties_even() as u32
-}
-
 /// Merge cost: the area between the curve and the straight line over two neighbours, with light `before` in
 /// front of both; 0 if one of them absorbs nothing.
 fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
@@ -314,8 +308,9 @@ fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
         return 0.0;
     }
     let both = first + second;
-    let own = first * (b.end() - a.start());
-    (own - both * (a.end() - a.start())).abs() + (own - both * (b.start() - a.start())).abs()
+    let first_area = first * (b.end() - a.start());
+    (first_area - both * (a.end() - a.start())).abs()
+        + (first_area - both * (b.start() - a.start())).abs()
 }
 
 /// Span of the ramp with the mean and variance of both, clamped to what they span.
@@ -347,70 +342,4 @@ fn in_order(span: u32, next: u32) -> u32 {
     let (start, end) = ((span >> 16).min(next >> 16), span & 0xffff);
     let end = if start == next >> 16 { end.min(next & 0xffff) } else { end };
     start << 16 | end
-}
-
-/// Packs `start` and `length` in fixed point, and the light behind.
-pub(super) fn packed(start: u32, length: f32, light: Vec3, gain: bool) -> PackedNode {
-    let root = ((length.max(0.0) / DEPTHS).sqrt() * LEVELS).round_ties_even() as u32;
-    let [r, g, b] = light.to_array().map(|v| stored_channel(v, gain));
-    [start << 16 | root << 4 | r >> 8, (r & 255) << 24 | g << 12 | b]
-}
-
-/// Start and length in fixed point, and the light behind.
-pub(super) fn unpack([first, second]: PackedNode, gain: bool) -> (f32, f32, Vec3) {
-    let root = (first >> 4 & 0xfff) as f32 / LEVELS;
-    let red = (first & 15) << 8 | second >> 24;
-    let channels = [red, second >> 12 & 0xfff, second & 0xfff];
-    let light = Vec3::from_array(channels.map(|v| loaded_channel(v, gain)));
-    ((first >> 16) as f32, root * root * DEPTHS, light)
-}
-
-/// Light at light depth `z` of a curve; `gain` as it was packed. Overlapping ramps multiply.
-pub fn light_at(nodes: &[PackedNode], z: f32, gain: bool) -> Vec3 {
-    let z = z * DEPTHS;
-    // Light behind the last node that starts before z, light at z, and transmittance of earlier nodes from
-    // z on.
-    let (mut behind, mut here, mut rest) = (Vec3::ONE, Vec3::ONE, Vec3::ONE);
-    for &node in nodes {
-        let (start, length, light) = unpack(node, gain);
-        if start > 0.0 && start < z {
-            rest *= Vec3::select(behind.cmpgt(Vec3::ZERO), here / behind, Vec3::ONE);
-            let share = ((z - start) / length.max(1e-6)).clamp(0.0, 1.0);
-            here = behind + (light - behind) * share;
-            behind = light;
-        }
-    }
-    rest * here
-}
-
-fn loaded_channel(bits: u32, gain: bool) -> f32 {
-    let share = bits as f32 / LEVELS;
-    match (gain, bits) {
-        (true, 0) => 0.0,
-        (true, _) => (share * OCTAVES + DARKEST_LOG).exp2(),
-        (false, _) => share,
-    }
-}
-
-impl CurveMap {
-    /// Number of texels.
-    pub fn texel_count(&self) -> usize {
-        self.packed.len() / self.nodes.max(1)
-    }
-
-    pub(super) fn nodes_of(&self, texel: usize) -> &[PackedNode] {
-        &self.packed[texel * self.nodes..][..self.nodes]
-    }
-
-    /// Light that reaches light depth `z` of texel number `texel`.
-    pub fn light_at(&self, texel: usize, z: f32) -> Vec3 {
-        light_at(self.nodes_of(texel), z, self.gain)
-    }
-
-    /// Ramps of a texel, nearest first: start and end [light depth], and the light behind.
-    pub fn ramps(&self, texel: usize) -> impl Iterator<Item = (f32, f32, Vec3)> {
-        let ramps = self.nodes_of(texel).iter().map(|&node| unpack(node, self.gain));
-        let used = ramps.filter(|&(start, ..)| start > 0.0);
-        used.map(|(start, length, light)| (start / DEPTHS, (start + length) / DEPTHS, light))
-    }
 }

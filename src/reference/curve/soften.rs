@@ -125,8 +125,9 @@ pub fn soften_curves(maps: &mut ViewMaps, window: u32, over: bool) {
         if run.moments.x <= 0.0 {
             continue;
         }
-        let own = if run.hole < 0.0 { at } else { (run.row * size.x + run.hole as u32) as usize };
-        let mut nodes = Streaming::of(curve.nodes_of(own), curve.gain, over);
+        let source =
+            if run.hole < 0.0 { at } else { (run.row * size.x + run.hole as u32) as usize };
+        let mut nodes = Streaming::of(curve.nodes_of(source), curve.gain, over);
         let (start, end) = run.ramp();
         nodes.insert(start, end, (Vec3::ONE - run.blocked).max(Vec3::ZERO));
         let first = at * curve.nodes;

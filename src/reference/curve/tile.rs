@@ -97,7 +97,7 @@ struct Open {
 impl Open {
     const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE, taken: Taken::NONE };
 
-    fn place(&mut self, start: f32, end: f32) {
+    fn in_tile(&mut self, start: f32, end: f32) {
         (self.start, self.end) = (self.start.min(start), self.end.max(end));
     }
 }
@@ -144,7 +144,7 @@ impl Texel {
         let is_placed = self.traces >= TRACE;
         if is_placed {
             self.open.taken.add(hit.start, taken);
-            self.open.place(hit.start, hit.end);
+            self.open.in_tile(hit.start, hit.end);
             self.traces = 0.0;
         }
         is_placed
@@ -184,7 +184,7 @@ impl Texel {
         let light = Affine { scale: ramp.light, added: Vec3::ZERO };
         self.passed = self.passed.then(light);
         self.open.light = self.open.light.then(light);
-        self.open.place(ramp.start, ramp.end);
+        self.open.in_tile(ramp.start, ramp.end);
         // A ramp that brightens: the curve was too dark behind a late face.
         self.curve.disordered += u32::from(ramp.light.max_element() > 1.0);
     }
@@ -217,16 +217,16 @@ pub fn curves(
         for segment in footprints.chunks(modes.segment) {
             let mut partial = TileTexels::filled(fresh.clone());
             walk(records, &tile, segment, opaque, &mut partial, modes);
-            for place in 0..TEXELS {
-                follow(&mut texels[place], &partial[place], modes);
+            for in_tile in 0..TEXELS {
+                follow(&mut texels[in_tile], &partial[in_tile], modes);
             }
         }
     }
-    for place in 0..TEXELS {
-        finish(&mut texels[place], modes);
+    for in_tile in 0..TEXELS {
+        finish(&mut texels[in_tile], modes);
         // With `over`, light may grow inside a body; ramps of several segments are merged ones.
         if modes.bodies && !modes.over && footprints.len() <= modes.segment {
-            texels[place].curve.split_bodies(usize::from(modes.softening));
+            texels[in_tile].curve.split_bodies(usize::from(modes.softening));
         }
     }
     let mut done = TileTexels::filled(CurveTexel {
@@ -235,11 +235,11 @@ pub fn curves(
         nearest: 1.0,
         disordered: 0,
     });
-    for place in 0..TEXELS {
-        let Texel { curve, passed, nearest, .. } = &texels[place];
+    for in_tile in 0..TEXELS {
+        let Texel { curve, passed, nearest, .. } = &texels[in_tile];
         let (passed, nearest) = (passed.scale + passed.added, *nearest);
         let nodes = curve.pack().collect();
-        done[place] = CurveTexel { nodes, passed, nearest, disordered: curve.disordered };
+        done[in_tile] = CurveTexel { nodes, passed, nearest, disordered: curve.disordered };
     }
     done
 }
@@ -303,12 +303,12 @@ fn walk(
     let reach = (keys.1 - keys.0) / slab_count(modes.nodes);
     let mut counts = TileTexels::filled(0);
     for target in pairs.iter().map(|pair| Target::new(records, pair.0)).filter(|_| modes.slabs) {
-        for (place, at) in target.texels(tile) {
-            let hit = target.hit(at, opaque[place]).filter(|hit| hit.depth < opaque[place]);
-            counts[place] += u32::from(hit.is_some_and(|hit| hit.presence >= TRACE));
+        for (in_tile, at) in target.texels(tile) {
+            let hit = target.hit(at, opaque[in_tile]).filter(|hit| hit.depth < opaque[in_tile]);
+            counts[in_tile] += u32::from(hit.is_some_and(|hit| hit.presence >= TRACE));
         }
     }
-    let is_few = |place: usize| counts[place] <= max_exact_hits(modes.nodes);
+    let is_few = |in_tile: usize| counts[in_tile] <= max_exact_hits(modes.nodes);
     // Largest key of the slab that begins with a pair.
     let last_key = |first: usize| {
         let farthest = pairs[(first + SLAB_PAIRS).min(pairs.len()) - 1].1;
@@ -317,20 +317,20 @@ fn walk(
     let mut last = 0;
     for (i, &(footprint, key)) in pairs.iter().enumerate() {
         if i == 0 || key > last {
-            (0..TEXELS).for_each(|place| texels[place].flush(modes));
+            (0..TEXELS).for_each(|in_tile| texels[in_tile].flush(modes));
             last = last_key(i);
         }
         let target = Target::new(records, footprint);
         if !target.filters() {
             continue;
         }
-        for (place, at) in target.texels(tile) {
-            let texel = &mut texels[place];
-            let face = target.face(at, opaque[place]).filter(|_| modes.volumes);
-            let count = target.part_count(modes.nodes);
+        for (in_tile, at) in target.texels(tile) {
+            let texel = &mut texels[in_tile];
+            let face = target.face(at, opaque[in_tile]).filter(|_| modes.volumes);
+            let count = target.ramp_count(modes.nodes);
             for part in 0..count {
-                let hit = target.part_hit(at, opaque[place], [part, count]);
-                let hit = hit.filter(|hit| hit.depth < opaque[place]);
+                let hit = target.ramp_hit(at, opaque[in_tile], [part, count]);
+                let hit = hit.filter(|hit| hit.depth < opaque[in_tile]);
                 if let Some(hit) = hit.filter(|hit| hit.presence >= VISIBLE_PRESENCE) {
                     texel.nearest = texel.nearest.min(hit.depth);
                 }
@@ -345,14 +345,14 @@ fn walk(
                 } else if let Some(hit) = hit {
                     placed = texel.meet(&hit, modes);
                 }
-                if placed && (is_few(place) && texel.curve.has_free_node() || !modes.slabs) {
+                if placed && (is_few(in_tile) && texel.curve.has_free_node() || !modes.slabs) {
                     texel.flush(modes);
                 }
             }
         }
     }
-    for place in 0..TEXELS {
-        let texel = &mut texels[place];
+    for in_tile in 0..TEXELS {
+        let texel = &mut texels[in_tile];
         texel.flush(modes);
         let waiting: Vec<_> = texel.order.drain().collect();
         for (depth, event) in waiting {

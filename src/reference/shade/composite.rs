@@ -30,20 +30,21 @@ impl Eye<'_> {
         surfaces: &TileTexels<Behind>,
     ) -> TileTexels<Blended> {
         let mut pixels = TileTexels::filled(Pixel::empty(0.0));
-        for (place, at) in tile.texels() {
-            pixels[place] = Pixel::empty(metres_per_depth(&self.view, at));
+        for (in_tile, at) in tile.texels() {
+            pixels[in_tile] = Pixel::empty(metres_per_depth(&self.view, at));
         }
         let is_faint = |pixel: &Pixel<_>| pixel.passed.max_element() < FAINT;
         for (i, pair) in blended.bins.tile(index).iter().enumerate() {
-            if i % ENDS == ENDS - 1 && tile.texels().all(|(place, _)| is_faint(&pixels[place])) {
+            if i % ENDS == ENDS - 1 && tile.texels().all(|(in_tile, _)| is_faint(&pixels[in_tile]))
+            {
                 break;
             }
             let footprint = &blended.casters.footprints[pair.footprint as usize];
             let target = Target::new(blended.records(), footprint);
             let material = target.material;
-            for (place, at) in target.texels(tile) {
-                let opaque = surfaces[place].own.depth;
-                let pixel = &mut pixels[place];
+            for (in_tile, at) in target.texels(tile) {
+                let opaque = surfaces[in_tile].around.depth;
+                let pixel = &mut pixels[in_tile];
                 if is_faint(pixel) {
                     continue;
                 }
@@ -58,28 +59,28 @@ impl Eye<'_> {
                 pixel.passed *= pixel.fog.to(hit.depth);
                 let adds = material.transfer == Transfer::None;
                 let light = if adds { Vec3::ONE } else { lit.casters[pair.footprint as usize] };
-                let mut own = seen_color(&hit, material) * light + material.emission;
+                let mut sent = seen_color(&hit, material) * light + material.emission;
                 let mut covered = Vec3::splat(hit.opacity);
                 if material.shape == Shape::Brick {
                     // By channel.
                     covered = hit.absorbed;
                     if !adds {
-                        own = target.brick_light(at, opaque, &lit.lattices);
+                        sent = target.brick_light(at, opaque, &lit.lattices);
                     }
                 }
                 let passed = if adds { Vec3::ONE } else { 1.0 - covered };
                 // The air in front of the hit covers what the hit covers.
                 let before = self.air_before(at, hit.depth);
                 let veil = before.light * (1.0 - passed);
-                pixel.lay(covered * own * before.left + veil, passed);
+                pixel.lay(covered * sent * before.left + veil, passed);
             }
         }
         let none = Blended { light: Vec3::ZERO, ambient: Vec3::ZERO, bend: None };
         let mut colors = TileTexels::filled(none);
-        for (place, at) in tile.texels() {
-            let Behind { light: behind, own } = surfaces[place];
-            let opaque = own.depth;
-            let pixel = &mut pixels[place];
+        for (in_tile, at) in tile.texels() {
+            let Behind { light: behind, around } = surfaces[in_tile];
+            let opaque = around.depth;
+            let pixel = &mut pixels[in_tile];
             pixel.lay_waiting(f32::INFINITY);
             pixel.passed *= pixel.fog.to(opaque);
             let mut color = pixel.color;
@@ -95,7 +96,7 @@ impl Eye<'_> {
             // What is seen elsewhere is added there.
             let straight = if bend.is_some() { Vec3::ZERO } else { passed };
             let light = color + straight * behind;
-            colors[place] = Blended { light, ambient: straight * own.light, bend };
+            colors[in_tile] = Blended { light, ambient: straight * around.light, bend };
         }
         colors
     }
@@ -116,8 +117,8 @@ impl Eye<'_> {
         let met = setup.hit(pixel);
         let emitted = opacity * blended.emission(material, setup, pixel) * before.left;
         if material.transfer == Transfer::None {
-            let own = emitted + opacity * seen_color(hit, material) * before.left;
-            return Layer { depth, own, passed: Vec3::ONE, face: None, glass: None, pane: None };
+            let sent = emitted + opacity * seen_color(hit, material) * before.left;
+            return Layer { depth, sent, passed: Vec3::ONE, face: None, glass: None, pane: None };
         }
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
         let [_, normal] = blended.normals(footprint, met, to_eye);
@@ -133,12 +134,12 @@ impl Eye<'_> {
             absorption: blended.records.absorptions[setup.material as usize],
             leaves: setup.ties & BACK_BIT != 0,
         };
-        let own = emitted + before.light * (1.0 - passed);
+        let sent = emitted + before.light * (1.0 - passed);
         let glass = material.refracts().then(|| {
             GlassFace::new(&self.view, material, depth, behind, face.leaves, [normal, to_eye])
         });
         let pane = Some((footprint, material, *hit));
-        Layer { depth, own, passed, face: Some(face), glass, pane }
+        Layer { depth, sent, passed, face: Some(face), glass, pane }
     }
 
     /// Point at which a pane's scattered and mirrored light is evaluated.

@@ -13,7 +13,7 @@ const MAX_LIT: usize = 2;
 pub(super) struct Layer<P> {
     pub depth: f32,
     /// Light that it emits.
-    pub own: Vec3,
+    pub sent: Vec3,
     pub passed: Vec3,
     pub face: Option<Face>,
     /// Of a pane that shows what is behind it aside, or blurred.
@@ -97,8 +97,8 @@ impl<P: Copy> Pixel<P> {
         }
     }
 
-    pub(super) fn lay(&mut self, own: Vec3, passed: Vec3) {
-        self.color += self.passed * own;
+    pub(super) fn lay(&mut self, sent: Vec3, passed: Vec3) {
+        self.color += self.passed * sent;
         self.passed *= passed;
     }
 
@@ -111,7 +111,7 @@ impl<P: Copy> Pixel<P> {
         if let Some(glass) = &layer.glass {
             self.ray.cross(glass, layer.depth);
         }
-        self.lay(layer.own, layer.passed);
+        self.lay(layer.sent, layer.passed);
         if let Some(face) = &layer.face {
             self.passed *= self.fog.cross(face, layer.depth);
         }
@@ -126,8 +126,8 @@ impl<P: Copy> Pixel<P> {
     }
 
     pub(super) fn wait(&mut self, layer: Layer<P>) {
-        let place = self.waiting.partition_point(|other| other.depth < layer.depth);
-        self.waiting.insert(place, layer);
+        let index = self.waiting.partition_point(|other| other.depth < layer.depth);
+        self.waiting.insert(index, layer);
         if self.waiting.len() > MAX_WAITING {
             let nearest = self.waiting.remove(0);
             self.lay_pane(&nearest);

@@ -4,14 +4,15 @@ mod composite;
 mod layers;
 mod mean_picture;
 mod seen;
+mod solid;
 mod strand;
+mod surfaces;
 
 use super::{
     air::{AirBefore, AirVolume},
     area::{Fit, mean_over_points},
     bloom::bloomed,
     brick_light::{Lattice, lattice_cell, points_of},
-    caster_hit::{Hit, Target},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
     occlusion::{Surroundings, occluded},
@@ -26,11 +27,12 @@ use crate::{
         black_body,
     },
     records::{
-        AirParams, Footprint, FormerSlots, GpuView, ImageDetail, LATTICE_POINTS, MaskSlots,
-        OcclusionRadius, Picture, TRIANGLE_BIT, ViewMaps,
+        AirParams, FormerSlots, GpuView, ImageDetail, LATTICE_POINTS, MaskSlots, OcclusionRadius,
+        Picture, TRIANGLE_BIT, ViewMaps,
     },
 };
 pub use mean_picture::MeanPicture;
+pub use surfaces::{Surface, surfaces};
 
 use composite::{Blended, seen_color};
 use glam::{Mat4, UVec2, Vec2, Vec3};
@@ -114,13 +116,13 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     let (mut light, mut seen) = (vec![Vec3::ZERO; count], vec![Surroundings::NONE; count]);
     let (mut behind, mut bends) = (vec![(Vec3::ZERO, 1.0); count], vec![None; count]);
     for (index, (colors, surfaces)) in tiles.iter().enumerate() {
-        for (place, pixel) in Tile::new(&view, index as u32).texels() {
+        for (in_tile, pixel) in Tile::new(&view, index as u32).texels() {
             let at = pixel.as_uvec2();
             let at = (at.y * size.x + at.x) as usize;
-            let Blended { light: color, ambient, bend } = colors[place];
+            let Blended { light: color, ambient, bend } = colors[in_tile];
             (light[at], bends[at]) = (color, bend);
-            behind[at] = (surfaces[place].light, surfaces[place].own.depth);
-            seen[at] = Surroundings { light: ambient, ..surfaces[place].own };
+            behind[at] = (surfaces[in_tile].light, surfaces[in_tile].around.depth);
+            seen[at] = Surroundings { light: ambient, ..surfaces[in_tile].around };
         }
     }
     if scene.materials.iter().any(Material::refracts) {
@@ -137,7 +139,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
 struct Behind {
     light: Vec3,
     /// The opaque surface, with the ambient light that it sends to the eye.
-    own: Surroundings,
+    around: Surroundings,
 }
 
 /// Light of translucent particles, and of the lattices of bricks by the index of their records.
@@ -206,9 +208,9 @@ impl Eye<'_> {
         let none = SeenSurface { depth: 1.0, point: None };
         let mut seen = vec![none; size.element_product() as usize];
         for (index, points) in points.into_iter().enumerate() {
-            for (place, pixel) in Tile::new(&self.view, index as u32).texels() {
+            for (in_tile, pixel) in Tile::new(&self.view, index as u32).texels() {
                 let at = pixel.as_uvec2();
-                seen[(at.y * size.x + at.x) as usize] = points[place];
+                seen[(at.y * size.x + at.x) as usize] = points[in_tile];
             }
         }
         let slots = MaskSlots::new(scene, settings, camera, &FormerSlots::new());
@@ -296,46 +298,20 @@ impl Eye<'_> {
         Some(lattice)
     }
 
-    /// Nearest opaque caster of each texel.
-    fn solid_points(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<SeenSurface> {
-        let mut nearest = TileTexels::filled((1.0_f32, None));
-        for pair in solid.bins.tile(index) {
-            let footprint = &solid.casters.footprints[pair.footprint as usize];
-            let target = Target::new(solid.records(), footprint);
-            for (place, pixel) in target.texels(tile) {
-                if let Some(hit) = target.hit(pixel, 1.0)
-                    && is_solid(target.material, &hit)
-                    && hit.depth < nearest[place].0
-                {
-                    nearest[place] = (hit.depth, Some((footprint, target.material, hit)));
-                }
-            }
-        }
-        let mut points = TileTexels::filled(SeenSurface { depth: 1.0, point: None });
-        for (place, pixel) in tile.texels() {
-            let (depth, seen) = nearest[place];
-            let point = seen.map(|(footprint, material, hit)| {
-                self.solid_point(solid, footprint, material, &hit, pixel)
-            });
-            points[place] = SeenSurface { depth, point };
-        }
-        points
-    }
-
     /// The opaque casters, or the sky.
     fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<Behind> {
         let points = self.solid_points(solid, index, tile);
         let mut surfaces =
-            TileTexels::filled(Behind { light: Vec3::ZERO, own: Surroundings::NONE });
-        for (place, pixel) in tile.texels() {
-            let SeenSurface { depth, point } = points[place];
+            TileTexels::filled(Behind { light: Vec3::ZERO, around: Surroundings::NONE });
+        for (in_tile, pixel) in tile.texels() {
+            let SeenSurface { depth, point } = points[in_tile];
             let before = self.air_before(pixel, depth);
-            let mut own = Surroundings { depth, ..Surroundings::NONE };
+            let mut around = Surroundings { depth, ..Surroundings::NONE };
             let color = match point {
                 Some(point) => {
                     // Spheres of particles are flat in the depths.
-                    own.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
-                    own.light = self.lighting.ambient_of(&point) * before.left;
+                    around.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
+                    around.light = self.lighting.ambient_of(&point) * before.left;
                     self.lighting.light(&point, self.masks.as_ref())
                 }
                 None => {
@@ -343,91 +319,8 @@ impl Eye<'_> {
                     self.lighting.radiance_around(away.normalize(), 0.0)
                 }
             };
-            surfaces[place] = Behind { light: color * before.left + before.light, own };
+            surfaces[in_tile] = Behind { light: color * before.left + before.light, around };
         }
         surfaces
-    }
-
-    fn solid_point(
-        &self,
-        solid: &Seen<'_>,
-        footprint: &Footprint,
-        material: &Material,
-        hit: &Hit,
-        pixel: Vec2,
-    ) -> Point {
-        if footprint.caster & TRIANGLE_BIT != 0 {
-            let facet = self.triangle(solid, footprint, material, hit, pixel);
-            let Point { albedo, normal, to_eye, face, .. } = facet;
-            let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
-            let met = solid.setup(footprint).hit(pixel);
-            let position = solid.rounded(footprint, met, face, facet.position);
-            return Point {
-                position,
-                to_eye: (self.position() - position).normalize(),
-                emission: facet.emission + around,
-                metallic: material.metallic,
-                ..facet
-            };
-        }
-        let caster = &solid.records.casters[footprint.caster as usize];
-        let position = self.point(pixel, hit.depth);
-        let to_eye = (self.position() - position).normalize();
-        if material.shape == Shape::Capsule {
-            return self.solid_strand(solid, caster, material, position, pixel);
-        }
-        // Sphere-impostor normal.
-        let aside = (position - caster.center) / caster.radius;
-        let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
-        let normal = (aside + to_eye * out).normalize();
-        let albedo = (caster.color() * material.tint).truncate();
-        let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
-        Point {
-            kind: PointKind::Solid,
-            position,
-            pixel: pixel.as_uvec2(),
-            face: normal,
-            normal,
-            to_eye,
-            reach: caster.radius,
-            receiver: Receiver::new(material, caster.id).at_pixel(pixel.as_uvec2()),
-            albedo,
-            roughness: material.roughness,
-            gloss: Gloss::SOLID,
-            emission: material.emission + around,
-            metallic: material.metallic,
-        }
-    }
-
-    /// Point of an opaque triangle that mirrors nothing.
-    fn triangle(
-        &self,
-        seen: &Seen<'_>,
-        footprint: &Footprint,
-        material: &Material,
-        hit: &Hit,
-        pixel: Vec2,
-    ) -> Point {
-        let setup = seen.setup(footprint);
-        let position = self.point(pixel, hit.depth);
-        let to_eye = (self.position() - position).normalize();
-        let record = seen.record(footprint);
-        let met = setup.hit(pixel);
-        let [face, normal] = seen.normals(footprint, met, to_eye);
-        Point {
-            kind: PointKind::Solid,
-            position,
-            pixel: pixel.as_uvec2(),
-            face,
-            normal,
-            to_eye,
-            reach: 0.0,
-            receiver: Receiver::new(material, record.id).at_pixel(pixel.as_uvec2()),
-            albedo: seen_color(hit, material),
-            roughness: material.roughness,
-            gloss: Gloss::SOLID,
-            emission: seen.emission(material, setup, pixel),
-            metallic: 0.0,
-        }
     }
 }

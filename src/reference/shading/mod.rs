@@ -11,7 +11,7 @@ use super::{air::phase, area::LightPoints, mask::Masks};
 use crate::{
     model::{
         Environment, IRRADIANCE, LEVELS, Light, Material, ROUGH_SIZE, ReceiverPoint, Receives,
-        Scene, View, irradiance_at, place_of,
+        Scene, View, irradiance_at, octahedral,
     },
     records::{
         GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, ViewMaps, owner_tag,
@@ -180,14 +180,14 @@ impl<'a> Lighting<'a> {
             // Brighter above.
             return self.background * (1.0 + 0.35 * direction.y);
         };
-        let place = place_of(direction) * 0.5 + 0.5;
+        let point = octahedral(direction) * 0.5 + 0.5;
         let level = roughness.clamp(0.0, 1.0) * (LEVELS - 1) as f32;
         let low = level as u32;
-        let sharp = level_around(environment, low, place);
+        let sharp = level_around(environment, low, point);
         if level == low as f32 {
             return sharp;
         }
-        sharp.lerp(level_around(environment, low + 1, place), level - low as f32)
+        sharp.lerp(level_around(environment, low + 1, point), level - low as f32)
     }
 
     /// Reflection of the environment by an opaque surface, by its material and its own colour. Where the
@@ -253,6 +253,25 @@ impl<'a> Lighting<'a> {
             }
         }
         point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine
+    }
+
+    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: the whole of it is
+    /// divided out of what [`Self::light`] multiplies with.
+    pub fn caught(&self, point: &Point) -> Point {
+        let of_light = |light: &GpuLight| {
+            let (toward, color) = incoming(light, point.position);
+            color * scattered(PointKind::Solid, point.normal.dot(toward))
+        };
+        let whole = self.ambient_at(point) + self.lights().iter().map(of_light).sum::<Vec3>();
+        let behind = self.radiance_around(-point.to_eye, 0.0);
+        let is_lit = whole.cmpgt(Vec3::ZERO);
+        Point {
+            albedo: Vec3::select(is_lit, behind / whole, Vec3::ZERO),
+            emission: Vec3::select(is_lit, Vec3::ZERO, behind),
+            gloss: Gloss { reflectivity: 0.0, polish: 0.0 },
+            metallic: 0.0,
+            ..*point
+        }
     }
 
     /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0 behind
@@ -366,7 +385,7 @@ fn mirrored_solid(albedo: Vec3, metallic: f32, cosine: f32, roughness: f32) -> V
 }
 
 /// Bilinear sample of an environment's level at a point of the octahedral square, 0..1.
-fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
+fn level_around(environment: &Environment, level: u32, point: Vec2) -> Vec3 {
     let fine = environment.size();
     let size = if level == 0 { fine } else { ROUGH_SIZE };
     let row = size + 2;
@@ -375,7 +394,7 @@ fn level_around(environment: &Environment, level: u32, place: Vec2) -> Vec3 {
         None => 0,
     };
     // The centre of the border's texel is half a texel outside the square.
-    let at = place * size as f32 + 0.5;
+    let at = point * size as f32 + 0.5;
     let low = at.as_uvec2();
     let part = at - low.as_vec2();
     let corner = (first + low.y * row + low.x) as usize;

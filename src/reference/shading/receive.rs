@@ -2,7 +2,7 @@
 use super::{Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline};
 use crate::{
     model::Receives,
-    records::{GpuLight, GpuView, PART_FACE, PART_WINDOW, SPLINE_REACH},
+    records::{GpuLight, GpuView, ROLE_FACE, ROLE_WINDOW, SPLINE_REACH},
     reference::receive::{MapTexel, light_by_channel, receive, receive_curve},
 };
 use glam::{Vec2, Vec3};
@@ -186,7 +186,7 @@ impl Lighting<'_> {
         for index in windows {
             let (at, bias) = self.lifted(index, light, surface, slant, receiver);
             let view = &self.views[index];
-            let share = if view.part == PART_WINDOW { window_share(light, view, at) } else { 1.0 };
+            let share = if view.role == ROLE_WINDOW { window_share(light, view, at) } else { 1.0 };
             if share > 0.0 {
                 let passed = self.receive(index, light, at, surface, bias, receiver);
                 sum += passed * (rest * share);
@@ -205,7 +205,7 @@ impl Lighting<'_> {
         slant: Slant,
         receiver: Receiver,
     ) -> (Vec3, f32) {
-        if self.views[views.start].part == PART_WINDOW {
+        if self.views[views.start].role == ROLE_WINDOW {
             return self.through_windows(views, light, surface, slant, receiver);
         }
         let (at, bias) = self.lifted(views.start, light, surface, slant, receiver);
@@ -215,8 +215,8 @@ impl Lighting<'_> {
     /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.
     fn views_of(&self, first: usize, light: &GpuLight, point: Vec3) -> Range<usize> {
         let view = &self.views[first];
-        let face = if view.part == PART_FACE { cube_face(point - light.position) } else { 0 };
-        first + face..first + view.part_count as usize
+        let face = if view.role == ROLE_FACE { cube_face(point - light.position) } else { 0 };
+        first + face..first + view.role_count as usize
     }
 
     /// Least light that any shadow of a light lets through, per channel. `normal` is on the light's side;
@@ -242,8 +242,8 @@ impl Lighting<'_> {
         let slant = Slant { sine, tangent, reach };
         let first = light.first_view as usize;
         let views = self.views_of(first, light, point);
-        let (own, share) = self.through_shadow(views.clone(), light, surface, slant, receiver);
-        let mut passed = Vec3::ONE.lerp(own, share);
+        let (through, share) = self.through_shadow(views.clone(), light, surface, slant, receiver);
+        let mut passed = Vec3::ONE.lerp(through, share);
         let mut next = views.end;
         while next < first + light.view_count as usize {
             let views = self.views_of(next, light, point);
@@ -264,9 +264,10 @@ fn is_soft(light: &GpuLight, receiver: Receiver) -> bool {
 fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
     let p = view.view_from_world.transform_point3(point);
     let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
-    let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+    let position = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
     // All texels of the filter are the window's own.
-    let border = place.min(view.size - place).min_element() - SPLINE_REACH - beyond_spline(light);
+    let border =
+        position.min(view.size - position).min_element() - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {
         return 0.0;
     }

@@ -38,8 +38,10 @@ pub(super) fn seen_normal(view: &GpuView, maps: &ViewMaps, point: Vec3, bias: f3
         let texel = (center + view.size * 0.5 + offset).floor();
         let texel = texel.clamp(Vec2::ZERO, view.size - 1.0);
         let i = (texel.y * view.size.x + texel.x) as usize;
-        let depth =
-            maps.colored.get(i).map_or(maps.opaque[i], |own| own.iter().fold(0.0, |a, b| b.max(a)));
+        let depth = maps
+            .colored
+            .get(i)
+            .map_or(maps.opaque[i], |depths| depths.iter().fold(0.0, |a, b| b.max(a)));
         let off = linear(view.near + depth * (view.far - view.near)) - at_point;
         (depth < 1.0).then(|| (texel + 0.5 - view.size * 0.5 - center).extend(off))
     };

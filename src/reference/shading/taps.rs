@@ -20,7 +20,7 @@ pub(super) fn turn(pixel: UVec2) -> Vec2 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taps {
     /// Map position of the point [texels].
-    place: Vec2,
+    position: Vec2,
     /// Light depth of the point.
     pub z: f32,
     middle: Vec2,
@@ -38,15 +38,15 @@ impl Taps {
     /// Texels and weights of a light's filter. `turn`: direction to a disc's first texel.
     pub(super) fn of(&self, light: &GpuLight, turn: Vec2) -> Vec<(Vec2, f32)> {
         let count = light.taps >> 8 & 0xff;
-        let place = self.place.clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
+        let position = self.position.clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
         match light.taps & 0xff {
             FILTER_SPLINE => (0..9).map(|i| self.tap(i)).collect(),
             FILTER_BOX => {
                 let (edge, half) = (count + 1, (count + 1) as f32 * 0.5);
-                let first = (place - 0.5 - half).floor() + 1.0;
+                let first = (position - 0.5 - half).floor() + 1.0;
                 let texels = (0..edge * edge).map(|i| UVec2::new(i % edge, i / edge).as_vec2());
                 let weight = |texel: Vec2| {
-                    let over = half - (texel + 0.5 - place).abs();
+                    let over = half - (texel + 0.5 - position).abs();
                     (over.clamp(Vec2::ZERO, Vec2::ONE) / count as f32).element_product()
                 };
                 texels.map(|cell| (first + cell, weight(first + cell))).collect()
@@ -56,7 +56,7 @@ impl Taps {
                 let mut rotation = turn;
                 let texel = |i| {
                     let reach = filter_reach(light) * ((i as f32 + 0.5) / count as f32).sqrt();
-                    let texel = (place + rotation * reach).floor();
+                    let texel = (position + rotation * reach).floor();
                     rotation = GOLDEN.rotate(rotation);
                     (texel, weight)
                 };
@@ -90,15 +90,15 @@ impl Lighting<'_> {
         let distance = -p.z;
         let perspective = view.perspective > 0.0;
         let spread = view.scale / if perspective { distance.max(1e-6) } else { 1.0 };
-        let place = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
+        let position = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
         let z = (distance - view.near) / (view.far - view.near);
-        let inside = place.cmpge(Vec2::ZERO).all() && place.cmple(view.size).all();
+        let inside = position.cmpge(Vec2::ZERO).all() && position.cmple(view.size).all();
         if !(z >= 0.0 && (inside || perspective)) {
             return None;
         }
-        let middle = place.floor().clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
-        let t = (place - middle - 0.5).clamp(Vec2::splat(-0.5), Vec2::splat(0.5));
-        Some(Taps { place, z, middle, x: spline(t.x), y: spline(t.y) })
+        let middle = position.floor().clamp(Vec2::splat(-1e6), Vec2::splat(1e6));
+        let t = (position - middle - 0.5).clamp(Vec2::splat(-0.5), Vec2::splat(0.5));
+        Some(Taps { position, z, middle, x: spline(t.x), y: spline(t.y) })
     }
 }
 

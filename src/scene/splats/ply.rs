@@ -22,20 +22,20 @@ const MEDIUM: [&str; 4] = ["sigma_t_0", "albedo_0", "albedo_1", "albedo_2"];
 /// Column that distinguishes compressed splats from others.
 const PACKED: &str = "packed_position";
 
-/// Places of `columns` in the properties of `element`, all of which must be there.
+/// The `columns` among the properties of `element`, all of which must be there.
 pub(super) fn table(element: &Element, columns: &[&str]) -> Result<Table, Fault> {
-    let mut places = vec![None; element.properties.len()];
+    let mut of_properties = vec![None; element.properties.len()];
     for (i, name) in columns.iter().enumerate() {
-        let place = element.properties.iter().position(|property| {
+        let property = element.properties.iter().position(|property| {
             property.name == *name && matches!(property.kind, ply_header::Kind::One(_))
         });
-        let Some(place) = place else {
+        let Some(property) = property else {
             let message = format!("splats without a column {}", quoted(name));
             return Err((message, "write the columns of 3D Gaussian splatting"));
         };
-        places[place] = Some(i);
+        of_properties[property] = Some(i);
     }
-    Ok(Table { places, width: columns.len() })
+    Ok(Table { columns: of_properties, width: columns.len() })
 }
 
 /// Kind of splats that a header has columns of.
@@ -127,8 +127,8 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
         })?;
     }
     let is_rest = |name: &str| name.starts_with("f_rest_") || matches!(name, "nx" | "ny" | "nz");
-    let unread: Vec<String> = (element.properties.iter().zip(&columns.places))
-        .filter(|(property, place)| place.is_none() && !is_rest(&property.name))
+    let unread: Vec<String> = (element.properties.iter().zip(&columns.columns))
+        .filter(|(property, column)| column.is_none() && !is_rest(&property.name))
         .map(|(property, _)| quoted(&property.name))
         .take(12)
         .collect();

@@ -43,8 +43,8 @@ impl Source<'_> {
     }
 }
 
-/// The voxels of a tree by their places.
-pub(super) struct Places<'a> {
+/// The voxels of a tree by their coordinates.
+pub(super) struct VoxelSources<'a> {
     tree: &'a Tree,
     /// Value of voxels that nothing sets.
     unset: f32,
@@ -52,7 +52,7 @@ pub(super) struct Places<'a> {
     tiles: HashMap<(i32, IVec3), f32>,
 }
 
-impl<'a> Places<'a> {
+impl<'a> VoxelSources<'a> {
     pub(super) fn new(tree: &'a Tree, unset: f32) -> Self {
         Self {
             tree,
@@ -100,9 +100,9 @@ impl<'a> Places<'a> {
 }
 
 fn voxels(sources: &[Source<'_>; 8]) -> Voxels {
-    Voxels::new(|place| {
-        let upper = (place / LEAF_EDGE as u32).dot(UVec3::new(1, 2, 4));
-        sources[upper as usize].at((place % LEAF_EDGE as u32).as_ivec3())
+    Voxels::new(|voxel| {
+        let upper = (voxel / LEAF_EDGE as u32).dot(UVec3::new(1, 2, 4));
+        sources[upper as usize].at((voxel % LEAF_EDGE as u32).as_ivec3())
     })
 }
 
@@ -152,10 +152,10 @@ impl Tree {
             let message = format!("no memory for {} bricks ({} MiB)", origins.len(), bytes >> 20);
             return Err(Fault::new(message, "use a smaller grid, or a machine with more memory"));
         }
-        let places = Places::new(&self, 0.0);
+        let lookup = VoxelSources::new(&self, 0.0);
         let mut bricks = Vec::new();
         for origin in origins {
-            match places.brick(IVec3::from(origin)) {
+            match lookup.brick(IVec3::from(origin)) {
                 Some(brick) if brick.voxels().is_none() => boxes.push(brick),
                 brick => bricks.extend(brick),
             }
@@ -176,9 +176,9 @@ impl Tree {
             }
             *value = (*value * kelvin).min(f16::MAX.to_f32());
         }
-        let places = Places::new(&self, 0.0);
+        let lookup = VoxelSources::new(&self, 0.0);
         for brick in bricks.iter_mut().filter(|brick| brick.voxels().is_some()) {
-            let temperatures = voxels(&places.sources(brick.origin));
+            let temperatures = voxels(&lookup.sources(brick.origin));
             let is_hot = temperatures.bits().iter().any(|&bits| bits != 0);
             brick.temperature = is_hot.then_some(temperatures);
         }

@@ -116,7 +116,7 @@ impl Topology<'_, '_> {
         let count = 1 << (3 * LOG);
         let children = self.input.take(mask_bytes(count), "the mask of an inner node")?;
         let active = self.input.take(mask_bytes(count), "the mask of an inner node")?;
-        let place = |i: usize| {
+        let origin_of = |i: usize| {
             let part = |shift: usize| (i >> shift & ((1 << LOG) - 1)) as i32;
             origin + IVec3::new(part(2 * LOG), part(LOG), part(0)) * edge
         };
@@ -129,10 +129,10 @@ impl Topology<'_, '_> {
         for &mut value in values {
             let i = parts.next().unwrap_or_default();
             if !is_set(children, i) {
-                self.tile(Tile { origin: place(i), edge, value }, is_set(active, i))?;
+                self.tile(Tile { origin: origin_of(i), edge, value }, is_set(active, i))?;
             }
         }
-        Ok((0..count).filter(|&i| is_set(children, i)).map(place).collect())
+        Ok((0..count).filter(|&i| is_set(children, i)).map(origin_of).collect())
     }
 
     fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), Fault> {

@@ -131,7 +131,7 @@ impl ListPlan {
         taken
     }
 
-    /// Whether the commands of `other` are this one's, too: see [`Plan::is_alike`](super::plan::Plan::is_alike).
+    /// Whether the commands of `other` are this one's, too: see [`BatchPlan::is_alike`](super::batch_plan::BatchPlan::is_alike).
     pub(crate) fn is_alike(
         &self,
         other: &Self,

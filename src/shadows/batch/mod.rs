@@ -1,21 +1,21 @@
 //! A batch: as many views as share the scratch memory at once, from casters to maps.
+pub(crate) mod batch_plan;
 pub(crate) mod context;
 mod host_chunks;
 mod import;
 pub(crate) mod list;
 mod list_plan;
 mod parts;
-pub(crate) mod plan;
 pub(crate) mod scratch;
 mod small;
 mod walk;
 
 use crate::shadows::{
     batch::{
+        batch_plan::BatchPlan,
         context::{Context, view_uniform},
         import::imports,
         list::List,
-        plan::Plan,
         small::{copy_depths, small_triangles},
     },
     views::maps::Maps,
@@ -57,8 +57,8 @@ struct ListInputs {
 }
 
 impl BatchInputs {
-    /// Writes the contents for another plan, which is [alike](Plan::is_alike).
-    pub(in crate::shadows) fn write(&self, queue: &wgpu::Queue, plan: &Plan) {
+    /// Writes the contents for another plan, which is [alike](BatchPlan::is_alike).
+    pub(in crate::shadows) fn write(&self, queue: &wgpu::Queue, plan: &BatchPlan) {
         fn write<T: bytemuck::NoUninit>(queue: &wgpu::Queue, to: &Buffer, values: &[T]) {
             queue.write_buffer(to, 0, bytemuck::cast_slice(values));
         }
@@ -84,7 +84,7 @@ impl BatchInputs {
 impl Batch {
     pub(in crate::shadows) fn new(
         context: &mut Context<'_, '_>,
-        plan: &Plan,
+        plan: &BatchPlan,
         maps: &Maps,
     ) -> Result<Self, Error> {
         let views = view_uniform(context.allocator, &plan.views);

@@ -1,7 +1,7 @@
 //! Scratch memory of lists and batches, and its size.
 use crate::shadows::{
     Config,
-    batch::{list_plan::ListPlan, plan::Plan},
+    batch::{batch_plan::BatchPlan, list_plan::ListPlan},
 };
 use crate::{
     error::Error,
@@ -79,7 +79,7 @@ impl ScratchSizes {
     /// Sizes for the plans; `limit`: of the pairs.
     fn of(
         config: &Config,
-        plans: &[Plan],
+        plans: &[BatchPlan],
         pairs: Option<u32>,
         limit: u32,
         nodes: u32,
@@ -150,7 +150,7 @@ pub(crate) enum Sums {
 
 impl Sums {
     fn new(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Self, Error> {
-        if tier == Tier::Core {
+        if !tier.has_texture_atomics() {
             let [a, b, c, d] =
                 SUMS.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
             return Ok(Self::Buffers(Box::new([a?, b?, c?, d?])));
@@ -239,7 +239,7 @@ impl Scratch {
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         config: &Config,
-        plans: &[Plan],
+        plans: &[BatchPlan],
         pairs: Option<u32>,
         nodes: u32,
     ) -> Result<Self, Error> {
@@ -317,7 +317,7 @@ impl Scratch {
         &self,
         device: &wgpu::Device,
         config: &Config,
-        plans: &[Plan],
+        plans: &[BatchPlan],
         pairs: Option<u32>,
     ) -> bool {
         let (limits, nodes) = (device.limits(), config.nodes());

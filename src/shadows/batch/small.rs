@@ -1,7 +1,7 @@
 //! Opaque triangles of a few texels, written straight to the depths of their texels.
 use super::{
+    batch_plan::BatchPlan,
     context::Context,
-    plan::Plan,
     scratch::{Scratch, SmallDepths},
 };
 use crate::{
@@ -20,7 +20,7 @@ use wgpu::Buffer;
 /// Commands that write the small triangles of a batch, and the buffer of their chunks; `None` if there are none.
 pub(in crate::shadows) fn small_triangles(
     context: &mut Context<'_, '_>,
-    plan: &Plan,
+    plan: &BatchPlan,
     views: &Buffer,
 ) -> Result<Option<(Commands, Buffer)>, Error> {
     const LABEL: &str = "gobo occlude";

@@ -33,8 +33,8 @@ pub(super) fn features_of(
         // Of the fainter corners.
         let alpha = triangle.colors.map(|color| color.0[3]).into_iter().min().unwrap_or(255);
         add_opacity(&mut features, material, f32::from(alpha) / 255.0);
-        let own = &mut features[Class::of(material) as usize];
-        add(own, [(Flags::HAS_VERTEX_COLORS, triangle.is_colored())]);
+        let of_class = &mut features[Class::of(material) as usize];
+        add(of_class, [(Flags::HAS_VERTEX_COLORS, triangle.is_colored())]);
     }
     let owners = asks_for_owners(materials);
     for features in features.iter_mut().filter(|_| owners) {

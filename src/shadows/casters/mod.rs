@@ -152,9 +152,10 @@ impl CasterSet {
         for (class, range) in Class::ALL.into_iter().zip(&particle_ranges) {
             if !is_ordered(class) && !in_order {
                 let members = &mut particle_order[range.start as usize..range.end as usize];
-                let (own, others) = members.split_at_mut(particles_in(members, particles.len()));
-                sort_by_place(own, |i| particles[i as usize].center);
-                sort_by_place(others, |i| gaussians[i as usize - particles.len()].center);
+                let (of_particles, of_gaussians) =
+                    members.split_at_mut(particles_in(members, particles.len()));
+                sort_by_place(of_particles, |i| particles[i as usize].center);
+                sort_by_place(of_gaussians, |i| gaussians[i as usize - particles.len()].center);
             }
         }
         let (triangle_order, triangle_ranges) =

@@ -131,8 +131,9 @@ impl CasterSet {
             return false;
         }
         let has_new_behind = |i: u32| {
-            let own = sources.behind(i);
-            !own.is_empty() && behind[own.start - first..own.end - first] != uploaded.casters[own]
+            let records = sources.behind(i);
+            !records.is_empty()
+                && behind[records.start - first..records.end - first] != uploaded.casters[records]
         };
         let new_behind: Vec<_> =
             uploaded.particle_order.iter().map(|&index| has_new_behind(index)).collect();

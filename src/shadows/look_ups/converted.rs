@@ -104,7 +104,7 @@ impl Prepared {
         let format = [("FORMAT", f64::from(number))];
         let kernel = kernels.with_constants(&import::MAPS, &format)?;
         let mut layers = vec![Vec::new(); size.depth_or_array_layers as usize];
-        for (index, (view, place)) in self.views.iter().zip(&maps.places).enumerate() {
+        for (index, (view, slot)) in self.views.iter().zip(&maps.slots).enumerate() {
             let columns = layout.cameras.map(|cameras| &cameras[index]);
             let camera = columns.map_or_else(|| view.clip_from_world(), Mat4::from_cols_array_2d);
             let camera =
@@ -116,8 +116,8 @@ impl Prepared {
                 perspective: camera.perspective(),
                 near: view.near,
                 far: view.far,
-                origin: place.origin,
-                layer: place.layer,
+                origin: slot.origin,
+                layer: slot.layer,
                 width: size.width,
                 has_depth: u32::from(columns.is_some()),
                 empty: camera.empty(),
@@ -128,7 +128,7 @@ impl Prepared {
                 maps.resources().with("convert_params", &params).with("converted", &words);
             let groups = import::grid(view.size);
             let dispatch = kernels.dispatch_of(kernel.clone(), &resources, groups)?;
-            layers[place.layer as usize].push(dispatch);
+            layers[slot.layer as usize].push(dispatch);
         }
         let mut commands = Commands::new();
         let bytes_per_row = Some((words.size() / u64::from(size.height)) as u32);

@@ -26,7 +26,10 @@ pub(crate) struct AreaLevels {
 
 impl AreaLevels {
     /// Asks for the kernels, so that they are compiled with others. `features`: of the maps.
-    pub(crate) fn plan_kernels(kernels: &Kernels, features: Features) -> Result<(), KernelError> {
+    pub(crate) fn request_kernels(
+        kernels: &Kernels,
+        features: Features,
+    ) -> Result<(), KernelError> {
         let mut descs = [&levels::FIRST, &levels::NEXT].into_iter();
         descs.try_for_each(|desc| kernels.get(desc, features).map(drop))
     }

@@ -17,7 +17,7 @@ use bytemuck::{Pod, Zeroable};
 /// the centre, towards the light, that no texel around it finds the splat itself in front: a lone one gets all light. That holds for curves ([`Receiver::Curve`](crate::Receiver)) of the spline filter without blur.
 pub const SPLAT_POINT_WGSL: &str = "
 struct SplatLight {
-    place: vec3<f32>,    // of the light [m]; of a directional one its direction
+    position: vec3<f32>,    // of the light [m]; of a directional one its direction
     is_directional: u32,
     texel: f32,          // edge of a map's texel [m], or a metre away from the light
     step: f32,           // of depths in curves [m]
@@ -53,11 +53,11 @@ fn splat_reach(ray: vec3<f32>, texel: f32, rotation: vec4<f32>, sigma: vec3<f32>
 }
 
 fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma: vec3<f32>, opacity: f32) -> vec3<f32> {
-    var ray = light.place;
+    var ray = light.position;
     var texel = light.texel;
     var slack = 2.0 * light.step;
     if light.is_directional == 0u {
-        let away = center - light.place;
+        let away = center - light.position;
         ray = normalize(away);
         texel *= length(away);
         slack += SPLAT_TAPS * texel; // depths are along the axis, and planes of hits are perpendicular to the ray
@@ -71,7 +71,7 @@ fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma:
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SplatLight {
     /// Of the light, world space [m]; of a directional one its direction, unit.
-    pub place: [f32; 3],
+    pub position: [f32; 3],
     /// 1 of a directional light.
     pub is_directional: u32,
     /// Edge of the largest texel of its maps [m], or a metre away from the light.
@@ -96,10 +96,10 @@ impl Prepared {
             texel = texel.max(1.0 / view.scale);
             step = step.max((view.far - view.near) / 65535.0);
         }
-        let (place, is_directional) = match light.kind.with_unit_direction() {
+        let (position, is_directional) = match light.kind.with_unit_direction() {
             LightKind::Directional { direction } => (direction, 1),
             LightKind::Spot { position, .. } | LightKind::Point { position } => (position, 0),
         };
-        Ok(SplatLight { place: place.to_array(), is_directional, texel, step, pad: [0; 2] })
+        Ok(SplatLight { position: position.to_array(), is_directional, texel, step, pad: [0; 2] })
     }
 }

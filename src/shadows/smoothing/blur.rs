@@ -6,7 +6,7 @@ use crate::{
     frame::{Commands, Kernels},
     gpu::{Allocator, Resources},
     model::BLUR_DEVIATIONS,
-    shadows::{batch::plan::Plan, views::maps::Maps},
+    shadows::{batch::batch_plan::BatchPlan, views::maps::Maps},
     stage::{
         blur::{self, BlurParams},
         features::Features,
@@ -52,7 +52,7 @@ impl Blur {
     pub(in crate::shadows) fn commands(
         &self,
         kernels: &Kernels,
-        batches: &[(&Plan, &Buffer)],
+        batches: &[(&BatchPlan, &Buffer)],
         maps: &Maps,
     ) -> Result<Commands, Error> {
         let features = Features::of_maps(maps.nodes, maps.gain);

@@ -29,9 +29,9 @@ pub(in crate::shadows) fn filter_mips(
         return Ok(commands);
     }
     let levels: Vec<TextureView> = (0..level_count).map(|level| one_level(maps, level)).collect();
-    let placed = views.iter().zip(&maps.places);
+    let placed = views.iter().zip(&maps.slots);
     let all: Vec<GpuView> =
-        placed.map(|(view, place)| view.to_gpu(0, place.origin, place.layer)).collect();
+        placed.map(|(view, slot)| view.to_gpu(0, slot.origin, slot.layer)).collect();
     let largest = views.iter().fold(UVec2::ZERO, |size, view| size.max(view.size));
     let mut dispatches = Vec::new();
     for (level, pair) in (1..).zip(levels.windows(2)) {

@@ -3,7 +3,7 @@ pub(super) mod blur;
 pub(super) mod filter_mips;
 pub(super) mod soften;
 
-use super::batch::{context::map_groups, plan::Plan};
+use super::batch::{batch_plan::BatchPlan, context::map_groups};
 use crate::{
     error::Error,
     frame::{Commands, Dispatch},
@@ -30,7 +30,7 @@ fn texture_like(
 /// A pass over the texels of each batch's views; `dispatches`: of the resources and workgroups.
 fn passes(
     label: &'static str,
-    batches: &[(&Plan, &Buffer)],
+    batches: &[(&BatchPlan, &Buffer)],
     resources: &Resources<'_>,
     dispatches: impl Fn(&Resources<'_>, [u32; 3]) -> Result<Vec<Dispatch>, KernelError>,
 ) -> Result<Commands, Error> {

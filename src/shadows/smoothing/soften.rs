@@ -4,7 +4,7 @@ use crate::{
     error::Error,
     frame::{Commands, Kernels},
     gpu::Allocator,
-    shadows::{batch::plan::Plan, views::maps::Maps},
+    shadows::{batch::batch_plan::BatchPlan, views::maps::Maps},
     stage::{
         features::{Features, Flags},
         soften::{self, CURVE_TEXELS, SoftenParams},
@@ -44,7 +44,7 @@ impl Soften {
     pub(in crate::shadows) fn commands(
         &self,
         kernels: &Kernels,
-        batches: &[(&Plan, &Buffer)],
+        batches: &[(&BatchPlan, &Buffer)],
         soft: &Maps,
         over: bool,
     ) -> Result<Commands, Error> {

@@ -5,7 +5,7 @@ use crate::{
     model::View,
     shadows::Config,
     stage::soften::run_layers,
-    view::atlas::{Atlas, AtlasLimits, MapPlace},
+    view::atlas::{Atlas, AtlasLimits, MapSlot},
 };
 use glam::UVec2;
 use wgpu::{
@@ -38,7 +38,7 @@ pub struct Maps {
     /// Whether light may increase along a curve.
     pub gain: bool,
     /// Rectangle of each view.
-    pub places: Vec<MapPlace>,
+    pub slots: Vec<MapSlot>,
 }
 
 impl Maps {
@@ -66,7 +66,7 @@ impl Maps {
         let size = [atlas.size.x, atlas.size.y, atlas.layers].map(u64::from);
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
-        let places = atlas.places;
+        let slots = atlas.slots;
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
         let maps = allocated(allocator.device, || {
@@ -87,7 +87,7 @@ impl Maps {
                 sums,
                 nodes,
                 gain: false,
-                places,
+                slots,
             })
         })?;
         fill(queue, &maps.opaques, 1.0_f32);
@@ -159,7 +159,7 @@ impl Maps {
             curves,
             nodes: self.nodes,
             gain: self.gain,
-            places: self.places.clone(),
+            slots: self.slots.clone(),
         })
     }
 }

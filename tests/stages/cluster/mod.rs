@@ -3,7 +3,7 @@ mod alone;
 mod reach;
 
 use crate::common::{
-    TIERS, gpu,
+    ByTier, TIERS, gpu,
     scenes::{Chance, empty, light, material, random_discs, triangle},
     shadows,
 };
@@ -38,7 +38,8 @@ fn on_device<T>(
     count_cost: bool,
     read: impl FnOnce(&Gpu, &PreparedPicture) -> Result<T, Error>,
 ) -> Result<T, Error> {
-    static SHADOWS: [OnceLock<(Gpu, Mutex<Shadows>)>; 2] = [OnceLock::new(), OnceLock::new()];
+    static SHADOWS: ByTier<OnceLock<(Gpu, Mutex<Shadows>)>> =
+        [const { OnceLock::new() }; Tier::ALL.len()];
     let (gpu, shadows) = SHADOWS[tier as usize].get_or_init(|| {
         let gpu = gpu(tier);
         let shadows = shadows(&gpu);

@@ -12,7 +12,7 @@ pub struct Limits {
     pub smaller: Vec<Smaller>,
     /// Names of kernels that no scene uses on a GPU.
     pub unused: Vec<String>,
-    /// Ends of ids, before `_native`, that few scenes use; so are kernels of the core tier that the native one has, too.
+    /// Ends of ids, before the tier, that few scenes use; so are kernels of a tier that a higher one has, too.
     pub seldom: Vec<String>,
     pub scenes: Vec<Scene>,
 }

@@ -56,10 +56,10 @@ pub fn cases(dir: &Path, limits: &Limits, all: bool) -> Result<Vec<Case>, Failur
     }
     let mut cases = Vec::new();
     for kernel in kernels.iter().filter(|kernel| kernel.file.is_some()) {
-        let has_native = kernels.iter().any(|it| it.name == kernel.name && it.tier == "native");
-        let short = kernel.id.trim_end_matches("_native");
-        let seldom = limits.seldom.iter().any(|end| short.ends_with(end))
-            || (kernel.tier != "native" && has_native);
+        let is_below =
+            kernels.iter().any(|it| it.name == kernel.name && rank(&it.tier) > rank(&kernel.tier));
+        let short = kernel.id.trim_end_matches(&format!("_{}", kernel.tier));
+        let seldom = limits.seldom.iter().any(|end| short.ends_with(end)) || is_below;
         if limits.unused.contains(&kernel.name) || (seldom && !all) {
             continue;
         }
@@ -73,6 +73,11 @@ pub fn cases(dir: &Path, limits: &Limits, all: bool) -> Result<Vec<Case>, Failur
         }
     }
     Ok(cases)
+}
+
+/// Place of a tier among those that a device may have.
+fn rank(tier: &str) -> usize {
+    ["core", "subgroups", "native"].iter().position(|it| *it == tier).unwrap_or_default()
 }
 
 fn case(kernel: &Kernel, scene: Option<&Scene>) -> Result<Case, Failure> {

@@ -1,6 +1,6 @@
 //! Copies cached maps to their new rectangles, where the atlas was packed anew.
 use crate::shadows::views::maps::Maps;
-use crate::{frame::Commands, gpu::Memory, model::View, view::atlas::MapPlace};
+use crate::{frame::Commands, gpu::Memory, model::View, view::atlas::MapSlot};
 use glam::UVec2;
 
 /// Cached maps in their old rectangles, and their moves.
@@ -14,8 +14,8 @@ pub(in crate::shadows) struct Relocation {
 
 #[derive(Clone, Copy, Debug)]
 struct Move {
-    from: MapPlace,
-    to: MapPlace,
+    from: MapSlot,
+    to: MapSlot,
     /// Size of the map [texels].
     size: UVec2,
 }
@@ -31,8 +31,8 @@ impl Relocation {
     ) -> Option<Self> {
         let moves: Vec<_> = kept
             .map(|index| Move {
-                from: old.places[index],
-                to: maps.places[index],
+                from: old.slots[index],
+                to: maps.slots[index],
                 size: views[index].size,
             })
             .collect();
@@ -56,13 +56,13 @@ impl Relocation {
         for (old, new) in [(&self.maps, maps)].into_iter().chain(raw) {
             for (old, new) in old.textures().into_iter().zip(new.textures()) {
                 for &Move { from, to, size } in &self.moves {
-                    let at = |texture, place: MapPlace| wgpu::TexelCopyTextureInfo {
+                    let at = |texture, slot: MapSlot| wgpu::TexelCopyTextureInfo {
                         texture,
                         mip_level: 0,
                         origin: wgpu::Origin3d {
-                            x: place.origin.x,
-                            y: place.origin.y,
-                            z: place.layer,
+                            x: slot.origin.x,
+                            y: slot.origin.y,
+                            z: slot.layer,
                         },
                         aspect: wgpu::TextureAspect::All,
                     };

@@ -15,7 +15,7 @@ use crate::{
         profile::Profile,
         project::Chunk,
     },
-    view::atlas::MapPlace,
+    view::atlas::MapSlot,
 };
 use std::ops::RangeInclusive;
 
@@ -34,7 +34,7 @@ const DENSE: u32 = 16;
 
 /// Plan of a batch, made on the CPU.
 #[derive(Clone, Debug)]
-pub(crate) struct Plan {
+pub(crate) struct BatchPlan {
     pub views: Vec<GpuView>,
     pub tile_count: u32,
     /// Lists as in [`Class::LISTS`]; for the camera, opaque and blended casters.
@@ -55,7 +55,7 @@ pub(crate) struct Plan {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PendingView<'a> {
     pub view: &'a View,
-    pub place: MapPlace,
+    pub slot: MapSlot,
     /// Indices of the groups that the view may see, in order.
     pub groups: &'a [u32],
     /// The host's depth map.
@@ -75,7 +75,7 @@ pub(crate) fn batches(
     casters: &CasterSet,
     config: &Config,
     kept: bool,
-) -> Result<Vec<Plan>, Error> {
+) -> Result<Vec<BatchPlan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
     let host = |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
     let of_host = host(0).max(host(1)) * views.len() as u64;
@@ -86,7 +86,7 @@ pub(crate) fn batches(
     let mut footprints = [0; 2];
     let mut tile_count = 0;
     for pending in views {
-        let PendingView { view, place, groups, .. } = *pending;
+        let PendingView { view, slot, groups, .. } = *pending;
         let listed = [0, 1].map(|i| count(casters, groups, &Class::LISTS[i]) + host(i));
         if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
             return Err(Error::Limit {
@@ -97,7 +97,7 @@ pub(crate) fn batches(
             });
         }
         let tiles = view.tiles().element_product();
-        let mut gpu_view = view.to_gpu(tile_count, place.origin, place.layer);
+        let mut gpu_view = view.to_gpu(tile_count, slot.origin, slot.layer);
         let full = tile_count + tiles > MAX_TILES
             || batch.len() == MAX_VIEWS
             || batch.first().is_some_and(|(v, _): &(GpuView, PendingView<'_>)| {
@@ -105,7 +105,13 @@ pub(crate) fn batches(
             })
             || (0..2).any(|i| footprints[i] + listed[i] > most_together);
         if full && !batch.is_empty() {
-            plans.push(Plan::new(std::mem::take(&mut batch), tile_count, casters, config, kept));
+            plans.push(BatchPlan::new(
+                std::mem::take(&mut batch),
+                tile_count,
+                casters,
+                config,
+                kept,
+            ));
             (tile_count, footprints) = (0, [0; 2]);
             gpu_view.first_tile = 0;
         }
@@ -114,7 +120,7 @@ pub(crate) fn batches(
         footprints = [0, 1].map(|i| footprints[i] + listed[i]);
     }
     if !batch.is_empty() {
-        plans.push(Plan::new(batch, tile_count, casters, config, kept));
+        plans.push(BatchPlan::new(batch, tile_count, casters, config, kept));
     }
     Ok(plans)
 }
@@ -141,7 +147,7 @@ fn bound(
     visible.iter().zip(views).map(of_view).fold(PairBound::default(), PairBound::and)
 }
 
-impl Plan {
+impl BatchPlan {
     /// Combinations (caster, view) that are projected, without the host's.
     pub(crate) fn caster_count(&self) -> u64 {
         let uploaded = |list: &ListPlan| {

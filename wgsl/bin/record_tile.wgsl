@@ -9,8 +9,8 @@ import package::records::dispatch::{MERGED_DISPATCH, SEGMENT_DISPATCH};
 import package::records::record::{bounded, record_texel};
 import package::records::tile::{Segment, Tile, tile_record};
 
-// `place`: of its record.
-fn place_tile(tile: u32, place: u32, range: vec2<u32>) {
+// `index`: of its record.
+fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
     var view = 0u;
     let view_count = bounded(bin_params.view_count, textureDimensions(tiles));
     for (var i = 1u; i < view_count; i += 1u) {
@@ -22,14 +22,14 @@ fn place_tile(tile: u32, place: u32, range: vec2<u32>) {
     let at = vec2(number % views[view].tiles_x, number / views[view].tiles_x);
     var record = Tile(range.x, range.y, 0u, view, at);
     if !merged {
-        textureStore(tiles, record_texel(place), tile_record(record));
+        textureStore(tiles, record_texel(index), tile_record(record));
         return;
     }
     let slot = atomicAdd(&dispatches[4u * SEGMENT_DISPATCH + 3u], needed);
     record.merged = slot + 1u;
-    textureStore(tiles, record_texel(place), tile_record(record));
+    textureStore(tiles, record_texel(index), tile_record(record));
     let merged_slot = atomicAdd(&dispatches[4u * MERGED_DISPATCH + 3u], 1u);
-    merged_tiles[merged_slot] = place;
+    merged_tiles[merged_slot] = index;
     raise_dispatch(MERGED_DISPATCH, merged_slot + 1u, 1u);
     raise_dispatch(SEGMENT_DISPATCH, slot + needed, 1u);
     atomicAdd(&counters.segment_count, needed);
@@ -37,6 +37,6 @@ fn place_tile(tile: u32, place: u32, range: vec2<u32>) {
     for (var i = 0u; i < needed; i += 1u) {
         let first = range.x + i * bin_params.segment_length;
         let end = min(first + bin_params.segment_length, range.y);
-        segments[slot + i] = Segment(tile, first, end, view | (place << 8u));
+        segments[slot + i] = Segment(tile, first, end, view | (index << 8u));
     }
 }

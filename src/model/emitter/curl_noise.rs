@@ -1,0 +1,40 @@
+//! Noise without divergence.
+use crate::model::hash::pcg;
+use glam::{IVec3, Vec3};
+
+/// Velocity of divergence-free whirls: the cross product of two noise gradients (`DeWolf` 2005), of
+/// magnitude about 1.
+pub fn curl_noise(at: Vec3, seed: u32) -> Vec3 {
+    const SCALE: f32 = 0.875;
+    noise_gradient(at, seed).cross(noise_gradient(at, seed ^ 0x9e37_79b9)) * SCALE
+}
+
+/// Gradient of value noise with values -1..1 at the lattice points (Perlin's fade of 2002).
+fn noise_gradient(at: Vec3, seed: u32) -> Vec3 {
+    let low = at.floor();
+    let t = at - low;
+    let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let slope = t * t * (t * (t * 30.0 - 60.0) + 30.0);
+    let cell = low.as_ivec3();
+    let corner = |x: i32, y: i32, z: i32| {
+        let [x, y, z] = (cell + IVec3::new(x, y, z)).to_array().map(i32::cast_unsigned);
+        (pcg(x ^ pcg(y ^ pcg(z ^ seed))) >> 8) as f32 / (1 << 23) as f32 - 1.0
+    };
+    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+    let [c000, c100] = [corner(0, 0, 0), corner(1, 0, 0)];
+    let [c010, c110] = [corner(0, 1, 0), corner(1, 1, 0)];
+    let [c001, c101] = [corner(0, 0, 1), corner(1, 0, 1)];
+    let [c011, c111] = [corner(0, 1, 1), corner(1, 1, 1)];
+    // Interpolates along x at the four edges, then takes their differences.
+    let edges = [
+        mix(c000, c100, fade.x),
+        mix(c010, c110, fade.x),
+        mix(c001, c101, fade.x),
+        mix(c011, c111, fade.x),
+    ];
+    let along_x =
+        mix(mix(c100 - c000, c110 - c010, fade.y), mix(c101 - c001, c111 - c011, fade.y), fade.z);
+    let along_y = mix(edges[1] - edges[0], edges[3] - edges[2], fade.z);
+    let along_z = mix(edges[2], edges[3], fade.y) - mix(edges[0], edges[1], fade.y);
+    Vec3::new(along_x, along_y, along_z) * slope
+}

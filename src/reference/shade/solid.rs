@@ -1,0 +1,154 @@
+//! Points of what is opaque and nearest.
+use super::{
+    super::shading::{Gloss, Point, PointKind, Receiver},
+    Eye, Seen, is_solid, seen_color,
+};
+use crate::{
+    model::{Material, Shape},
+    records::{Footprint, TRIANGLE_BIT},
+    reference::{
+        caster_hit::{Hit, Target},
+        mask::SeenSurface,
+        tile::{Tile, TileTexels},
+    },
+};
+use glam::Vec2;
+
+/// An opaque caster where a pixel's ray meets it first.
+#[derive(Clone, Copy)]
+pub(super) struct Nearest<'a> {
+    pub(super) footprint: &'a Footprint,
+    pub(super) material: &'a Material,
+    pub(super) hit: Hit,
+}
+
+impl Eye<'_> {
+    /// Nearest opaque caster of each pixel.
+    pub(super) fn nearest<'a>(
+        &self,
+        solid: &'a Seen<'_>,
+        index: usize,
+        tile: &Tile,
+    ) -> TileTexels<Option<Nearest<'a>>> {
+        let mut nearest = TileTexels::filled(None::<Nearest<'a>>);
+        for pair in solid.bins.tile(index) {
+            let footprint = &solid.casters.footprints[pair.footprint as usize];
+            let target = Target::new(solid.records(), footprint);
+            for (in_tile, pixel) in target.texels(tile) {
+                if let Some(hit) = target.hit(pixel, 1.0)
+                    && is_solid(target.material, &hit)
+                    && hit.depth < nearest[in_tile].map_or(1.0, |nearest| nearest.hit.depth)
+                {
+                    nearest[in_tile] = Some(Nearest { footprint, material: target.material, hit });
+                }
+            }
+        }
+        nearest
+    }
+
+    /// Its points.
+    pub(super) fn solid_points(
+        &self,
+        solid: &Seen<'_>,
+        index: usize,
+        tile: &Tile,
+    ) -> TileTexels<SeenSurface> {
+        let nearest = self.nearest(solid, index, tile);
+        let mut points = TileTexels::filled(SeenSurface { depth: 1.0, point: None });
+        for (in_tile, pixel) in tile.texels() {
+            if let Some(nearest) = nearest[in_tile] {
+                let point = Some(self.solid_point(solid, &nearest, pixel));
+                points[in_tile] = SeenSurface { depth: nearest.hit.depth, point };
+            }
+        }
+        points
+    }
+
+    pub(super) fn solid_point(
+        &self,
+        solid: &Seen<'_>,
+        nearest: &Nearest<'_>,
+        pixel: Vec2,
+    ) -> Point {
+        let point = self.plain_point(solid, nearest, pixel);
+        if nearest.material.catcher { self.lighting.caught(&point) } else { point }
+    }
+
+    /// As if nothing showed the surroundings behind it.
+    fn plain_point(&self, solid: &Seen<'_>, nearest: &Nearest<'_>, pixel: Vec2) -> Point {
+        let Nearest { footprint, material, hit } = nearest;
+        if footprint.caster & TRIANGLE_BIT != 0 {
+            let facet = self.triangle(solid, footprint, material, hit, pixel);
+            let Point { albedo, normal, to_eye, face, .. } = facet;
+            let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
+            let met = solid.setup(footprint).hit(pixel);
+            let position = solid.rounded(footprint, met, face, facet.position);
+            return Point {
+                position,
+                to_eye: (self.position() - position).normalize(),
+                emission: facet.emission + around,
+                metallic: material.metallic,
+                ..facet
+            };
+        }
+        let caster = &solid.records.casters[footprint.caster as usize];
+        let position = self.point(pixel, hit.depth);
+        let to_eye = (self.position() - position).normalize();
+        if material.shape == Shape::Capsule {
+            return self.solid_strand(solid, caster, material, position, pixel);
+        }
+        // Sphere-impostor normal.
+        let aside = (position - caster.center) / caster.radius;
+        let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
+        let normal = (aside + to_eye * out).normalize();
+        let albedo = (caster.color() * material.tint).truncate();
+        let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
+        Point {
+            kind: PointKind::Solid,
+            position,
+            pixel: pixel.as_uvec2(),
+            face: normal,
+            normal,
+            to_eye,
+            reach: caster.radius,
+            receiver: Receiver::new(material, caster.id).at_pixel(pixel.as_uvec2()),
+            albedo,
+            roughness: material.roughness,
+            gloss: Gloss::SOLID,
+            emission: material.emission + around,
+            metallic: material.metallic,
+        }
+    }
+
+    /// Point of an opaque triangle that mirrors nothing.
+    pub(super) fn triangle(
+        &self,
+        seen: &Seen<'_>,
+        footprint: &Footprint,
+        material: &Material,
+        hit: &Hit,
+        pixel: Vec2,
+    ) -> Point {
+        let setup = seen.setup(footprint);
+        let position = self.point(pixel, hit.depth);
+        let to_eye = (self.position() - position).normalize();
+        let record = seen.record(footprint);
+        let met = setup.hit(pixel);
+        let [face, normal] = seen.normals(footprint, met, to_eye);
+        Point {
+            kind: PointKind::Solid,
+            position,
+            pixel: pixel.as_uvec2(),
+            face,
+            normal,
+            to_eye,
+            reach: 0.0,
+            receiver: Receiver::new(material, record.id).at_pixel(pixel.as_uvec2()),
+            albedo: seen_color(hit, material),
+            roughness: material.roughness,
+            gloss: Gloss::SOLID,
+            emission: seen.emission(material, setup, pixel),
+            metallic: 0.0,
+        }
+    }
+}
