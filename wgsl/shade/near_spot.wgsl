@@ -74,9 +74,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
             near_node(nodes.xy, filter_end);
             near_node(nodes.zw, filter_end);
             pair += 1u;
-            // Nodes follow by depth; unused ones start at 0.
-            let start = node_start(nodes.zw);
-            if pair >= NODES / 2u || start == 0.0 || start >= filter_end {
+            if pair >= NODES / 2u || node_start(nodes.zw) >= filter_end {
                 break;
             }
         }

@@ -17,7 +17,7 @@ import package::shade::taps::map_taps;
 import package::sums::sums::blackened;
 
 // Weight of a level's result per light before the level, up to a weight of 1.
-const EVIDENCE: f32 = 12.0;
+const EVIDENCE: f32 = 300.0;
 // Least light that a search for occluders relies on.
 const MIN_OPEN: f32 = 0.25;
 // Distance of texels' centres from the middle of a block of the first level [blocks].
