@@ -87,7 +87,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
     // One surface, or one of each channel.
     let is_colored = picture_params.colored != 0u;
     let depths = textureLoad(opaques, at, spot_view.layer, 0).rgb;
-    let surfaces = select(1u, 3u, is_colored && any(depths < vec3(1.0)));
+    let surfaces = select(1u, 3u, is_colored & any(depths < vec3(1.0)));
     var i = 0u;
     loop {
         let is_own = (vec3(i) == vec3(0u, 1u, 2u)) | vec3(!is_colored);
