@@ -18,7 +18,7 @@ const SHARP: f32 = WIDEST;
 const LEAST_SQUARE: f32 = 2.0;
 // Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
 // divided by this does.
-const LONGEST: f32 = 30.0;
+const LONGEST: f32 = 3.0;
 // Half-width of the range of spots in which two levels, or a level and the map, share an occluder, relative
 // to the radius at which one takes over from the other.
 const FADE: f32 = 0.125;
