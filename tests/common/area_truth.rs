@@ -16,13 +16,24 @@ const FAR: f64 = 100.0;
 
 /// Mean over the light; `normal` is that of the receiver's surface.
 pub(crate) fn share(scene: &Scene, light: &Light, point: Vec3, normal: Vec3) -> DVec3 {
+    share_of_places(scene, light, point, normal, PLACES)
+}
+
+/// [`share`] of `count` places.
+pub(crate) fn share_of_places(
+    scene: &Scene,
+    light: &Light,
+    point: Vec3,
+    normal: Vec3,
+    count: usize,
+) -> DVec3 {
     let start = point.as_dvec3() + normal.as_dvec3() * TOUCHING;
-    let places = (0..PLACES).map(|i| {
+    let places = (0..count).map(|i| {
         // Rank-1 lattice of the golden ratio.
-        let (u, v) = ((i as f64 + 0.5) / PLACES as f64, (i as f64 * 0.618_033_988_749_895).fract());
+        let (u, v) = ((i as f64 + 0.5) / count as f64, (i as f64 * 0.618_033_988_749_895).fract());
         place(light, start, u, v)
     });
-    places.map(|end| passed(scene, start, end)).sum::<DVec3>() / PLACES as f64
+    places.map(|end| passed(scene, start, end)).sum::<DVec3>() / count as f64
 }
 
 /// A sample point on the light as seen from `start`; `u` and `v` are in 0..1.

@@ -21,6 +21,7 @@ mod project;
 mod resolve;
 mod soft;
 mod soft_shapes;
+mod soft_spots;
 mod soften;
 mod soften_alone;
 mod soften_curves;

@@ -279,8 +279,8 @@ fn surfaces_are_found_under_each_kind_of_light() {
     }
 }
 
-/// Largest mean difference between look-up and reference in maps of 128 texels a side; 0.0243 was measured.
-const IN_THE_AIR: f32 = 0.0265;
+/// Largest mean difference between look-up and reference in maps of 128 texels a side, for [`sources`].
+const IN_THE_AIR: [f32; 7] = [0.015, 0.01, 0.016, 0.018, 0.015, 0.015, 0.0265];
 
 /// All sources at once, with cascades, at points on the ground and in the air: tiers differ by rounding.
 #[test]
@@ -305,12 +305,12 @@ fn every_tier_is_as_many_points_of_all_lights() {
         let apart = |a: &Vec3, b: &Vec3| (*a - *b).abs().max_element();
         let worst = core.iter().zip(&native).map(|(a, b)| apart(a, b)).fold(0.0, f32::max);
         assert!(worst <= 1e-3, "{receiver:?}: {worst}");
-        for light in 0..7 {
+        for (light, most) in IN_THE_AIR.into_iter().enumerate() {
             let of_light = || (light..core.len()).step_by(7);
             let errors = of_light().map(|i| (core[i] - expected[i]).abs().element_sum() / 3.0);
             let mean = errors.sum::<f32>() / points.len() as f32;
             println!("{receiver:?}, light {light}: {mean:.4}");
-            assert!(mean < IN_THE_AIR, "{receiver:?}, light {light}: {mean}");
+            assert!(mean < most, "{receiver:?}, light {light}: {mean}");
             let grey = of_light().filter(|&i| expected[i].y > 0.05 && expected[i].y < 0.95);
             assert!(grey.count() > 100, "{receiver:?}, light {light}");
         }
@@ -349,7 +349,7 @@ fn pictures_are_the_mean_of_those_of_the_lights_points() {
         let hard = mean_apart(&render(TIERS[0], &scene).picture.rgb);
         let mean = mean_apart(&found.rgb);
         println!("{mean:.2} of 255, of points {hard:.2}");
-        assert!(mean < 0.9, "{mean}");
+        assert!(mean < 0.75, "{mean}");
         // Masks are blurred themselves, and the air hides much.
         let is_plain = scene.mask.is_none() && scene.air.is_none();
         assert!(!is_plain || hard > 0.9, "lights without a size would pass: {hard}");

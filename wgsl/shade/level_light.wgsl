@@ -4,7 +4,7 @@ import package::curve::node::{node_start, quick_length, quick_light};
 import package::records::area::{LevelMap, block_nodes, block_number};
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::spot::{
-    Windows, narrower, receiver_end, slack_within, spot_at, spot_center, spot_shear, turned,
+    Windows, narrower, receiver_end, slack_within, spot_at, spot_center, spot_shape, spot_shear, turned,
     window_cover, windows_of,
 };
 
@@ -53,21 +53,29 @@ fn pairs_before(first: vec4<u32>, end: f32) -> u32 {
     return select(1u, 2u, start > 0.0 && start < end);
 }
 
-// First depth from `since` on at which `blocks` (0 or 4) of a level around the point remove light; NEVER
+// Rows of blocks beyond the two next to the point, at each side, that are asked for occluders: a long spot's.
+fn search_rows() -> f32 {
+    return round(max(spot_shape.y - 1.0, 0.0));
+}
+
+// First depth from `since` on at which `blocks` of a level around the point remove light; NEVER
 // for none. `beyond`: how far behind the receiver's end a filter counts, which may touch the receiver. Sets
 // `least_open`.
 fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32, beyond: f32) -> f32 {
-    let corner = vec2<i32>(floor(spot_center / map.edge - 0.5));
+    let middle = turned(spot_center / map.edge - 0.5);
     let slack = slack_within(around * map.edge);
+    var row = floor(middle.y) - search_rows();
     first_depth = NEVER;
     least_open = 1.0;
     // Loops end with their test: llvmpipe executes a body once more where the test comes first.
     var i = 0u;
     if blocks > 0u {
         loop {
-            let at = corner + vec2<i32>(vec2(i % 2u, i / 2u));
-            let end = receiver_end((vec2<f32>(at) + 0.5) * map.edge, slack);
-            let block = block_number(map, at);
+            let column = floor(middle.x + spot_shear * (row - middle.y)) + f32(i % 2u);
+            let at = turned(vec2(column, row));
+            row += f32(i % 2u);
+            let end = receiver_end((at + 0.5) * map.edge, slack);
+            let block = block_number(map, vec2<i32>(at));
             light_left = vec3(1.0);
             light_open = vec3(1.0);
             var nodes = block_nodes(block, 0u);

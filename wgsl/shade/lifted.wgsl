@@ -2,9 +2,12 @@
 
 import choice::aside::aside;
 import package::features::HAS_FILTERS;
-import package::records::light::{GpuLight, SHAFTS_BIT};
+import package::records::area::has_area;
+import package::records::light::GpuLight;
+import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
 import package::shade::asides::{ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, floats_of};
+import package::shade::receiver::receives;
 import package::shade::taps::beyond_spline;
 import package::shade::tint::set_plane;
 
@@ -25,6 +28,12 @@ fn lift(light: GpuLight) -> f32 {
     return light.normal_bias + 0.5 + beyond_spline(light);
 }
 
+// Whether the light has penumbrae on the receiver. Levels hold all casters: receivers that only some casters tint read
+// the map.
+fn is_soft(light: GpuLight) -> bool {
+    return has_area(light) && (receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST);
+}
+
 // The point of a look-up lifted off its surface, as a view needs it.
 struct Lifted {
     point: vec3<f32>,
@@ -35,11 +44,12 @@ fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let kept = floats_of(aside(ASIDE_POINT));
     let surface = floats_of(aside(ASIDE_NORMAL));
     let texel = texel_size(view, kept.xyz);
-    // Under a light without a size the bias is a part of the normal bias: edges of shadows move with the point.
+    // The bias is a part of the normal bias: edges of shadows move with the point.
     let sine = surface.w / lift(light);
     let covered = light.bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
-    let rest = surface.w * texel - select(0.0, part, light.traits <= SHAFTS_BIT);
+    // In spots what shades the point ends at its own plane.
+    let rest = select(surface.w * texel - part, 0.0, is_soft(light));
     let point = kept.xyz + surface.xyz * rest;
     if HAS_FILTERS {
         return Lifted(point, kept.w + floats_of(aside(ASIDE_LEAST)).w * texel);

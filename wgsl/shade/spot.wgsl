@@ -12,10 +12,13 @@ import package::shade::seen_plane::seen_plane;
 // radius 1.6.
 const WIDEST: f32 = 2.8;
 // Radius up to which a spot reads the map itself instead of a level [texels].
-const SHARP: f32 = 2.0;
+const SHARP: f32 = WIDEST;
+// Square of the least width of the box that filters the map [texels^2]: with a texel's own width as wide as a quadratic
+// B-spline.
+const LEAST_SQUARE: f32 = 2.0;
 // Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
 // divided by this does.
-const LONGEST: f32 = 2.33;
+const LONGEST: f32 = 3.0;
 // Half-width of the range of spots in which two levels, or a level and the map, share an occluder, relative
 // to the radius at which one takes over from the other.
 const FADE: f32 = 0.125;
@@ -118,11 +121,6 @@ fn receiver_end(texel: vec2<f32>, slack: f32) -> f32 {
     let by_distance = 1.0 / max(linear + slack, 1e-7);
     let distance = select(linear - slack, by_distance, spot_view.perspective > 0.0);
     return min(fixed_of(distance), fixed_of(spot_distance)) - spot_bias;
-}
-
-// Light depth of the receiver along the ray through `texel`, at most its own.
-fn receiver_depth(texel: vec2<f32>) -> f32 {
-    return (receiver_end(texel, 0.0) + spot_bias) / DEPTHS;
 }
 
 // A window on blocks.

@@ -9,7 +9,7 @@ import package::records::view::GpuView;
 import package::shade::asides::{
     ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_POINT, bits_of, floats_of,
 };
-import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder};
+import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows};
 import package::shade::lifted::Lifted;
 import package::shade::receiver::is_solid;
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
@@ -38,16 +38,14 @@ fn level_of(texels: f32, last: u32) -> u32 {
     return select(min(enough, last), 0u, texels <= SHARP);
 }
 
-// What the levels leave to the map.
+// What the levels leave to the map. Laid aside: the light behind their occluders, with the start of the fade behind which
+// the first of them holds nothing, and the light that gets past such occluders, with the last of those levels.
 struct Leveled {
-    passed: vec3<f32>,       // share of the light behind the levels' occluders
-    since: vec2<f32>,        // fade into the map
-    is_near: bool,           // the map has occluders behind that
-    hidden: vec3<f32>,       // light that gets past occluders behind which levels hold nothing
-    hidden_since: vec2<f32>, // fade behind which the first of them holds nothing
-    hidden_level: u32,       // last of them
-    number: u32,             // of the leveled view
-    last: u32,               // its coarsest level
+    since: vec2<f32>, // fade into the map
+    near: f32,        // first depth of the map's occluders behind that; NEVER for none
+    hidden_end: f32,  // end of the fade that is laid aside
+    number: u32,      // of the leveled view
+    last: u32,        // its coarsest level
 }
 
 fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> Leveled {
@@ -59,13 +57,15 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
     let last = select(0u, leveled_view(leveled).y, is_lit);
     set_spot(view, light, area, floats_of(aside(ASIDE_POINT)).xyz, floats_of(aside(ASIDE_NORMAL)).xyz, lifted.bias);
     // Loop counts are not constant, so that compilers do not unroll.
-    let four = select(0u, 4u, last > 0u);
-    lay_aside(ASIDE_PASSED, bits_of(vec3(1.0), 0.0));
+    let four = select(0u, 4u + 4u * u32(search_rows()), last > 0u);
+    // Nothing is lit beyond the far plane; beside the map all is.
+    lay_aside(ASIDE_PASSED, bits_of(vec3(select(1.0, 0.0, taps.reaches && !is_lit)), 0.0));
     lay_aside(ASIDE_HIDDEN, vec4(0u));
     var hidden_end = 0.0;
     var since = vec2(-1.0); // fade of the level before
     var number = last;
     var rest_next = NEVER; // next occluder in the window of the level before
+    var near_cue = NEVER;  // first occluder that is left to the map, in a wide window
     if number > 0u {
         loop {
             // What the level before left over is followed where it fades into the next one or into the map. Else
@@ -90,6 +90,7 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
                 above = number + 1u;
             }
             if number == 0u {
+                near_cue = cue;
                 break;
             }
             let map = level_map(view, leveled, number);
@@ -128,9 +129,7 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
     // The map's look-up decides which filters within the bias tint an opaque receiver.
     let beyond = select(0.0, 2.0 * lifted.bias / (view.far - view.near) * DEPTHS, is_solid);
     let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND, beyond);
-    let lit = floats_of(aside(ASIDE_PASSED));
-    let shaded = aside(ASIDE_HIDDEN);
-    let is_near = min(rest_next, near_next) != NEVER && any(lit.xyz > vec3(0.0));
-    let hidden_since = vec2(lit.w, hidden_end);
-    return Leveled(lit.xyz, since, is_near, floats_of(shaded).xyz, hidden_since, shaded.w, leveled, last);
+    let lit = floats_of(aside(ASIDE_PASSED)).xyz;
+    let near = select(NEVER, min(min(rest_next, near_next), near_cue), any(lit > vec3(0.0)));
+    return Leveled(since, near, hidden_end, leveled, last);
 }

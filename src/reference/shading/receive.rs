@@ -33,8 +33,8 @@ pub const MIN_INCIDENCE: f32 = 0.0625;
 struct Plane {
     point: Vec3,
     normal: Vec3,
-    /// Whether the map told the normal.
-    is_seen: bool,
+    /// Whether what shades the receiver ends at it: of a light with a size.
+    is_end: bool,
 }
 
 /// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
@@ -47,14 +47,13 @@ impl Plane {
         Self {
             point: view.view_from_world.transform_point3(surface.point),
             normal: view.view_from_world.transform_vector3(surface.normal),
-            is_seen: false,
+            is_end: false,
         }
     }
 
-    /// Light depth of the receiver, which is at `z`, along the ray through `texel`: a surface that the map tells is no
-    /// occluder of itself.
+    /// Light depth of the receiver, which is at `z`, along the ray through `texel`.
     fn depth_along(&self, view: &GpuView, texel: Vec2, z: f32) -> f32 {
-        if self.is_seen { self.meets(view, texel).min(z) } else { z }
+        if self.is_end { self.meets(view, texel).min(z) } else { z }
     }
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
@@ -137,9 +136,11 @@ impl Lighting<'_> {
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.views[index];
         let mut plane = Plane::new(view, surface);
-        if surface.normal == Vec3::ZERO && light.area().is_some() {
-            plane.normal = seen_normal(view, self.maps[index], plane.point, bias);
-            plane.is_seen = plane.normal != Vec3::ZERO;
+        if is_soft(light, receiver) {
+            if surface.normal == Vec3::ZERO {
+                plane.normal = seen_normal(view, self.maps[index], plane.point, bias);
+            }
+            plane.is_end = plane.normal != Vec3::ZERO;
         }
         let bias = bias / (view.far - view.near);
         let mut sum = Vec3::ZERO;
@@ -157,16 +158,17 @@ impl Lighting<'_> {
         light: &GpuLight,
         surface: Surface,
         slant: Slant,
+        receiver: Receiver,
     ) -> (Vec3, f32) {
         let view = &self.views[index];
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let reach = light.normal_bias + 0.5 + beyond_spline(light);
-        // Under a light without a size the bias is a part of the normal bias: edges of shadows move with the point.
+        // The bias is a part of the normal bias: edges of shadows move with the point.
         let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
-        let covered = if light.area().is_none() { light.bias * cosine } else { 0.0 };
-        let part = covered.min(light.normal_bias * slant.sine * texel);
-        let lift = reach * slant.sine * texel - part;
+        let part = (light.bias * cosine).min(light.normal_bias * slant.sine * texel);
+        let is_soft = is_soft(light, receiver);
+        let lift = if is_soft { 0.0 } else { reach * slant.sine * texel - part };
         let point = surface.point + surface.normal * lift;
         (point, light.bias + slant.reach + light.slope_bias * slant.tangent * texel)
     }
@@ -182,7 +184,7 @@ impl Lighting<'_> {
     ) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
-            let (at, bias) = self.lifted(index, light, surface, slant);
+            let (at, bias) = self.lifted(index, light, surface, slant, receiver);
             let view = &self.views[index];
             let share = if view.role == ROLE_WINDOW { window_share(light, view, at) } else { 1.0 };
             if share > 0.0 {
@@ -206,7 +208,7 @@ impl Lighting<'_> {
         if self.views[views.start].role == ROLE_WINDOW {
             return self.through_windows(views, light, surface, slant, receiver);
         }
-        let (at, bias) = self.lifted(views.start, light, surface, slant);
+        let (at, bias) = self.lifted(views.start, light, surface, slant, receiver);
         (self.receive(views.start, light, at, surface, bias, receiver), 1.0)
     }
 
@@ -251,6 +253,11 @@ impl Lighting<'_> {
         }
         passed
     }
+}
+
+/// Whether a light has penumbrae on a receiver.
+fn is_soft(light: &GpuLight, receiver: Receiver) -> bool {
+    light.area().is_some() && matches!(receiver.receives, Receives::Curve | Receives::Nearest)
 }
 
 /// Weight of a window at a point: it falls towards the border, and is 0 outside.

@@ -94,6 +94,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "LIT",
     "DIM",
     "EARLY",
+    "LEAST_SQUARE",
     "LONGEST",
     "BLOCK_REACH",
     "NOTHING",

@@ -1,0 +1,140 @@
+// Light of a map's texels in the spots of what is close to the receiver: each by its own depths.
+
+import package::bind::sampled::{curves, filters, nearests, opaques};
+import package::bind::uniform::picture_params;
+import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
+import package::features::NODES;
+import package::shade::fade::{Fade, fade_between, share_before};
+import package::shade::receiver::is_solid;
+import package::shade::spot::{
+    LEAST_SQUARE, receiver_end, spot_at, spot_bias, spot_center, spot_shape, spot_shear, spot_view, turned,
+};
+import package::shade::tint::TOUCH;
+
+// Light of the texels in the widest spot.
+struct NearLight {
+    before: vec3<f32>, // light before the map's depths
+    inner: vec3<f32>,  // the same in a spot without a size
+    taken: vec3<f32>,
+    step: f32,         // what is taken, of all channels, times how far its spots are from the widest to none
+}
+
+var<private> near_light: NearLight;
+
+// Of a texel: the light behind its nodes so far, the light before the fade, and its place in the spot.
+var<private> near_left: vec3<f32>;
+var<private> near_before: vec3<f32>;
+var<private> near_off: vec2<f32>;
+var<private> near_fade: Fade;
+var<private> near_square: f32; // inverse square of the radius of the widest spot
+
+// Squares of the widths of the box that filters a spot together with a texel's own width.
+fn box_squares(texels: f32) -> vec2<f32> {
+    return max(3.0 * spot_shape * spot_shape * (texels * texels) - 1.0, vec2(LEAST_SQUARE));
+}
+
+fn box_cover(squares: vec2<f32>) -> f32 {
+    let width = sqrt(squares);
+    let over = saturate(0.5 * (width + 1.0) - abs(near_off));
+    return over.x * over.y / (width.x * width.y);
+}
+
+// What a ramp of light takes before `end`.
+fn take_ramp(start: f32, length: f32, drop: vec3<f32>, end: f32) {
+    let inverse = 1.0 / length;
+    let stop = clamp(end, start, start + length);
+    let early = share_before(near_fade, start, start + length, inverse);
+    let until = (stop - start) * inverse;
+    near_before -= drop * early;
+    let share = max(until - early, 0.0);
+    let texels = spot_at(start + length * 0.5 * (early + max(until, early)));
+    let taken = drop * (share * box_cover(box_squares(texels)));
+    near_light.taken += taken;
+    near_light.step += saturate(1.0 - texels * texels * near_square) * (taken.x + taken.y + taken.z);
+}
+
+fn near_node(node: vec2<u32>, end: f32) {
+    let start = node_start(node);
+    let drop = select(vec3(0.0), near_left - node_light(node), start > 0.0);
+    near_left -= drop;
+    take_ramp(start, max(node_length(node), 1.0), drop, end);
+}
+
+fn near_texel(texel: vec2<f32>, cover: f32) {
+    let at = spot_view.origin + vec2<u32>(clamp(texel, vec2(0.0), spot_view.size - 1.0));
+    let end = receiver_end(texel + 0.5, 0.0);
+    // A filter that touches an opaque receiver tints it.
+    let filter_end = end + select(0.0, spot_bias * (1.0 + TOUCH), is_solid);
+    near_left = vec3(1.0);
+    near_before = vec3(1.0);
+    if NODES > 0u {
+        var pair = 0u;
+        loop {
+            let nodes = textureLoad(curves, at, curve_layer(spot_view.layer, pair), 0);
+            near_node(nodes.xy, filter_end);
+            near_node(nodes.zw, filter_end);
+            pair += 1u;
+            if pair >= NODES / 2u || node_start(nodes.zw) >= filter_end {
+                break;
+            }
+        }
+    } else {
+        let nearest = textureLoad(nearests, at, spot_view.layer, 0).r;
+        let passed = select(vec3(1.0), textureLoad(filters, at, spot_view.layer, 0).rgb, nearest < 1.0);
+        near_left = passed;
+        take_ramp(nearest * DEPTHS, 1.0, 1.0 - passed, filter_end);
+    }
+    // One surface, or one of each channel.
+    let is_colored = picture_params.colored != 0u;
+    let depths = textureLoad(opaques, at, spot_view.layer, 0).rgb;
+    let surfaces = select(1u, 3u, is_colored & any(depths < vec3(1.0)));
+    var i = 0u;
+    loop {
+        let is_own = (vec3(i) == vec3(0u, 1u, 2u)) | vec3(!is_colored);
+        let drop = select(vec3(0.0), near_left, is_own & vec3(depths[i] < 1.0));
+        take_ramp(depths[i] * DEPTHS, 1.0, drop, end);
+        i += 1u;
+        if i >= surfaces {
+            break;
+        }
+    }
+    near_light.before += near_before * cover;
+    near_light.inner += near_before * box_cover(box_squares(0.0));
+}
+
+// `texels`: radius of the widest spot.
+fn evaluate_map(texels: f32, since: vec2<f32>, is_asked: bool) {
+    near_fade = fade_between(since);
+    near_square = 1.0 / max(texels * texels, 1e-6);
+    near_light = NearLight(vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+    let squares = box_squares(texels);
+    let half = 0.5 * (sqrt(squares) + 1.0);
+    let middle = turned(spot_center - 0.5);
+    let low = ceil(middle.y - half.y);
+    let high = floor(middle.y + half.y);
+    var left = select(0u, u32((floor(2.0 * half.x) + 1.0) * (high - low + 1.0)), is_asked);
+    var row = low;
+    var sheared = spot_shear * (row - middle.y);
+    var column = ceil(middle.x + sheared - half.x);
+    if left > 0u {
+        loop {
+            near_off = vec2(column - sheared, row) - middle;
+            near_texel(turned(vec2(column, row)), box_cover(squares));
+            let is_last = !(column + 1.0 <= middle.x + sheared + half.x);
+            row += select(0.0, 1.0, is_last);
+            sheared = spot_shear * (row - middle.y);
+            column = select(column + 1.0, ceil(middle.x + sheared - half.x), is_last);
+            if left <= 1u || row > high {
+                break;
+            }
+            left -= 1u;
+        }
+    }
+}
+
+// Light before what is taken, in the spot of that; where nothing is taken, in one without a size.
+fn before_taken() -> vec3<f32> {
+    let all = near_light.taken.x + near_light.taken.y + near_light.taken.z;
+    let narrow = select(1.0, saturate(near_light.step / select(1.0, all, all != 0.0)), all != 0.0);
+    return mix(near_light.before, near_light.inner, narrow);
+}
