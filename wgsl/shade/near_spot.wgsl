@@ -90,8 +90,8 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
     let surfaces = select(1u, 3u, is_colored & any(depths < vec3(1.0)));
     var i = 0u;
     loop {
-        let is_own = (vec3(i) == vec3(0u, 1u, 2u)) | vec3(!is_colored);
-        let drop = select(vec3(0.0), near_left, is_own & vec3(depths[i] < 1.0));
+        let is_channel = (vec3(i) == vec3(0u, 1u, 2u)) | vec3(!is_colored);
+        let drop = select(vec3(0.0), near_left, is_channel & vec3(depths[i] < 1.0));
         take_ramp(depths[i] * DEPTHS, 1.0, drop, end);
         i += 1u;
         if i >= surfaces {
