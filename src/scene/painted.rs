@@ -49,8 +49,8 @@ fn net(uv: Vec2, cells: u32, seed: u32, age: f32) -> f32 {
     let (mut first, mut second) = (f32::MAX, f32::MAX);
     for i in 0..9 {
         let cell = low + IVec2::new(i % 3 - 1, i / 3 - 1);
-        let cell = cell.rem_euclid(IVec2::splat(cells as i32));
-        let hash = pcg(cell.x as u32 ^ pcg(cell.y as u32 ^ seed));
+        let wrapped = cell.rem_euclid(IVec2::splat(cells as i32));
+        let hash = pcg(wrapped.x as u32 ^ pcg(wrapped.y as u32 ^ seed));
         let turn = |bits: u32| (bits & 0xffff) as f32 / 65536.0;
         let speed = if hash & 1 == 0 { age } else { -age };
         let angle = Vec2::from_angle((turn(hash) + speed.fract()) * std::f32::consts::TAU);
