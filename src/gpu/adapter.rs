@@ -82,6 +82,7 @@ fn highest(selection: &Selection) -> (Tier, &'static str) {
     }
     let Ok(name) = std::env::var("GOBO_TIER") else { return (Tier::Native, "") };
     let known = Tier::ALL.iter().find(|tier| tier.name() == name);
+    #[cfg(feature = "device")]
     if known.is_none() {
         let names: Vec<_> = Tier::ALL.iter().map(|tier| tier.name()).collect();
         tracing::warn!("GOBO_TIER is `{name}`, no tier: it may be one of {}", names.join(", "));

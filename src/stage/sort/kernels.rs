@@ -13,7 +13,7 @@ const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
 /// How workgroups rank pairs, on GPUs.
 const RANKS: Choice =
     Choice::by_tier("ranks", "sort/ranks_shared.wgsl", Tier::Subgroups, "sort/ranks_subgroup.wgsl");
-/// Replaces [`RANKS`] where subgroups have more lanes than it reads.
+/// Replaces `RANKS` where subgroups have more lanes than it reads.
 pub const SHARED_RANKS: Choice = Choice::new("ranks", "sort/ranks_shared.wgsl");
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     name: "sort_serial_count",
