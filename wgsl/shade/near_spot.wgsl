@@ -21,7 +21,7 @@ struct NearLight {
 
 var<private> near_light: NearLight;
 
-// Of a texel: the light behind its nodes so far, the light before the fade, and its place in the spot.
+// Of a texel: the light behind its nodes so far, the light before the fade, and its offset in the spot.
 var<private> near_left: vec3<f32>;
 var<private> near_before: vec3<f32>;
 var<private> near_off: vec2<f32>;

@@ -10,7 +10,7 @@ pub struct Approach {
     pub depth: f32,
     /// Standard deviation along the ray [light depth].
     pub deviation: f32,
-    /// The whitened place.
+    /// The whitened position.
     pub position: Vec2,
 }
 

@@ -90,20 +90,20 @@ fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -
     let footprint = found.footprint;
     let index = (footprint.caster & !TRIANGLE_BIT) as usize;
     if footprint.caster & TRIANGLE_BIT != 0 {
-        let (moved, all) = (&now.records.triangles, &next.records.triangles);
-        let is_same = moved.len() == all.len() && moved[index].id == all[index].id;
+        let (before, after) = (&now.records.triangles, &next.records.triangles);
+        let is_same = before.len() == after.len() && before[index].id == after[index].id;
         let Some(met) = now.setup(footprint).hit(pixel).filter(|_| is_same) else {
             return Vec3::ZERO;
         };
         let step = |i: usize| {
-            let [from, to] = [moved, all].map(|all| all[index].positions_u[i].truncate());
+            let [from, to] = [before, after].map(|all| all[index].positions_u[i].truncate());
             (to - from) * met.barycentric[i]
         };
         return step(0) + step(1) + step(2);
     }
-    let (moved, all) = (&now.records.casters, &next.records.casters);
-    let is_same = moved.len() == all.len() && moved[index].id == all[index].id;
-    if is_same { all[index].center - moved[index].center } else { Vec3::ZERO }
+    let (before, after) = (&now.records.casters, &next.records.casters);
+    let is_same = before.len() == after.len() && before[index].id == after[index].id;
+    if is_same { after[index].center - before[index].center } else { Vec3::ZERO }
 }
 
 impl Eye<'_> {
