@@ -10,7 +10,8 @@ import package::shade::near_spot::{before_taken, evaluate_map, near_light};
 import package::shade::nearest_lit::nearest_lit;
 import package::shade::receive::receive;
 import package::shade::spot::{FADE, WIDEST, spot_at};
-import package::shade::through_levels::{Leveled, MIN, relied_on, through_levels};
+import package::shade::touching::touching_light;
+import package::shade::through_levels::{Leveled, MIN, TOUCH_BIT, relied_on, through_levels};
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
     if is_soft(light) {
@@ -40,11 +41,15 @@ fn through_map(leveled: Leveled) -> vec3<f32> {
     let is_first = is_hidden && all(hidden == vec3(0.0));
     let hidden_since = select(vec2(lit.w, leveled.hidden_end), leveled.since, is_first);
     // 0 where nothing is hidden: no level is asked.
-    let first = select(shaded.w, 1u, is_hidden);
+    let first = select(shaded.w & ~TOUCH_BIT, 1u, is_hidden);
     lay_aside(ASIDE_PASSED, bits_of(passed * known * at_map, 0.0));
-    lay_aside(ASIDE_HIDDEN, bits_of(hidden + unknown, 0.0));
+    lay_aside(ASIDE_HIDDEN, vec4(bits_of(hidden + unknown, 0.0).xyz, shaded.w & TOUCH_BIT));
     let view = shadow_view(aside(ASIDE_VIEWS).x);
     let around = nearest_lit(view, leveled.number, first, leveled.last, hidden_since);
     forget_asides(first);
-    return floats_of(aside(ASIDE_PASSED)).xyz + floats_of(aside(ASIDE_HIDDEN)).xyz * around;
+    let sum = floats_of(aside(ASIDE_PASSED)).xyz + floats_of(aside(ASIDE_HIDDEN)).xyz * around;
+    lay_aside(ASIDE_PASSED, bits_of(sum, 0.0));
+    let touching = touching_light(aside(ASIDE_HIDDEN).w != 0u);
+    forget_asides(first);
+    return floats_of(aside(ASIDE_PASSED)).xyz * touching;
 }

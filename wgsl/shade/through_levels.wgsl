@@ -12,7 +12,7 @@ import package::shade::asides::{
 import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows};
 import package::shade::lifted::Lifted;
 import package::shade::receiver::is_solid;
-import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, set_spot, spot_at};
+import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, receiver_end, set_spot, spot_at, spot_center};
 import package::shade::taps::map_taps;
 import package::sums::sums::blackened;
 
@@ -24,6 +24,8 @@ const MIN_OPEN: f32 = 0.25;
 const AROUND: f32 = 0.25;
 // Least light to divide by.
 const MIN: f32 = 1e-4;
+// With the number of a level that is laid aside: whether filters alone touch the receiver.
+const TOUCH_BIT: u32 = 0x80000000u;
 
 fn relied_on(before: vec3<f32>) -> vec3<f32> {
     return clamp(before * EVIDENCE, vec3(0.0), vec3(1.0));
@@ -42,7 +44,7 @@ fn level_of(texels: f32, last: u32) -> u32 {
 // the first of them holds nothing, and the light that gets past such occluders, with the last of those levels.
 struct Leveled {
     since: vec2<f32>, // fade into the map
-    near: f32,        // first depth of the map's occluders behind that; NEVER for none
+    near: f32,        // first depth of the map's occluders behind that; NEVER for none, or where filters touch
     hidden_end: f32,  // end of the fade that is laid aside
     number: u32,      // of the leveled view
     last: u32,        // its coarsest level
@@ -130,6 +132,10 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
     let beyond = select(0.0, 2.0 * lifted.bias / (view.far - view.near) * DEPTHS, is_solid);
     let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND, beyond);
     let lit = floats_of(aside(ASIDE_PASSED)).xyz;
-    let near = select(NEVER, min(min(rest_next, near_next), near_cue), any(lit > vec3(0.0)));
+    let touches = near_next != NEVER && is_solid && near_next > receiver_end(spot_center, 0.0);
+    let shaded = aside(ASIDE_HIDDEN);
+    lay_aside(ASIDE_HIDDEN, vec4(shaded.xyz, select(shaded.w, shaded.w | TOUCH_BIT, touches)));
+    let is_near = any(lit > vec3(0.0)) && !touches;
+    let near = select(NEVER, min(min(rest_next, near_next), near_cue), is_near);
     return Leveled(since, near, hidden_end, leveled, last);
 }

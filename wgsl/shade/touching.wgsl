@@ -1,0 +1,58 @@
+// Light through filters alone that meet an opaque receiver's plane within its bias.
+
+import package::bind::sampled::{filters, nearests};
+import package::curve::light::curve_light;
+import package::curve::node::DEPTHS;
+import package::features::NODES;
+import package::shade::spot::{receiver_end, spot_bias, spot_center, spot_view};
+import package::shade::taps::spline;
+import package::shade::tint::TOUCH;
+
+// Least light to divide by.
+const MIN_LIGHT: f32 = 1e-4;
+
+// A filter that crosses the plane is behind a part of it. Of texels that see the plane nearer than the point is, and
+// of the others, those count that are darker: all of one side see the filter if it is before the point, and none of
+// the first if it is behind.
+fn touching_light(is_asked: bool) -> vec3<f32> {
+    let own = receiver_end(spot_center, 0.0);
+    let touch = spot_bias * (1.0 + TOUCH);
+    let middle = floor(spot_center);
+    let weights_x = spline(spot_center.x - middle.x - 0.5);
+    let weights_y = spline(spot_center.y - middle.y - 0.5);
+    // Light, and weight.
+    var nearer = vec4(0.0);
+    var deeper = vec4(0.0);
+    var i = 0u;
+    let count = select(0u, 9u, is_asked);
+    if count > 0u {
+        loop {
+            let step = vec2(i % 3u, i / 3u);
+            let texel = middle + vec2<f32>(step) - 1.0;
+            let at = spot_view.origin + vec2<u32>(clamp(texel, vec2(0.0), spot_view.size - 1.0));
+            let end = receiver_end(texel + 0.5, 0.0);
+            let last = min(end, own) + touch;
+            var light = vec3(1.0);
+            if NODES > 0u {
+                let before = curve_light(spot_view, at, own / DEPTHS);
+                let behind = curve_light(spot_view, at, last / DEPTHS);
+                light = select(vec3(1.0), behind / max(before, vec3(MIN_LIGHT)), before > vec3(MIN_LIGHT));
+            } else {
+                let depth = textureLoad(nearests, at, spot_view.layer, 0).r * DEPTHS;
+                let is_between = depth >= own && depth < min(last, DEPTHS);
+                light = select(light, textureLoad(filters, at, spot_view.layer, 0).rgb, is_between);
+            }
+            let weighted = vec4(light, 1.0) * (weights_x[step.x] * weights_y[step.y]);
+            let is_deep = end + spot_bias * TOUCH >= own;
+            nearer += select(weighted, vec4(0.0), is_deep);
+            deeper += select(vec4(0.0), weighted, is_deep);
+            i += 1u;
+            if i >= count {
+                break;
+            }
+        }
+    }
+    let a = select(vec3(1.0), nearer.xyz / max(nearer.w, MIN_LIGHT), nearer.w > MIN_LIGHT);
+    let b = select(vec3(1.0), deeper.xyz / max(deeper.w, MIN_LIGHT), deeper.w > MIN_LIGHT);
+    return select(a, b, b.x + b.y + b.z < a.x + a.y + a.z);
+}
