@@ -9,9 +9,9 @@ import package::shade::lifted::{Lifted, is_soft};
 import package::shade::near_spot::{before_taken, evaluate_map, near_light};
 import package::shade::nearest_lit::nearest_lit;
 import package::shade::receive::receive;
-import package::shade::spot::{FADE, WIDEST, spot_at};
-import package::shade::touching::touching_light;
+import package::shade::spot::{FADE, WIDEST, spot_at, spot_view};
 import package::shade::through_levels::{Leveled, MIN, TOUCH_BIT, relied_on, through_levels};
+import package::shade::touching::touching_light;
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
     if is_soft(light) {
@@ -24,6 +24,8 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> 
 // others.
 fn through_map(leveled: Leveled) -> vec3<f32> {
     forget_asides(leveled.last);
+    // What levels do not need of it is not kept.
+    spot_view = shadow_view(aside(ASIDE_VIEWS).x);
     let is_near = leveled.near != NEVER;
     evaluate_map(min(spot_at(leveled.near), WIDEST * (1.0 + FADE)), leveled.since, is_near);
     // What the levels left is laid aside.
