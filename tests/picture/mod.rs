@@ -19,3 +19,4 @@ mod shade;
 mod specks;
 mod steady;
 mod teeth;
+mod touching;
