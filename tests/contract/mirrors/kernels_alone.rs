@@ -91,6 +91,8 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "MIN",
     "MIN_OPEN",
     "MIN_LIT",
+    "TOUCH_BIT",
+    "MIN_LIGHT",
     "LIT",
     "DIM",
     "EARLY",
