@@ -6,7 +6,7 @@ import package::curve::gather::{flush, merge, settled, single};
 import package::curve::list::must_merge;
 import package::curve::slab::{is_within, next_slab};
 import package::curve::visit_discs::{touches, visit_disc};
-import package::hit::disc::{Disc, broadcast_disc, prepare_disc};
+import package::hit::disc::{broadcast_disc, prepare_disc};
 import package::llvmpipe::queue::{QUEUE, join_lanes, nth_lane, ranks};
 import package::records::footprint::{Footprint, footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
