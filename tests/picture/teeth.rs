@@ -77,8 +77,10 @@ fn edges_have_no_teeth() {
             p99
         };
         assert!(p99(&scene) < most, "{name}");
-        scene.shadow.detail = false;
-        assert!(p99(&scene) > 2.0 * most, "{name}, without windows");
+        if name == "glass" {
+            scene.shadow.detail = false;
+            assert!(p99(&scene) > 2.0 * most, "{name}, without windows");
+        }
     }
 }
 
