@@ -19,7 +19,8 @@ pub(super) fn is_container(bytes: &[u8]) -> bool {
 
 /// Width and height [texels]; `None` unless it is one flat image.
 pub(super) fn size(bytes: &[u8]) -> Option<[u32; 2]> {
-    let word = |index: usize| Some(u32::from_le_bytes(*bytes.get(SIZE + 4 * index..)?.first_chunk()?));
+    let word =
+        |index: usize| Some(u32::from_le_bytes(*bytes.get(SIZE + 4 * index..)?.first_chunk()?));
     let [width, height, depth, layers, faces] = [word(0)?, word(1)?, word(2)?, word(3)?, word(4)?];
     (depth == 0 && layers <= 1 && faces == 1).then_some([width, height])
 }
