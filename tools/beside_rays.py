@@ -16,7 +16,7 @@ import tomllib
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-WIDTH = 260  # of a picture [pixels]
+WIDTH = 240  # of a picture [pixels]
 SIDE = 16  # points of the light along an edge
 GAIN = 4  # of the difference
 GAP, WORDS = 8, 26  # [pixels]
@@ -131,7 +131,8 @@ def main(scene_path, path, *more):
         picture = Image.fromarray(np.round(255 * srgb).astype("u1").reshape(height, WIDTH, 3))
         strip.paste(picture, (i * (WIDTH + GAP), 0))
         draw.text((i * (WIDTH + GAP) + WIDTH / 2, height + WORDS / 2), word, "black", font, "mm")
-    strip.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+    grey = strip.convert("L")
+    (grey if grey.convert("RGB") == strip else strip).save(path, optimize=True)
 
 
 if __name__ == "__main__":
