@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test units test-all test-swiftshader web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test units test-all test-swiftshader test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
 	bench results native tables quality man setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -62,6 +62,12 @@ test-all: test units program
 # The kernels against their CPU references on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
 	GOBO_TEST_TIERS=all sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
+
+# On lavapipe with subgroups of 4 and 16 lanes instead of 8: stages, maps and pictures.
+test-widths: setup
+	@for bits in 128 512; do \
+		LP_NATIVE_VECTOR_WIDTH=$$bits GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- stages:: maps:: picture:: || exit; \
+	done
 
 # In a headless Chromium on SwiftShader: every exported kernel of core, and with subgroups where it has them, by its WGSL
 # compiler, Tint; and the example of examples/web beside its native picture.

@@ -25,6 +25,7 @@ mod point;
 mod scene;
 mod settings;
 mod strand;
+mod vertex_color;
 mod view;
 pub mod volume;
 
@@ -36,7 +37,6 @@ pub use camera::{Camera, InvalidCamera};
 pub(crate) use caster::FAINTEST;
 pub use caster::{
     Casters, MAX_GAIN, Material, Particle, Profile, Receives, Shape, Texture, Transfer, Triangle,
-    VertexColor,
 };
 pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};
@@ -65,6 +65,7 @@ pub use settings::{
     MAX_PAIRS, MIN_MAP_SIZE, Receiver, ShadowSettings,
 };
 pub use strand::{Capsule, Strand, StrandVertex, mitre};
+pub use vertex_color::VertexColor;
 pub(crate) use view::within_pixel;
 pub use view::{Projection, TILE_SIZE, View, ViewRole, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

@@ -5,8 +5,6 @@
 //! view, and the denominator a square of a linear function and a share of the numerator ([`GaussianSetup`]). No term
 //! of it is a difference of large numbers, and no deviation is divided by.
 use super::{
-    caster_hit::Hit,
-    hit::{absorption, transmittance},
     outline::{Ellipse, outline_of, outlined_tiles},
     project::{MIN_COSINE, ProjectParams, Projected, TexelBox, depth_key, tangents, tile_rect},
 };

@@ -8,7 +8,7 @@ use super::{
     caster_hit::Records,
     curve::{
         soften::soften_curves,
-        tile::{CurveModes, CurveTexel, curves},
+        tile::{CurveModes, curves},
     },
     gaussian::project_gaussian,
     kinds::{any_faint, any_puff, only_discs},
@@ -19,7 +19,7 @@ use super::{
     sort,
     texture::Image,
     threads::each,
-    tile::{TEXELS, Tile, TileTexels},
+    tile::{Tile, TileTexels},
 };
 use crate::{
     model::{

@@ -1,7 +1,7 @@
 //! CPU reference of `wgsl/project/project_particles.wgsl` and `wgsl/project/project_triangles.wgsl`.
 use super::brick::BrickExtent;
 use crate::{
-    model::{Shape, TILE_SIZE, Transfer},
+    model::{Shape, Transfer},
     records::{
         BACK_BIT, Caster, Footprint, GpuMaterial, GpuView, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
         TileRect, TriangleRecord, TriangleSetup, octahedral,

@@ -18,6 +18,9 @@ pub(super) fn empty_scene() -> Scene {
     Scene { camera: camera(&Bounds::EMPTY), ..Scene::default() }
 }
 
+/// Settings of a file that is rendered on its own: its casters are tinted in the order of their depths.
+pub(super) const ALONE: &str = "[shadow]\nreceiver = \"curve\"\n";
+
 /// Material of a particle file that is rendered on its own.
 pub(super) const PARTICLE_MATERIAL: &str = r#"
 [[material]]
@@ -26,7 +29,7 @@ tint = [0.35, 0.6, 0.9, 0.35]
 "#;
 
 /// Volume of an `OpenVDB` file that is rendered on its own.
-pub(super) const VOLUME: &str = "[shadow]\nreceiver = \"curve\"\n[[volume]]\n";
+pub(super) const VOLUME: &str = "[[volume]]\n";
 
 /// [`sun`] in the format of a scene file.
 pub(super) const SUN: &str = r#"

@@ -3,6 +3,7 @@
 use super::{
     SceneError,
     error::quoted,
+    gltf_draco,
     gltf_film::{self, Film},
     gltf_json::{self, Instancing},
     gltf_meshopt,
@@ -47,6 +48,8 @@ impl File {
         let bytes = read::bytes(path)?;
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
         let (mut value, ignored, unread) = gltf_json::parse(text).map_err(invalid)?;
+        let primitives = gltf_draco::packed(&mut value).map_err(invalid)?;
+        gltf_json::add_zeros(&mut value);
         let splats = gltf_splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
         let packed = gltf_meshopt::packed(&value).map_err(invalid)?;
@@ -64,7 +67,7 @@ impl File {
             notes.push(format!("{}: extensions not read: {}", path.display(), names.join(", ")));
         }
         if unread > 0 {
-            let help = gltf_json::remedy("KHR_texture_basisu");
+            let help = gltf_json::remedy("EXT_texture_avif");
             notes.push(format!(
                 "{}: {unread} textures are white, as their images cannot be read: {help}",
                 path.display()
@@ -99,6 +102,8 @@ impl File {
         }
         file.buffers = buffers;
         file.unpacked = gltf_meshopt::unpack(&file, &packed)?;
+        let decoded = gltf_draco::unpack(&file, &primitives)?;
+        file.unpacked.extend(decoded);
         Ok(file)
     }
 

@@ -5,10 +5,11 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 14] = [
+pub(super) const EXTENSIONS: [&str; 16] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_gaussian_splatting",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -19,6 +20,7 @@ pub(super) const EXTENSIONS: [&str; 14] = [
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -48,7 +50,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
         }
     }
     let unread = pick_sources(&mut root);
-    add_zeros(&mut root);
     keep_channels_of_nodes(&mut root);
     Ok((root, ignored, unread))
 }
@@ -64,7 +65,7 @@ fn parsed_size(text: &[u8]) -> u64 {
 }
 
 /// Gives accessors without any data, whose items are zeros, a sparse item of zeros: the crate refuses them.
-fn add_zeros(root: &mut Value) {
+pub(super) fn add_zeros(root: &mut Value) {
     let Some(accessors) = list(root, "accessors") else { return };
     let has_data =
         |accessor: &Value| accessor.get("bufferView").is_some() || accessor.get("sparse").is_some();
@@ -154,10 +155,7 @@ fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
 /// What to do about an extension that is not read.
 pub(super) fn remedy(name: &str) -> &'static str {
     match name {
-        "KHR_draco_mesh_compression" => {
-            "export it without Draco (in Blender: Data, Compression off); meshopt is read"
-        }
-        "KHR_texture_basisu" => "export with PNG, JPEG or WebP textures",
+        "EXT_texture_avif" => "export with PNG, JPEG, WebP or KTX2 textures",
         _ if name.starts_with("KHR_gaussian_splatting") => "export the splats without compression",
         _ => "export without compression or optional extensions",
     }
@@ -175,15 +173,17 @@ fn remove_extras(value: &mut Value) {
     }
 }
 
-/// Chooses the image of each texture: that of `EXT_texture_webp`, if any; a texture without an image is
-/// white. Returns how many have one of another extension only.
+/// Chooses the image of each texture: that of `EXT_texture_webp`, if any, or its own, or that of `KHR_texture_basisu`; a
+/// texture without an image is white. Returns how many have one of another extension only.
 fn pick_sources(root: &mut Value) -> usize {
     let white = list(root, "images").map_or(0, |images| images.len());
     let (mut needs_white, mut unread) = (false, 0);
     for texture in list(root, "textures").into_iter().flatten().filter_map(Value::as_object_mut) {
-        if let Some(source) = webp_source(texture) {
+        let own = texture.get("source").cloned();
+        let webp = source_of(texture, "EXT_texture_webp");
+        if let Some(source) = webp.or(own).or_else(|| source_of(texture, "KHR_texture_basisu")) {
             texture.insert("source".to_owned(), source);
-        } else if !texture.contains_key("source") {
+        } else {
             unread += usize::from(texture.contains_key("extensions"));
             texture.insert("source".to_owned(), white.into());
             needs_white = true;
@@ -198,8 +198,8 @@ fn pick_sources(root: &mut Value) -> usize {
     unread
 }
 
-fn webp_source(texture: &Map<String, Value>) -> Option<Value> {
-    texture.get("extensions")?.get("EXT_texture_webp")?.get("source").cloned()
+fn source_of(texture: &Map<String, Value>, extension: &str) -> Option<Value> {
+    texture.get("extensions")?.get(extension)?.get("source").cloned()
 }
 
 /// A PNG of one white texel.

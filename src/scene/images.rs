@@ -1,6 +1,7 @@
 //! Images of untrusted files: their size is checked before they are decoded, as a few bytes may announce
 //! gigabytes.
 use super::{
+    ktx2,
     limits::{self, Limit},
     read,
 };
@@ -16,6 +17,9 @@ pub(super) type Fault = (String, String);
 
 /// Width and height of an image [texels], from its head; `None` if it is none, or has a side past `most`.
 pub(super) fn size(bytes: &[u8], most: u32) -> Option<[u32; 2]> {
+    if ktx2::is_container(bytes) {
+        return ktx2::size(bytes).filter(|size| size.iter().all(|&side| side <= most));
+    }
     size_of(Cursor::new(bytes), most)
 }
 
@@ -33,27 +37,46 @@ fn size_of(contents: impl BufRead + Seek, most: u32) -> Option<[u32; 2]> {
 
 /// Decodes an image. `most`: longest side [texels]; `texels`: of all textures so far, grows by the image's.
 pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, Fault> {
-    let help = || format!("use a PNG, JPEG or WebP of at most {most} texels a side");
+    let help = || format!("use a PNG, JPEG, WebP or KTX2 of at most {most} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());
+    if ktx2::is_container(bytes) {
+        let size = ktx2::size(bytes).ok_or_else(|| bad(&"it is not one flat image"))?;
+        let all = admitted(size, 0, most, *texels, help)?;
+        let image = ktx2::decode(bytes).map_err(|error| bad(&error))?;
+        *texels = all;
+        return Ok(image);
+    }
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let decoder =
         reader.map_err(|error| bad(&error))?.into_decoder().map_err(|error| bad(&error))?;
-    let (width, height) = decoder.dimensions();
+    let size = decoder.dimensions().into();
+    let all = admitted(size, decoder.total_bytes(), most, *texels, help)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| bad(&error))?;
+    *texels = all;
+    Ok(image.into_rgba8())
+}
+
+/// Sum of an image's texels and those so far, if it may be decoded. `stored`: its bytes as it is stored.
+fn admitted(
+    [width, height]: [u32; 2],
+    stored: u64,
+    most: u32,
+    texels: u64,
+    help: impl Fn() -> String,
+) -> Result<u64, Fault> {
     if width > most || height > most {
         return Err((format!("the image has {width} x {height} texels"), help()));
     }
     if width == 0 || height == 0 {
         return Err(("the image has no texels".to_owned(), help()));
     }
-    let all = Limit::Texels.grown(*texels, u64::from(width) * u64::from(height));
+    let all = Limit::Texels.grown(texels, u64::from(width) * u64::from(height));
     let all = all.map_err(|(message, help)| (message, help.to_owned()))?;
     // As it is stored, and in bytes per channel.
-    let bytes = decoder.total_bytes() + 4 * u64::from(width) * u64::from(height);
+    let bytes = stored + 4 * u64::from(width) * u64::from(height);
     if !limits::has_memory(bytes) {
         let message = format!("no memory for {width} x {height} texels ({} MiB)", bytes >> 20);
         return Err((message, "use smaller images, or a machine with more memory".to_owned()));
     }
-    let image = DynamicImage::from_decoder(decoder).map_err(|error| bad(&error))?;
-    *texels = all;
-    Ok(image.into_rgba8())
+    Ok(all)
 }

@@ -122,11 +122,11 @@ fn load_all(
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let splats = (extension != "toml").then(|| kind_of_file(path)).flatten();
     let file = match extension.as_str() {
-        _ if splats.is_some() => String::new(),
+        _ if splats.is_some() => defaults::ALONE.to_owned(),
         "toml" => scene_text(path)?,
-        "glb" | "gltf" => String::new(),
-        "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
-        "vdb" => defaults::VOLUME.to_owned(),
+        "glb" | "gltf" => defaults::ALONE.to_owned(),
+        "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
+        "vdb" => [defaults::ALONE, defaults::VOLUME].concat(),
         _ => {
             let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats: .ply, \
                         .spz, .sog or .splat";

@@ -20,25 +20,27 @@ pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
 
 /// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
 /// cheaper on software adapters.
-const PAIRS: Choice =
+pub(super) const PAIRS: Choice =
     Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", Tier::Native, "curve/pairs_loaded.wgsl");
-const WALK: Choice = Choice::by_tier(
+pub(super) const WALK: Choice = Choice::by_tier(
     "traversal",
     "traversal/slabs_uniform.wgsl",
     Tier::Subgroups,
     "traversal/slabs_subgroup.wgsl",
 );
-const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
+/// Pairs behind the last hit that is inserted by itself; of a [queue](super::llvmpipe) elsewhere.
+const REST: Choice = Choice::new("rest", "traversal/rest_none.wgsl");
+pub(super) const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Visits soft discs of the `filter` transfer only.
-const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
-const DISC_LANE_CASTER: Choice = Choice::new("lane_caster", "curve/visit_discs.wgsl");
+pub(super) const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
+pub(super) const DISC_LANE_CASTER: Choice = Choice::new("lane_caster", "curve/visit_discs.wgsl");
 /// Nodes during insertion; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
-const TILE: Choice = Choice::new("output", "curve/tile.wgsl");
-const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
+pub(super) const TILE: Choice = Choice::new("output", "curve/tile.wgsl");
+pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
@@ -55,6 +57,7 @@ pub const TILES: KernelDesc = KernelDesc {
         TILE,
         PAIRS,
         WALK,
+        REST,
         LANE_CASTER,
         SUMS,
     ],
@@ -66,7 +69,18 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_segments",
     entry: "walk_segment",
     root: "entry/segment.wgsl",
-    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, SEGMENT, PAIRS, WALK, LANE_CASTER],
+    with: &[
+        CURVES,
+        INVOCATION_ROWS,
+        OPEN_NODES,
+        HITS,
+        WAITING,
+        SEGMENT,
+        PAIRS,
+        WALK,
+        REST,
+        LANE_CASTER,
+    ],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
 };
@@ -85,6 +99,7 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
         TILE,
         PAIRS,
         WALK,
+        REST,
         DISC_LANE_CASTER,
         SUMS,
     ],
@@ -105,6 +120,7 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
         SEGMENT,
         PAIRS,
         WALK,
+        REST,
         DISC_LANE_CASTER,
     ],
     constants: &[("NODES", 8.0)],

@@ -2,9 +2,10 @@
 //! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS, PLAIN, SPLATS},
+    curve,
     features::Simple,
     levels::IN_REGISTERS,
-    walk::SUMS,
+    walk::{IN_ORDER, INVOCATION_ROWS, SUMS, WAITING},
 };
 use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
@@ -25,6 +26,8 @@ pub const COLUMNS: [Choice; 4] = [
 pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects casters until there is one for each lane.
 const QUEUE: Choice = Choice::new("traversal", "llvmpipe/queue.wgsl");
+/// Collects discs once no hit is inserted into a curve by itself.
+const REST_QUEUED: Choice = Choice::new("rest", "llvmpipe/rest_queued.wgsl");
 /// Prefetches maps before they are written.
 const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
@@ -60,6 +63,46 @@ pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_segments",
     with: &[PLAIN, SPLATS, MAPS, QUEUE, SUMS],
     ..DISC_QUEUE_SEGMENTS
+};
+
+/// Replaces [`DISC_TILES`](curve::DISC_TILES) where tiles are crowded.
+pub const CURVE_DISC_QUEUE_TILES: KernelDesc = KernelDesc {
+    name: "accumulate_curve_disc_queue_tiles",
+    with: &[
+        IN_ORDER,
+        curve::CURVES,
+        INVOCATION_ROWS,
+        curve::OPEN_NODES,
+        curve::DISCS,
+        WAITING,
+        curve::TILE,
+        curve::PAIRS,
+        curve::WALK,
+        REST_QUEUED,
+        curve::DISC_LANE_CASTER,
+        SUMS,
+    ],
+    tiers: &[Tier::Native],
+    ..curve::DISC_TILES
+};
+
+/// Replaces [`DISC_SEGMENTS`](curve::DISC_SEGMENTS) where tiles are crowded.
+pub const CURVE_DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
+    name: "accumulate_curve_disc_queue_segments",
+    with: &[
+        curve::CURVES,
+        INVOCATION_ROWS,
+        curve::OPEN_NODES,
+        curve::DISCS,
+        WAITING,
+        curve::SEGMENT,
+        curve::PAIRS,
+        curve::WALK,
+        REST_QUEUED,
+        curve::DISC_LANE_CASTER,
+    ],
+    tiers: &[Tier::Native],
+    ..curve::DISC_SEGMENTS
 };
 
 /// Kernels of tiles and segments that collect casters of a kind.

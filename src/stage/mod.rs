@@ -132,6 +132,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &accumulate::ORDERED,
     &accumulate::DISC_TILES,
     &accumulate::DISC_SEGMENTS,
+    &llvmpipe::CURVE_DISC_QUEUE_TILES,
+    &llvmpipe::CURVE_DISC_QUEUE_SEGMENTS,
     &llvmpipe::DISC_QUEUE_TILES,
     &llvmpipe::DISC_QUEUE_SEGMENTS,
     &llvmpipe::SPLAT_QUEUE_TILES,

@@ -26,17 +26,17 @@ const LIMITS: i32 = 14;
 /// Places that are asked what a window brings.
 const ASKED: usize = 1000;
 /// What a window of [`LARGEST`] texels a side must bring: mean square of the share by which texels are too wide.
-const PRICE: f64 = 0.01;
+const PRICE: f64 = 0.003;
 /// Share of that price for a window of few texels.
 const FIXED: f64 = 0.1;
 /// Texels of a light's windows, in windows of [`LARGEST`] a side.
-const MOST_TEXELS: f64 = 3.0;
+const MOST_TEXELS: f64 = 4.0;
 /// Edge of the largest window [texels].
 const LARGEST: u32 = 2048;
 /// How often places are halved, to try windows of their own around the halves.
 const HALVINGS: u32 = 3;
 /// Width of a texel that is narrow enough [pixels].
-const FINENESS: f64 = 0.85;
+const FINENESS: f64 = 0.6;
 /// Largest such share.
 const MOST_EXCESS: f64 = 8.0;
 /// Places to one that is left coarser than it needs.

@@ -231,7 +231,8 @@ fn the_ground_can_be_left_out() {
     fs::write(folder.0.join("dots.csv"), "x,y,z,radius\n0,1,0,0.3\n1,1,0,0.3\n").unwrap();
     let run = |out: &str, more: &[&str]| {
         let arguments = ["render", "dots.csv", "-o", out, "--backend", "cpu", "--json"];
-        let line = folder.run(&[&arguments[..], more, &["--set", "camera.size=[48,27]"]].concat());
+        let small = ["--set", "camera.size=[48,27]", "--set", "shadow.size=32"];
+        let line = folder.run(&[&arguments[..], more, &small].concat());
         serde_json::from_str::<serde_json::Value>(&line).unwrap()["casters"].as_u64().unwrap()
     };
     assert!(run("with", &[]) > 2);

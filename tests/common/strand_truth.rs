@@ -118,8 +118,14 @@ pub(crate) fn meet(
         let (first, last, own) = (at(i), at(i + 1), axis(i));
         let length = first.distance(last);
         let cone = Cone { first, axis: own, length, radii: widened(i) };
-        let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
+        // Planes between capsules lean by at most 45 degrees, so no capsule reaches farther.
+        let reach = 0.5 * length + 3.0 * cone.radii[0].max(cone.radii[1]);
+        let off = (first + last) * 0.5 - start;
         let color = (v[i].color + v[i + 1].color) * 0.5;
+        if off.cross(way).length() > reach * way.length() {
+            return Met { color, way: None };
+        }
+        let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
         let mut clip = ends;
         for (normal, point, sign) in [(plane(i, own), first, 1.0), (plane(i + 1, own), last, -1.0)]
         {

@@ -165,6 +165,39 @@ fn a_queue_of_discs_changes_no_bit() {
     }
 }
 
+/// Crowded tiles of curves, in orthographic and perspective views: texels of few hits at the discs' rims, black ones,
+/// tiles of several segments, and pairs that do not fit.
+#[test]
+fn a_queue_of_discs_changes_no_curve() {
+    let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();
+    let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
+    scene.lights = lights();
+    scene.shadow.size = 64;
+    scene.shadow.receiver = Receiver::Curve;
+    scene
+        .triangles
+        .push(triangle([Vec3::new(-1.0, 0.1, -1.5), Vec3::new(1.5, 0.0, -0.5), Vec3::Z], 1));
+    let cases =
+        [(6_000, 0.2, 0.05, 1 << 24), (12_000, 1.0, 0.05, 1 << 24), (6_000, 0.5, 1.0, 1 << 12)];
+    for (count, size, opacity, budget) in cases {
+        scene.shadow.pair_budget = budget;
+        scene.particles = random_discs(count, 5);
+        for particle in &mut scene.particles {
+            particle.radius *= size;
+            particle.color.w *= opacity;
+        }
+        let mut maps = |queued| {
+            renderer.configure(|config| config.toggles.queued = queued);
+            let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+            renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
+        };
+        for (a, b) in maps(true).iter().zip(&maps(false)) {
+            let same = a.filter == b.filter && a.nearest == b.nearest && a.curve == b.curve;
+            assert!(same, "{count} discs of opacity {opacity}");
+        }
+    }
+}
+
 /// Walks as on a GPU, whose loops visit both kinds, and as on software adapters.
 #[test]
 #[ignore = "each kernel twice: make test-all"]

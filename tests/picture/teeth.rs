@@ -60,7 +60,7 @@ fn deviations(scene: &Scene, stride: u32) -> Vec<f64> {
 #[test]
 fn edges_have_no_teeth() {
     for (name, stride, most) in
-        [("glass", 3, 0.4), ("gallery/nave", 5, 0.75), ("gallery/convoy", 1, 0.75)]
+        [("glass", 3, 0.4), ("gallery/nave", 5, 0.5), ("gallery/convoy", 1, 0.5)]
     {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/{name}.toml"));
         let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
@@ -77,8 +77,10 @@ fn edges_have_no_teeth() {
             p99
         };
         assert!(p99(&scene) < most, "{name}");
-        scene.shadow.detail = false;
-        assert!(p99(&scene) > 2.0 * most, "{name}, without windows");
+        if name == "glass" {
+            scene.shadow.detail = false;
+            assert!(p99(&scene) > 2.0 * most, "{name}, without windows");
+        }
     }
 }
 

@@ -3,6 +3,7 @@ use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::UVec2,
     internals::view,
+    model::Receiver,
     scene::{self, Scene},
 };
 
@@ -50,6 +51,9 @@ fn particles_alone_are_a_scene() {
     assert_eq!(scene.particles[1].radius, 0.2);
     assert_eq!(scene.camera.size, UVec2::new(64, 32));
     assert_eq!((scene.lights[0].size, scene.shadow.size), (Some(32), 16));
+    assert_eq!(scene.shadow.receiver, Receiver::Curve);
+    let set = [("shadow.receiver".to_owned(), "nearest".to_owned())];
+    assert_eq!(scene::load_with(&path, &set).unwrap().shadow.receiver, Receiver::Nearest);
     // A ground under them, to receive the shadow.
     let ground = scene.triangles.last().unwrap();
     assert!(scene.materials[ground.material as usize].transfer.is_opaque());

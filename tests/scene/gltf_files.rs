@@ -215,24 +215,64 @@ fn webp_images_are_read() {
     assert_eq!(scene.textures[0].rgba, model.textures[0].rgba);
 }
 
+/// Tiles of 4 x 4 texels, each of one colour, by the encoder of Basis Universal 1.16: as ETC1S, and as UASTC with levels
+/// and by Zstandard.
+#[test]
+fn textures_in_ktx2_are_read() {
+    let text = document(
+        "corners.bin",
+        r#""extensionsUsed": ["KHR_texture_basisu"], "extensionsRequired": ["KHR_texture_basisu"],
+        "materials": [{"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}}],
+        "images": [{"uri": "tiles.ktx2"}],"#,
+    )
+    .replace(r#""POSITION": 0}"#, r#""POSITION": 0}, "material": 0"#);
+    let load = |bytes: &[u8]| {
+        let folder = Folder::new();
+        folder.write("tiles.ktx2", bytes);
+        load(&folder, &text)
+    };
+    // ETC1S has 5 bits a channel.
+    for (bytes, tolerance) in
+        [(&include_bytes!("tiles_etc1s.ktx2")[..], 4), (include_bytes!("tiles_uastc.ktx2"), 1)]
+    {
+        let model = load(bytes).unwrap();
+        assert!(model.notes.is_empty(), "{:?}", model.notes);
+        let texture = &model.textures[0];
+        assert_eq!((texture.width, texture.height), (16, 8));
+        for (i, texel) in texture.rgba.chunks_exact(4).enumerate() {
+            let (x, y) = (i % 16 / 4, i / 16 / 4);
+            let blue = if (x + y) % 2 == 1 { 128 } else { 24 };
+            let wanted = [8 + 80 * x, 40 + 160 * y, blue, if x < 2 { 255 } else { 92 }];
+            let apart = texel.iter().zip(wanted).map(|(&a, b)| i32::from(a).abs_diff(b as i32));
+            assert!(apart.max().unwrap() <= tolerance, "{texel:?} for {wanted:?}");
+        }
+        // Damage is named, and never a panic.
+        for at in 0..bytes.len() {
+            let mut changed = bytes.to_vec();
+            changed[at] ^= 0xff;
+            if let Err(error) = load(&changed) {
+                assert!(error.to_string().contains("image 0"), "{error}");
+            }
+            assert!(load(&bytes[..at]).is_err(), "{at} bytes");
+        }
+    }
+}
+
 /// A texture whose only image has an unsupported extension is white, and a note says so.
 #[test]
 fn textures_without_an_image_are_white() {
     let text = document(
         "corners.bin",
-        r#""extensionsUsed": ["KHR_texture_basisu"],
+        r#""extensionsUsed": ["EXT_texture_avif"],
         "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-        "textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}}],
-        "images": [{"uri": "dots.ktx2"}],"#,
+        "textures": [{"extensions": {"EXT_texture_avif": {"source": 0}}}],
+        "images": [{"uri": "dots.avif"}],"#,
     )
     .replace(r#""POSITION": 0}"#, r#""POSITION": 0}, "material": 0"#);
     let model = read(&text).unwrap();
     assert_eq!(model.textures[0].rgba, [255; 4]);
-    assert!(
-        model.notes.iter().any(|note| note.contains("KHR_texture_basisu")),
-        "{:?}",
-        model.notes
-    );
+    assert!(model.notes.iter().any(|note| note.contains("EXT_texture_avif")), "{:?}", model.notes);
 }
 
 #[test]
@@ -287,26 +327,26 @@ fn channels_that_move_no_node_are_passed_over() {
     assert!(animated(r#"{"node": 0, "path": "translation"}"#).is_err());
 }
 
-/// Textures in KTX2 alone are white, and counted with a remedy; required, they refuse the file.
+/// Textures in AVIF alone are white, and counted with a remedy; required, they refuse the file.
 #[test]
 fn images_of_other_kinds_are_named() {
     let textures = |sources: &str| {
         format!(
-            "\"extensionsUsed\": [\"KHR_texture_basisu\"], \"textures\": [{sources}], \
-             \"images\": [{{\"uri\": \"a.ktx2\"}}, {{\"uri\": \"a.png\"}}],"
+            "\"extensionsUsed\": [\"EXT_texture_avif\"], \"textures\": [{sources}], \
+             \"images\": [{{\"uri\": \"a.avif\"}}, {{\"uri\": \"a.png\"}}],"
         )
     };
-    let only = "{\"extensions\": {\"KHR_texture_basisu\": {\"source\": 0}}}";
-    let both = "{\"source\": 1, \"extensions\": {\"KHR_texture_basisu\": {\"source\": 0}}}";
+    let only = "{\"extensions\": {\"EXT_texture_avif\": {\"source\": 0}}}";
+    let both = "{\"source\": 1, \"extensions\": {\"EXT_texture_avif\": {\"source\": 0}}}";
     let notes = |sources: &str| read(&document("corners.bin", &textures(sources))).unwrap().notes;
     let told = |notes: &[String]| notes.iter().any(|note| note.contains("2 textures are white"));
     let found = notes(&format!("{only}, {both}, {only}"));
     assert!(told(&found) && found.iter().any(|note| note.contains("PNG")), "{found:?}");
     assert!(!told(&notes(both)));
-    let required = textures(only) + "\"extensionsRequired\": [\"KHR_texture_basisu\"],";
+    let required = textures(only) + "\"extensionsRequired\": [\"EXT_texture_avif\"],";
     let error = read(&document("corners.bin", &required)).unwrap_err();
     let SceneError::Invalid { message, help, .. } = error else { panic!("{error}") };
-    assert!(message.contains("KHR_texture_basisu") && help.unwrap().contains("PNG"), "{message}");
+    assert!(message.contains("EXT_texture_avif") && help.unwrap().contains("PNG"), "{message}");
 }
 
 /// Colours of vertices, as bytes with alpha and as floats without, in each corner.

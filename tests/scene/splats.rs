@@ -5,7 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::{Quat, Vec3},
-    model::{GaussianOpacity, Shape},
+    model::{GaussianOpacity, Receiver, Shape},
     scene::{self, Scene, SceneError},
 };
 
@@ -163,6 +163,7 @@ fn a_file_alone_is_framed_on_a_ground() {
         let scene =
             scene::load(&folder.write(name, bytes)).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(scene.gaussians.len(), 3, "{name}");
+        assert_eq!(scene.shadow.receiver, Receiver::Curve, "{name}");
         assert!(!scene.triangles.is_empty() && scene.lights.len() == 1, "{name}: ground and sun");
         let material = &scene.materials[scene.gaussians[0].material as usize];
         assert!(material.neutral && material.shape == Shape::Gaussian, "{name}");

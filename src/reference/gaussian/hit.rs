@@ -1,5 +1,13 @@
 //! A ray's approach to a Gaussian, and its hit.
-use super::*;
+use crate::{
+    model::Transfer,
+    records::{Footprint, GaussianSetup, GpuView},
+    reference::{
+        caster_hit::Hit,
+        hit::{absorption, transmittance},
+    },
+};
+use glam::{Vec2, Vec3};
 
 /// A ray's closest approach to a Gaussian, in the Gaussian's own space.
 #[derive(Clone, Copy, Debug)]

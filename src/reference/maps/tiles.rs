@@ -1,5 +1,13 @@
 //! Tiles of one kind made into those of another.
-use super::*;
+use crate::{
+    records::NO_OWNER,
+    reference::{
+        accumulate::Accumulated,
+        curve::tile::CurveTexel,
+        tile::{TEXELS, TileTexels},
+    },
+};
+use glam::Vec3;
 
 /// Depth behind which all channels are blocked.
 pub(super) fn last_depths(depths: &TileTexels<Vec3>) -> TileTexels<f32> {

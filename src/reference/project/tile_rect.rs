@@ -1,5 +1,10 @@
 //! Tiles that a footprint touches.
-use super::*;
+use super::{SLACK, TexelBox, scatter_texel};
+use crate::{
+    model::TILE_SIZE,
+    records::{GpuView, TileRect},
+};
+use glam::Vec2;
 
 /// Tiles whose texel centres may be in `bounds` and within `circle` [texels] of `center`.
 pub(in crate::reference) fn tile_rect(

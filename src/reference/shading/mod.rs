@@ -1,10 +1,15 @@
 //! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
 //! its reflection to the camera.
 pub mod receive;
+mod reflectance;
 pub mod seen_plane;
 pub mod taps;
 mod tone;
 
+pub use reflectance::{DARKEST, HEAD_ON, ORDERS, SHEEN};
+use reflectance::{
+    highlight, mirrored_solid, phase_of_orders, rising, scattered, strand_scattered,
+};
 pub use tone::{FILM_WHITE, shown, to_screen, to_srgb};
 
 use super::{air::phase, area::LightPoints, mask::Masks};
@@ -18,7 +23,6 @@ use crate::{
     },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
-use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Lights, shadow maps and environment of a picture.
 #[derive(Clone, Debug)]
@@ -325,65 +329,6 @@ pub fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     (-ray, color)
 }
 
-/// Share of the light that a point of albedo 1 sends to the eye.
-fn scattered(kind: PointKind, cosine: f32) -> f32 {
-    match kind {
-        PointKind::Solid => cosine.max(0.0) * FRAC_1_PI,
-        PointKind::Pane => cosine.abs() * FRAC_1_PI,
-        // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
-        // that faces the light.
-        PointKind::Particle | PointKind::Strand | PointKind::Brick { .. } => 0.5 * FRAC_1_PI,
-    }
-}
-
-/// Highlight of a strand, in its own colour: that of hair, 0.04 at its surface and what its inside sends back.
-pub const SHEEN: f32 = 0.2;
-
-/// Share of the light from `toward` that a strand of albedo 1 sends to the eye: of a cylinder that scatters evenly,
-/// over its width, and a highlight along the cone of mirrored light (Kajiya and Kay 1989).
-fn strand_scattered(point: &Point, toward: Vec3) -> f32 {
-    let Point { normal: axis, to_eye, roughness, .. } = *point;
-    let (along_light, along_eye) = (axis.dot(toward), axis.dot(to_eye));
-    let sines = [along_light, along_eye].map(|cosine| (1.0 - cosine * cosine).max(1e-6).sqrt());
-    let cosine = (toward.dot(to_eye) - along_light * along_eye) / (sines[0] * sines[1]);
-    let angle = cosine.clamp(-1.0, 1.0).acos();
-    let evenly = ((PI - angle) * angle.cos() + angle.sin()) * 0.25;
-    let width = (roughness * roughness).max(0.04);
-    let exponent = 2.0 / (width * width) - 1.0;
-    let lobe = (sines[0] * sines[1] - along_light * along_eye).max(1e-6).powf(exponent);
-    sines[0] * FRAC_1_PI * (evenly + SHEEN * (exponent + 8.0) * 0.125 * lobe)
-}
-
-/// Orders of scattering in a brick.
-pub const ORDERS: u32 = 4;
-/// Transmittance that maps store as 0.
-pub const DARKEST: f32 = 1.0 / 1024.0;
-
-/// Share of the light that a brick scatters to the eye, once and more often, where `passed` comes straight (Wrenninge,
-/// Kulla and Lundqvist 2013).
-fn phase_of_orders(passed: Vec3, cosine: f32, g: f32, albedo: Vec3) -> Vec3 {
-    let light = (passed - DARKEST).max(Vec3::ZERO) / (1.0 - DARKEST);
-    let order = |i: u32| {
-        let part = 0.5_f32.powi(i as i32);
-        (0.5 * albedo).powf(i as f32) * light.powf(part) * phase(cosine, g * part)
-    };
-    (0..ORDERS).map(order).sum()
-}
-
-/// Reflectance of glass at normal incidence.
-pub const HEAD_ON: f32 = 0.04;
-
-/// Schlick 1994: from 0 head-on to 1 at 90 degrees.
-fn rising(cosine: f32) -> f32 {
-    (1.0 - cosine).clamp(0.0, 1.0).powi(5)
-}
-
-/// Reflectance of an opaque surface for the environment; metal in its own colour.
-fn mirrored_solid(albedo: Vec3, metallic: f32, cosine: f32, roughness: f32) -> Vec3 {
-    let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);
-    head_on + (head_on.max(Vec3::splat(1.0 - roughness)) - head_on) * rising(cosine)
-}
-
 /// Bilinear sample of an environment's level at a point of the octahedral square, 0..1.
 fn level_around(environment: &Environment, level: u32, point: Vec2) -> Vec3 {
     let fine = environment.size();
@@ -402,18 +347,6 @@ fn level_around(environment: &Environment, level: u32, point: Vec2) -> Vec3 {
     let top = texels[corner].lerp(texels[corner + 1], part.x);
     let bottom = texels[corner + row].lerp(texels[corner + row + 1], part.x);
     top.lerp(bottom, part.y)
-}
-
-/// Specular highlight: Blinn 1977, normalised; the exponent from the roughness as in Walter et al. 2007,
-/// section 6.
-fn highlight(point: &Point, toward: Vec3) -> Vec3 {
-    let Point { normal, to_eye, roughness, gloss, albedo, metallic, .. } = *point;
-    let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);
-    let middle = (toward + to_eye).normalize();
-    let width = (roughness * roughness).max(0.04);
-    let exponent = 2.0 / (width * width) - 1.0;
-    let lobe = normal.dot(middle).max(1e-6).powf(exponent);
-    (exponent + 8.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle), head_on)
 }
 
 /// World-space position of a point of the camera's map at light depth `depth`.

@@ -1,5 +1,9 @@
 //! What a path of keys names.
-use super::*;
+use super::{AIR, CAMERA, Check, LIGHT, MATERIAL, Target};
+use crate::{
+    model::LightKind,
+    scene::{Scene, SceneError, error::quoted, plain::nearest},
+};
 
 pub(super) fn no_value(check: &Check<'_>, field: &str, known: &[&str]) -> SceneError {
     let message = format!("{} is no value that keys can move", quoted(field));

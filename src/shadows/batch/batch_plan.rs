@@ -31,6 +31,8 @@ const FEWER_HOST_FOOTPRINTS: u64 = 3 << 17;
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
 /// for the nearest casters and the rest.
 const DENSE: u32 = 16;
+/// The same for curves, whose discs are collected a slab at a time.
+const CROWDED: u32 = 128;
 
 /// Plan of a batch, made on the CPU.
 #[derive(Clone, Debug)]
@@ -221,12 +223,13 @@ impl BatchPlan {
             let not_blocked = (0..).zip(&pending).filter(|(_, pending)| !pending.blocks());
             not_blocked.for_each(|(view, _)| host.hide(view));
         }
-        let dense = filtering.footprint_count >= DENSE * tile_count;
-        let features = filtering.features.of_walk(dense, config.toggles.queued);
+        let nodes = config.nodes();
+        let has_mean = |casters| filtering.footprint_count >= casters * tile_count;
+        let queued = config.toggles.queued && (nodes == 0 || has_mean(CROWDED));
+        let features = filtering.features.of_walk(has_mean(DENSE), queued);
         // Those of the host's are behind all uploaded ones.
         let in_order = features.simple() == Some(Simple::Splats) && filtering.host.is_none();
         let features = features.with(Flags::SETUPS_IN_ORDER, in_order);
-        let nodes = config.nodes();
         let softening = config.settings.soften && nodes > 0;
         let features = Features { nodes, ..features.with(Flags::HAS_SOFTENING, softening) };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];

@@ -1,15 +1,18 @@
 //! Compressed and quantized glTF meshes, against the formula of the surface that they were made of. The files
-//! beside this one were written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`.
+//! beside this one were written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`, and by
+//! Google's Draco 1.5, by edges (level 10) and in sequence (level 0).
 use crate::common::files::Folder;
 use gobo::{
     glam::{Mat4, Vec2, Vec3},
     scene::{Limit, Model, SceneError, load_model},
 };
 
-const FILES: [(&str, &str); 3] = [
+const FILES: [(&str, &str); 5] = [
     ("quantized", include_str!("wave_ext.gltf")),
     ("floats", include_str!("wave_float.gltf")),
     ("KHR", include_str!("wave_khr.gltf")),
+    ("Draco", include_str!("wave_draco.gltf")),
+    ("Draco in sequence", include_str!("wave_draco_seq.gltf")),
 ];
 
 fn read(document: &str) -> Result<Model, SceneError> {
@@ -101,11 +104,38 @@ fn mutated_files_do_not_panic() {
 }
 
 #[test]
-fn draco_is_refused_with_a_way_out() {
-    let (_, document) = FILES[0];
-    let name = "KHR_draco_mesh_compression";
-    let from = "\"extensionsRequired\":[";
-    let error = read(&document.replace(from, &format!("{from}\"{name}\","))).unwrap_err();
-    let SceneError::Invalid { message, help, .. } = error else { panic!("{error}") };
-    assert!(message.contains(name) && help.unwrap().contains("without Draco"), "{message}");
+fn damage_of_draco_is_named() {
+    let (_, document) = FILES[3];
+    let refused = |from: &str, to: &str| {
+        assert!(document.contains(from), "{from}");
+        let error = read(&document.replacen(from, to, 1)).expect_err(to);
+        let SceneError::Invalid { message, help, .. } = error else { panic!("{from}") };
+        assert!(help.is_some() && message.contains("mesh 0, primitive 0"), "{message}");
+        message
+    };
+    let packed = "\"KHR_draco_mesh_compression\":{\"bufferView\":0,";
+    assert!(refused(packed, &packed.replace(":0,", ":9,")).contains("bufferView"));
+    assert!(refused("\"indices\":0,", "").contains("indices"));
+    assert!(refused("\"indices\":0,", "\"indices\":0,\"mode\":5,").contains("mode"));
+    assert!(refused("\"count\":96", "\"count\":93").contains("its compression"));
+    assert!(refused("\"count\":25", "\"count\":24").contains("it holds 25 vertices"));
+    assert!(
+        refused("\"attributes\":{\"POSITION\":2", "\"attributes\":{\"POSITION\":7")
+            .contains("no attribute 7")
+    );
+    assert!(refused("base64,RFJBQ08", "base64,RFJBQ0A").contains("its compression"));
+    let error = read(&document.replace("\"count\":96", "\"count\":960000000")).unwrap_err();
+    assert!(error.to_string().contains(&Limit::Unpacked.most().to_string()), "{error}");
+}
+
+/// What has a view of its own is read from there.
+#[test]
+fn draco_beside_plain_data_is_not_decoded() {
+    let (_, plain) = FILES[1];
+    let from = "\"primitives\":[{";
+    assert!(plain.contains(from));
+    let to = "\"primitives\":[{\"extensions\":{\"KHR_draco_mesh_compression\":{\"bufferView\":0,\
+              \"attributes\":{\"POSITION\":0}}},";
+    let (both, plain) = (read(&plain.replace(from, to)).unwrap(), read(plain).unwrap());
+    assert_eq!(both.triangles, plain.triangles);
 }

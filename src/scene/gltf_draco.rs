@@ -1,0 +1,228 @@
+//! Compressed primitives of glTF files: `KHR_draco_mesh_compression`.
+use super::{SceneError, gltf_file::File, gltf_json::Fault, limits::Limit};
+use draco_core::{DecodeLimits, DecoderBuffer, FaceIndex, Mesh, MeshDecoder};
+use serde_json::{Value, json};
+use std::collections::HashMap;
+
+pub(super) const EXTENSION: &str = "KHR_draco_mesh_compression";
+
+const DAMAGED: &str = "check it with a glTF validator, or compress it again";
+
+/// A compressed primitive: the view that holds its stream, and the views that accessors read it from.
+#[derive(Debug)]
+pub(super) struct Packed {
+    /// As messages name it.
+    name: String,
+    stream: usize,
+    indices: Decoded,
+    attributes: Vec<(u32, Decoded)>,
+}
+
+/// Items of one accessor.
+#[derive(Clone, Copy, Debug)]
+struct Decoded {
+    view: usize,
+    count: usize,
+    /// Of an item.
+    components: usize,
+    number: Number,
+}
+
+/// Type of a component.
+#[derive(Clone, Copy, Debug)]
+enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+/// The file's compressed primitives. Their accessors get views of their own, whose bytes [`unpack`] makes; those that
+/// have a view keep it, as it holds the same without compression.
+pub(super) fn packed(root: &mut Value) -> Result<Vec<Packed>, Fault> {
+    let mut found = Vec::new();
+    for (mesh, value) in list(root, "meshes").iter().enumerate() {
+        for (index, primitive) in list(value, "primitives").iter().enumerate() {
+            if let Some(packed) = primitive.get("extensions").and_then(|all| all.get(EXTENSION)) {
+                let name = format!("mesh {mesh}, primitive {index}");
+                found.push((name, primitive.clone(), packed.clone()));
+            }
+        }
+    }
+    let mut all = Vec::new();
+    for (name, primitive, packed) in found {
+        all.extend(of_primitive(root, name, &primitive, &packed)?);
+    }
+    Ok(all)
+}
+
+fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
+    value.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+}
+
+fn index(value: Option<&Value>) -> Option<usize> {
+    value.and_then(Value::as_u64).and_then(|index| usize::try_from(index).ok())
+}
+
+/// `None` if no accessor needs what is compressed.
+fn of_primitive(
+    root: &mut Value,
+    name: String,
+    primitive: &Value,
+    packed: &Value,
+) -> Result<Option<Packed>, Fault> {
+    let damaged = |what: &str| (format!("{name}: {what} of its compression is wrong"), DAMAGED);
+    let stream = index(packed.get("bufferView")).ok_or_else(|| damaged("bufferView"))?;
+    let buffer = list(root, "bufferViews").get(stream).and_then(|view| view.get("buffer"));
+    let buffer = buffer.cloned().ok_or_else(|| damaged("bufferView"))?;
+    if index(primitive.get("mode")).unwrap_or(4) != 4 {
+        return Err(damaged("mode"));
+    }
+    let accessor = index(primitive.get("indices")).ok_or_else(|| damaged("indices"))?;
+    let indices = decoded(root, accessor, &buffer).ok_or_else(|| damaged("indices"))?;
+    let names = packed.get("attributes").and_then(Value::as_object);
+    let mut attributes = Vec::new();
+    for (key, id) in names.into_iter().flatten() {
+        let id = id.as_u64().and_then(|id| u32::try_from(id).ok());
+        let accessor = index(primitive.get("attributes").and_then(|all| all.get(key)));
+        let both = id.zip(accessor).and_then(|(id, at)| Some((id, decoded(root, at, &buffer)?)));
+        let (id, decoded) = both.ok_or_else(|| damaged(key))?;
+        attributes.extend(decoded.map(|decoded| (id, decoded)));
+    }
+    let is_needed = indices.is_some() || !attributes.is_empty();
+    let indices = match indices {
+        Some(indices) => indices,
+        None if is_needed => return Err(damaged("indices")),
+        None => return Ok(None),
+    };
+    Ok(Some(Packed { name, stream, indices, attributes }))
+}
+
+/// Gives an accessor without a view one of its own; `Some(None)` if it has a view, `None` if it is damaged.
+fn decoded(root: &mut Value, accessor: usize, buffer: &Value) -> Option<Option<Decoded>> {
+    let view = list(root, "bufferViews").len();
+    let accessor = root.get_mut("accessors")?.get_mut(accessor)?.as_object_mut()?;
+    if accessor.contains_key("bufferView") {
+        return Some(None);
+    }
+    let number = Number::of(accessor.get("componentType")?.as_u64()?)?;
+    let components = match accessor.get("type")?.as_str()? {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        _ => return None,
+    };
+    let count = index(accessor.get("count"))?;
+    accessor.insert("bufferView".to_owned(), view.into());
+    accessor.remove("byteOffset");
+    let length = count.checked_mul(components * number.size())?;
+    let views = root.get_mut("bufferViews")?.as_array_mut()?;
+    views.push(json!({ "buffer": buffer, "byteLength": length }));
+    Some(Some(Decoded { view, count, components, number }))
+}
+
+/// Decompresses primitives to the views of their accessors.
+pub(super) fn unpack(
+    file: &File,
+    packed: &[Packed],
+) -> Result<HashMap<usize, Vec<u8>>, SceneError> {
+    let mut unpacked = HashMap::new();
+    let mut bytes = 0;
+    for primitive in packed {
+        let damaged = |problem: &str| {
+            let message = format!("{}: its compression: {problem}", primitive.name);
+            file.invalid(message, DAMAGED)
+        };
+        // Few bytes may announce much.
+        bytes = Limit::Unpacked
+            .grown(bytes, primitive.size())
+            .map_err(|(message, help)| file.invalid(message, help))?;
+        let view = file.document.views().nth(primitive.stream);
+        let stream = file.view(&view.ok_or_else(|| damaged("there is no such bufferView"))?)?;
+        let mesh = primitive.decode(stream).map_err(|error| damaged(&error.to_string()))?;
+        let triangles = (0..mesh.num_faces()).flat_map(|i| mesh.face(FaceIndex(i as u32)));
+        let indices: Vec<u32> = triangles.map(|point| point.0).collect();
+        if indices.len() != primitive.indices.count {
+            return Err(damaged(&format!("it holds {} indices", indices.len())));
+        }
+        // Exact up to 2^24, above which limits are.
+        let numbers = indices.into_iter().map(f64::from);
+        unpacked.insert(primitive.indices.view, primitive.indices.bytes(numbers));
+        for (id, decoded) in &primitive.attributes {
+            let points = mesh.num_points();
+            if points != decoded.count {
+                return Err(damaged(&format!("it holds {points} vertices")));
+            }
+            let attribute = mesh.attribute_by_unique_id(*id);
+            let attribute = attribute.ok_or_else(|| damaged(&format!("no attribute {id}")))?;
+            let numbers = attribute.read_f32s(points, decoded.components);
+            unpacked.insert(decoded.view, decoded.bytes(numbers.into_iter().map(f64::from)));
+        }
+    }
+    Ok(unpacked)
+}
+
+impl Packed {
+    /// Bytes of all accessors, and as many that decoding takes beside them.
+    fn size(&self) -> u64 {
+        let all = self.attributes.iter().map(|(_, decoded)| decoded).chain([&self.indices]);
+        let size = |decoded: &Decoded| {
+            (decoded.count as u64).saturating_mul((decoded.components * 4) as u64)
+        };
+        all.map(size).fold(0, u64::saturating_add)
+    }
+
+    fn decode(&self, stream: &[u8]) -> Result<Mesh, draco_core::DracoError> {
+        let faces = (self.indices.count / 3) as u64;
+        let limits = DecodeLimits::default()
+            .with_max_points(3 * faces)
+            .with_max_faces(faces)
+            .with_max_decoded_bytes(Limit::Unpacked.most());
+        let mut buffer = DecoderBuffer::new(stream).with_limits(limits);
+        let mut mesh = Mesh::new();
+        MeshDecoder::new().decode(&mut buffer, &mut mesh)?;
+        Ok(mesh)
+    }
+}
+
+impl Decoded {
+    fn bytes(&self, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(self.count * self.components * self.number.size());
+        for number in numbers {
+            match self.number {
+                Number::I8 => bytes.extend((number as i8).to_le_bytes()),
+                Number::U8 => bytes.push(number as u8),
+                Number::I16 => bytes.extend((number as i16).to_le_bytes()),
+                Number::U16 => bytes.extend((number as u16).to_le_bytes()),
+                Number::U32 => bytes.extend((number as u32).to_le_bytes()),
+                Number::F32 => bytes.extend((number as f32).to_le_bytes()),
+            }
+        }
+        bytes
+    }
+}
+
+impl Number {
+    fn of(component_type: u64) -> Option<Self> {
+        Some(match component_type {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    const fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+}
