@@ -237,7 +237,8 @@ fn notes_reach_standard_error() {
     let folder = Folder::new("notes");
     fs::write(folder.0.join("dots.csv"), "x,y,z,mass\n0,1,0,7\n").unwrap();
     for arguments in [&["check", "dots.csv"][..], &["render", "dots.csv", "-o", "o"]] {
-        let render = if arguments.len() > 2 { &QUICK[..] } else { &[] };
+        let small = [&QUICK[..], &["--set", "shadow.size=16"]].concat();
+        let render = if arguments.len() > 2 { &small[..] } else { &[] };
         let output = gobo(&folder).args(arguments).args(render).output().unwrap();
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{stderr}");

@@ -227,12 +227,15 @@ fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 
         .iter()
         .map(|p| area_truth::share(scene, &scene.lights[0], p.position, p.normal))
         .collect();
-    let bare = points.iter().map(|&p| ReceiverPoint { normal: Vec3::ZERO, ..p }).collect();
-    let points = [bare, points.to_vec()];
-    [on_gpu, on_cpu].map(|shares| {
-        points.each_ref().map(|points| {
+    let bare = points.iter().map(|&p| ReceiverPoint { normal: Vec3::ZERO, ..p });
+    let all: Vec<_> = bare.chain(points.iter().copied()).collect();
+    // The reference renders a map for each of 64 points of the light.
+    let mut coarse = scene.clone();
+    coarse.lights[0].size = Some(256);
+    [on_gpu(scene, &all), on_cpu(&coarse, &all)].map(|found| {
+        let (bare, with) = found.split_at(points.len());
+        [bare, with].map(|found| {
             let apart = |(a, b): (&Vec3, &DVec3)| (a.as_dvec3() - b).abs().to_array();
-            let found = shares(scene, points);
             let mut errors: Vec<f64> = found.iter().zip(&truth).flat_map(apart).collect();
             errors.sort_by(f64::total_cmp);
             let mean = errors.iter().sum::<f64>() / errors.len() as f64;
