@@ -28,6 +28,7 @@ mod pipeline;
 mod properties;
 mod proxies;
 mod puffs;
+mod queue;
 mod rivals;
 mod strand_modes;
 mod strands;

@@ -53,7 +53,7 @@ fn cpu(scene: &Scene) -> (Vec<ViewMaps>, gobo::model::Counters) {
     reference::render_maps(scene, &shadow_views(scene))
 }
 
-fn lights() -> Vec<gobo::model::Light> {
+pub(super) fn lights() -> Vec<gobo::model::Light> {
     let position = Vec3::new(3.0, 4.0, 2.5);
     vec![
         light(LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() }),
@@ -126,76 +126,6 @@ fn gpu_matches_reference_with_plain_discs() {
     assert_matches_reference(&scene);
     scene.shadow.size = 80; // no whole number of 32s
     assert_matches_reference(&scene);
-}
-
-/// Sparse and crowded tiles, with and without opaque casters, in orthographic and perspective views; black
-/// texels end a walk early.
-#[test]
-fn a_queue_of_discs_changes_no_bit() {
-    let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();
-    let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
-    scene.lights = lights();
-    scene.shadow.size = 80;
-    let cases = [
-        (300, 1.0, 1.0, false),
-        (20_000, 0.3, 0.05, false),
-        (20_000, 0.3, 0.05, true),
-        (5_000, 1.0, 1.0, true),
-    ];
-    for (count, size, opacity, opaque) in cases {
-        scene.particles = random_discs(count, 5);
-        for particle in &mut scene.particles {
-            particle.radius *= size;
-            particle.color.w *= opacity;
-        }
-        scene.triangles.clear();
-        if opaque {
-            let corners = [Vec3::new(-1.0, 0.1, -1.5), Vec3::new(1.5, 0.0, -0.5), Vec3::Z];
-            scene.triangles.push(triangle(corners, 1));
-        }
-        let mut maps = |queued| {
-            renderer.configure(|config| config.toggles.queued = queued);
-            let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
-            renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
-        };
-        for (a, b) in maps(true).iter().zip(&maps(false)) {
-            let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
-            assert!(same, "{count} discs of opacity {opacity}, opaque casters: {opaque}");
-        }
-    }
-}
-
-/// Crowded tiles of curves, in orthographic and perspective views: texels of few hits at the discs' rims, black ones,
-/// tiles of several segments, and pairs that do not fit.
-#[test]
-fn a_queue_of_discs_changes_no_curve() {
-    let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();
-    let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
-    scene.lights = lights();
-    scene.shadow.size = 64;
-    scene.shadow.receiver = Receiver::Curve;
-    scene
-        .triangles
-        .push(triangle([Vec3::new(-1.0, 0.1, -1.5), Vec3::new(1.5, 0.0, -0.5), Vec3::Z], 1));
-    let cases =
-        [(6_000, 0.2, 0.05, 1 << 24), (12_000, 1.0, 0.05, 1 << 24), (6_000, 0.5, 1.0, 1 << 12)];
-    for (count, size, opacity, budget) in cases {
-        scene.shadow.pair_budget = budget;
-        scene.particles = random_discs(count, 5);
-        for particle in &mut scene.particles {
-            particle.radius *= size;
-            particle.color.w *= opacity;
-        }
-        let mut maps = |queued| {
-            renderer.configure(|config| config.toggles.queued = queued);
-            let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
-            renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
-        };
-        for (a, b) in maps(true).iter().zip(&maps(false)) {
-            let same = a.filter == b.filter && a.nearest == b.nearest && a.curve == b.curve;
-            assert!(same, "{count} discs of opacity {opacity}");
-        }
-    }
 }
 
 /// Walks as on a GPU, whose loops visit both kinds, and as on software adapters.
