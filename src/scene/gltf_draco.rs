@@ -148,7 +148,9 @@ pub(super) fn unpack(
         if indices.len() != primitive.indices.count {
             return Err(damaged(&format!("it holds {} indices", indices.len())));
         }
-        // Exact up to 2^24, above which limits are.
+        if indices.iter().any(|&index| !primitive.indices.number.holds(index)) {
+            return Err(damaged("its indices do not fit their componentType"));
+        }
         let numbers = indices.into_iter().map(f64::from);
         unpacked.insert(primitive.indices.view, primitive.indices.bytes(numbers));
         for (id, decoded) in &primitive.attributes {
@@ -158,6 +160,10 @@ pub(super) fn unpack(
             }
             let attribute = mesh.attribute_by_unique_id(*id);
             let attribute = attribute.ok_or_else(|| damaged(&format!("no attribute {id}")))?;
+            if usize::from(attribute.num_components()) < decoded.components {
+                return Err(damaged(&format!("attribute {id} has too few components")));
+            }
+            // Exact, as attributes have no integers of 32 bits.
             let numbers = attribute.read_f32s(points, decoded.components);
             unpacked.insert(decoded.view, decoded.bytes(numbers.into_iter().map(f64::from)));
         }
@@ -166,7 +172,7 @@ pub(super) fn unpack(
 }
 
 impl Packed {
-    /// Bytes of all accessors, and as many that decoding takes beside them.
+    /// Bytes of all accessors as they are decoded, four a component.
     fn size(&self) -> u64 {
         let all = self.attributes.iter().map(|(_, decoded)| decoded).chain([&self.indices]);
         let size = |decoded: &Decoded| {
@@ -216,6 +222,16 @@ impl Number {
             5126 => Self::F32,
             _ => return None,
         })
+    }
+
+    /// Whether it is wide enough for an index.
+    const fn holds(self, index: u32) -> bool {
+        match self {
+            Self::U8 => index <= u8::MAX as u32,
+            Self::U16 => index <= u16::MAX as u32,
+            Self::U32 => true,
+            Self::I8 | Self::I16 | Self::F32 => false,
+        }
     }
 
     const fn size(self) -> usize {

@@ -67,7 +67,7 @@ impl File {
             notes.push(format!("{}: extensions not read: {}", path.display(), names.join(", ")));
         }
         if unread > 0 {
-            let help = gltf_json::remedy("EXT_texture_avif");
+            let help = gltf_json::OTHER_IMAGES;
             notes.push(format!(
                 "{}: {unread} textures are white, as their images cannot be read: {help}",
                 path.display()

@@ -152,10 +152,13 @@ fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
     Ok(names(root, "extensionsUsed").into_iter().filter(|name| !is_read(name)).collect())
 }
 
+/// What to do about images that are not read.
+pub(super) const OTHER_IMAGES: &str = "export with PNG, JPEG, WebP or KTX2 textures";
+
 /// What to do about an extension that is not read.
 pub(super) fn remedy(name: &str) -> &'static str {
     match name {
-        "EXT_texture_avif" => "export with PNG, JPEG, WebP or KTX2 textures",
+        _ if name.starts_with("EXT_texture_") => OTHER_IMAGES,
         _ if name.starts_with("KHR_gaussian_splatting") => "export the splats without compression",
         _ => "export without compression or optional extensions",
     }

@@ -117,6 +117,8 @@ fn damage_of_draco_is_named() {
     assert!(refused(packed, &packed.replace(":0,", ":9,")).contains("bufferView"));
     assert!(refused("\"indices\":0,", "").contains("indices"));
     assert!(refused("\"indices\":0,", "\"indices\":0,\"mode\":5,").contains("mode"));
+    assert!(refused("\"type\":\"VEC2\"", "\"type\":\"VEC4\"").contains("too few components"));
+    assert!(refused("\"componentType\":5123", "\"componentType\":5122").contains("componentType"));
     assert!(refused("\"count\":96", "\"count\":93").contains("its compression"));
     assert!(refused("\"count\":25", "\"count\":24").contains("it holds 25 vertices"));
     assert!(
