@@ -3,7 +3,7 @@ use crate::{
     error::Error,
     frame::{Commands, Kernels},
     gpu::{Allocator, KernelError, Resources},
-    records::{BLOCK_TEXELS, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
+    records::{BLOCK_TEXELS, GpuLight, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
     stage::{
         features::Features,
         levels::{self, GROUP_SIZE, LevelParams},
@@ -46,10 +46,12 @@ impl AreaLevels {
         if records.areas.is_empty() {
             return Ok(None);
         }
-        if records.areas.len() > MAX_AREAS {
-            let (have, need) = (MAX_AREAS as u64, records.areas.len() as u64);
-            let remedy = "remove the source of some lights";
-            return Err(Error::Limit { limit: "lights that have a source", have, need, remedy });
+        let viewpoints: usize =
+            records.lights.iter().filter(|it| it.area().is_some()).map(GpuLight::viewpoints).sum();
+        if viewpoints > MAX_AREAS {
+            let (have, need) = (MAX_AREAS as u64, viewpoints as u64);
+            let remedy = "remove the source of some lights, or give them fewer viewpoints";
+            return Err(Error::Limit { limit: "viewpoints of sources", have, need, remedy });
         }
         let ends = &records.level_ends;
         let firsts: Vec<u32> = std::iter::once(0).chain(ends.iter().copied()).collect();
