@@ -201,10 +201,9 @@ fn targets(
 ) -> Result<Vec<Target>, SceneError> {
     let of_mesh = node.mesh().and_then(|mesh| mesh.weights());
     let weights = node.weights().or(of_mesh).unwrap_or_default();
-    let too_many = |(message, help): (String, &str)| file.invalid(message, help);
     // Those without a weight take a step as well.
     let count = primitive.morph_targets().len() as u64;
-    *morphed = Limit::Keys.grown(*morphed, count).map_err(too_many)?;
+    *morphed = Limit::Keys.grown_in(&file.path, *morphed, count)?;
     let mut targets = Vec::new();
     for (i, target) in primitive.morph_targets().enumerate() {
         let (weight, track) = (weights.get(i).copied().unwrap_or(0.0), tracks.get(i).cloned());
@@ -218,7 +217,7 @@ fn targets(
         };
         // Each draw has its own copies of both.
         let keys = track.as_ref().map_or(1, Track::key_count);
-        *morphed = Limit::Keys.grown(*morphed, (kept.len() + keys) as u64).map_err(too_many)?;
+        *morphed = Limit::Keys.grown_in(&file.path, *morphed, (kept.len() + keys) as u64)?;
         let positions = deltas(file, &positions, kept)?;
         let normals = match target.normals() {
             Some(normals) => deltas(file, &normals, kept)?,
