@@ -70,8 +70,18 @@ impl<'a> Allocator<'a> {
         }
     }
 
+    /// A uniform buffer with contents.
+    pub fn uniform<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &'static str,
+        value: &T,
+    ) -> wgpu::Buffer {
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        self.filled(name, std::slice::from_ref(value), usage)
+    }
+
     /// A uniform buffer that holds one `T`, written before each frame that changes it.
-    pub fn uniform<T>(&mut self, name: &'static str) -> wgpu::Buffer {
+    pub fn rewritten_uniform<T>(&mut self, name: &'static str) -> wgpu::Buffer {
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         self.buffer(name, size_of::<T>() as u64, usage)
     }

@@ -132,12 +132,6 @@ pub(super) struct ToShade<'a, 'b> {
 }
 
 impl ToShade<'_, '_> {
-    fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Buffer {
-        let buffer = self.allocator.uniform::<T>(name);
-        self.shadows.queue().write_buffer(&buffer, 0, bytemuck::bytes_of(value));
-        buffer
-    }
-
     fn run(
         &self,
         desc: &KernelDesc,
@@ -170,7 +164,7 @@ impl ToShade<'_, '_> {
             .with("brick_lights", &self.targets.brick_lights);
         let (mut surfaces, mut layers) = (Vec::new(), Vec::new());
         for round in 0..self.rounds {
-            let band = self.uniform("band", &rect.band(round, self.memory.tiles));
+            let band = self.allocator.uniform("band", &rect.band(round, self.memory.tiles));
             let of_solid = of_solid.clone().with("band", &band);
             surfaces.push(self.run(&shade::SEEN, features.solid, &of_solid, groups)?);
             if features.has_layers {
@@ -179,7 +173,7 @@ impl ToShade<'_, '_> {
                 layers.push(self.run(&shade::LAYERS, features.layers, &of_blended, tiles)?);
             }
         }
-        let band = self.uniform("band", &rect.band(0, self.memory.tiles));
+        let band = self.allocator.uniform("band", &rect.band(0, self.memory.tiles));
         let of_solid = of_solid.with("band", &band).with("blended_tiles", &blended.scratch.tiles);
         let of_blended = of_blended.with("band", &band);
         surfaces.push(self.run(features.of_surfaces, features.surfaces, &of_solid, groups)?);
@@ -211,7 +205,7 @@ impl ToShade<'_, '_> {
         for first in (0..count).step_by(at_a_time as usize) {
             let count = at_a_time.min(count - first);
             let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
-            let buffer = self.uniform("point_batch", &batch);
+            let buffer = self.allocator.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
                 .and(&blended.scratch.resources())
@@ -234,7 +228,7 @@ impl ToShade<'_, '_> {
         for first in (bricks.start * LATTICE_POINTS..end).step_by(at_a_time as usize) {
             let count = at_a_time.min(end - first);
             let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
-            let buffer = self.uniform("point_batch", &batch);
+            let buffer = self.allocator.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
                 .with("lit", &self.targets.brick_lights)
@@ -255,8 +249,9 @@ impl Shading {
         resources: &Resources<'_>,
     ) -> Result<Self, Error> {
         let (features, tiles) = (to.features, to.memory.tiles);
-        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST]
-            .map(|list| to.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles))));
+        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST].map(|list| {
+            to.allocator.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles)))
+        });
         let mut light = Vec::new();
         for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
             if list == SURFACE_LIST || features.has_panes {

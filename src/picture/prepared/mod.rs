@@ -126,7 +126,7 @@ impl Shadows {
         let bricks = self.casters()?.brick_records().end;
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let params = request.params(&records, &clusters.grid, lists[1].setup_origin);
-        let params = allocator.filled("picture_params", &[params], BufferUsages::UNIFORM);
+        let params = allocator.uniform("picture_params", &params);
         let mut targets = Targets::new(&mut allocator, size, lit_count, bricks, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         // With all their levels, of which maps read the first alone.

@@ -80,7 +80,7 @@ impl List {
             plan.segment_length(&context.config.profile),
         );
         let chunks = Chunks::new(context, plan)?;
-        let params = context.uniform("bin_params", &values);
+        let params = context.allocator.uniform("bin_params", &values);
         let sorts = (plan.footprint_count > 0)
             .then(|| sorts(context, plan, &counters, tile_count))
             .transpose()?;

@@ -300,7 +300,7 @@ impl HostSets {
             let of_set = given.params();
             let place = first_caster + first_group * CHUNK_SIZE;
             let values = LoadParams { first_group, first_caster: place, first_axes, ..of_set };
-            let params = allocator.filled("load_params", &[values], BufferUsages::UNIFORM);
+            let params = allocator.uniform("load_params", &values);
             first_group += values.group_count;
             if given.kinds.gaussians {
                 first_axes += values.group_count * CHUNK_SIZE;

@@ -45,8 +45,9 @@ use std::{
     ops::{Range, RangeInclusive},
     sync::Arc,
 };
-use upload::{upload, upload_images, upload_materials};
+use upload::{material_records, upload, upload_images};
 use uploaded::{Uploaded, hash};
+use wgpu::BufferUsages;
 
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
@@ -155,13 +156,10 @@ impl CasterSet {
             casters: upload(&mut allocator, queue, "casters", &records, end - host_first)?,
             triangles: upload(&mut allocator, queue, "triangles", &triangle_records, 0)?,
             images: upload_images(&mut allocator, queue, textures)?,
-            materials: upload_materials(
-                &mut allocator,
-                queue,
-                materials,
-                textures,
-                blue_first,
-                &absorptions,
+            materials: allocator.filled(
+                "materials",
+                &material_records(materials, textures, blue_first, &absorptions),
+                BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             ),
             bricks,
             particle_ranges,

@@ -167,20 +167,6 @@ pub(super) fn upload_image(
     }
 }
 
-pub(super) fn upload_materials(
-    allocator: &mut Allocator<'_>,
-    queue: &wgpu::Queue,
-    materials: &[Material],
-    textures: &[Texture],
-    blue_first: u32,
-    absorptions: &[Vec3],
-) -> wgpu::Buffer {
-    let buffer = allocator.uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
-    let records = material_records(materials, textures, blue_first, absorptions);
-    queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
-    buffer
-}
-
 pub(in crate::shadows) fn material_records(
     materials: &[Material],
     textures: &[Texture],

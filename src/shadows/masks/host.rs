@@ -5,9 +5,7 @@ use crate::{
     frame::Commands,
     gpu::{Allocator, HostText, Kernel, KernelError, Memory, Shelf, Tier, Timeline, allocated},
     model::{Light, MaskSettings},
-    records::{
-        ALL_LIGHTS, COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds,
-    },
+    records::{ALL_LIGHTS, COLORED_BIT, FormerSlots, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds},
     shadows::{
         Prepared, Shadows, batch::context::view_uniform, look_ups::light_source::LightSource,
     },
@@ -260,8 +258,7 @@ impl Inputs<'_> {
         let (maps, (_, queue)) = (prepared.maps(), prepared.device());
         let gpu_view = camera.view.to_gpu(0, glam::UVec2::ZERO, 0);
         let views = view_uniform(allocator, &[gpu_view]);
-        let params = allocator.uniform::<HostView>("host_view");
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&camera.params));
+        let params = allocator.uniform("host_view", &camera.params);
         let copied = TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING;
         let clusters = allocator.records("clusters", R32Uint, 2, copied)?;
         let all = bytemuck::cast_slice(&[ALL_LIGHTS, 0]).to_vec();

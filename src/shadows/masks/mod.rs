@@ -74,7 +74,8 @@ impl MaskTextures {
         let enlarged = half.then(|| of_size(size)).transpose()?;
         let read = storage | TextureUsages::COPY_DST;
         let slot_table = allocator.records("mask_slots", R32Uint, lights.into(), read)?;
-        let params = std::array::from_fn(|_| allocator.uniform::<MaskParams>("mask_params"));
+        let params =
+            std::array::from_fn(|_| allocator.rewritten_uniform::<MaskParams>("mask_params"));
         Ok(Self {
             size,
             half,
