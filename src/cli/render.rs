@@ -23,24 +23,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
-    if arguments.backend() == Backend::Cpu && !arguments.debug().is_empty() {
-        let message = "--debug needs an adapter: leave --backend cpu out";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    if arguments.backend() == Backend::Cpu && arguments.simulation == SimulationName::Device {
-        let message = "--simulation device needs an adapter: leave --backend cpu out";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    if arguments.layers && arguments.simulation == SimulationName::Device {
-        let message = "--layers needs particles on the CPU: leave --simulation device out";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    if arguments.no_ground && is_scene_file {
-        let message = "--no-ground is for models and particle files: remove it, or the shape that \
-                       is the ground of the scene file";
-        return Err(Failure::Usage(message.to_owned()));
-    }
+    check(arguments)?;
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.set);
     load.ground = !arguments.no_ground;
@@ -115,6 +98,26 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         job.frame(index, true)?;
     }
     job.finish()
+}
+
+/// Refuses options that exclude each other.
+fn check(arguments: &RenderArguments) -> Result<(), Failure> {
+    let is_on_cpu = arguments.backend() == Backend::Cpu;
+    let simulates_on_device = arguments.simulation == SimulationName::Device;
+    let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let message = if is_on_cpu && !arguments.debug().is_empty() {
+        "--debug needs an adapter: leave --backend cpu out"
+    } else if is_on_cpu && simulates_on_device {
+        "--simulation device needs an adapter: leave --backend cpu out"
+    } else if arguments.layers && simulates_on_device {
+        "--layers needs particles on the CPU: leave --simulation device out"
+    } else if arguments.no_ground && is_scene_file {
+        "--no-ground is for models and particle files: remove it, or the shape that is the ground of the \
+         scene file"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::Usage(message.to_owned()))
 }
 
 /// What a job warns of in the end.

@@ -68,6 +68,27 @@ impl IndexRay {
     fn meets(&self, corner: Vec3) -> Vec3 {
         (corner - self.start) * self.way.recip()
     }
+
+    /// The part of the way inside a box, between two depths [m].
+    fn within(
+        &self,
+        [low, high]: [Vec3; 2],
+        [near, end]: [f32; 2],
+        [part, count]: [u32; 2],
+    ) -> Option<[f32; 2]> {
+        let (at_low, at_high) = (self.meets(low), self.meets(high));
+        let first = at_low.min(at_high).max_element().max(near);
+        let last = at_low.max(at_high).min_element().min(end);
+        if last.is_nan() || first.is_nan() || first >= last {
+            return None;
+        }
+        if count <= 1 {
+            return Some([first, last]);
+        }
+        let length = (last - first) / count as f32;
+        let to = first + length * (part + 1) as f32;
+        Some([first + length * part as f32, if part + 1 == count { last } else { to }])
+    }
 }
 
 /// `end`: of the ray, along the axis [m]; `part`: which of how many equal parts of the way through the brick. `None`
@@ -78,24 +99,13 @@ pub(super) fn passage(
     brick: &BrickRecord,
     texel: Vec2,
     end: f32,
-    [part, count]: [u32; 2],
+    part: [u32; 2],
 ) -> Option<Passage> {
     let grid = bricks.grid(brick);
     let ray = IndexRay::new(view, &grid, texel);
     let low = brick.origin.as_vec3();
     let high = low + brick.size();
-    let (at_low, at_high) = (ray.meets(low), ray.meets(high));
-    let mut first = at_low.min(at_high).max_element().max(view.near);
-    let mut last = at_low.max(at_high).min_element().min(end);
-    if last.is_nan() || first.is_nan() || first >= last {
-        return None;
-    }
-    if count > 1 {
-        let length = (last - first) / count as f32;
-        let to = first + length * (part + 1) as f32;
-        first += length * part as f32;
-        last = if part + 1 == count { last } else { to };
-    }
+    let [first, last] = ray.within([low, high], [view.near, end], part)?;
     let along_box = [first, last].map(|along| (ray.start + ray.way * along - low) / brick.size());
     let of_density = Vec3::from_array(grid.edges.map(|edge| edge.w)) * ray.metres;
     if brick.density >= 0.0 {

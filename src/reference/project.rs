@@ -106,7 +106,6 @@ pub(super) fn project_caster(
     let range = view.far - view.near;
     // A sphere, or a box that is inside it.
     let is_round = shape == Shape::Puff as u32 || half_edges.is_some();
-    let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * center.length();
     let body = Body {
         center,
         radius: caster.radius,
@@ -114,13 +113,8 @@ pub(super) fn project_caster(
         corner: if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 },
         is_round,
     };
-    let Appearance { texel, radius, grow, mut bounds, depth_reach } = if view.perspective == 0.0 {
-        body.parallel(view)
-    } else if is_beside {
-        body.beside(view)
-    } else {
-        body.ahead(view)
-    };
+    let is_beside = body.is_beside(view);
+    let Appearance { texel, radius, grow, mut bounds, depth_reach } = body.appearance(view);
     let mut nearest = (distance - depth_reach - view.near) / range;
     let mut farthest = (distance + depth_reach - view.near) / range;
     // The nearest point of a plane that faces the light is its centre.

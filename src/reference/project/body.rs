@@ -1,5 +1,5 @@
 //! How the sphere or the disc of a caster appears in a map.
-use super::{MIN_RADIUS, TexelBox, tangents};
+use super::{MIN_COSINE, MIN_RADIUS, TexelBox, tangents};
 use crate::records::GpuView;
 use glam::{Vec2, Vec3};
 
@@ -25,8 +25,20 @@ pub(super) struct Appearance {
 }
 
 impl Body {
+    pub(super) fn is_beside(&self, view: &GpuView) -> bool {
+        view.perspective > 0.0 && -self.center.z <= MIN_COSINE * self.center.length()
+    }
+
+    pub(super) fn appearance(&self, view: &GpuView) -> Appearance {
+        match view.perspective > 0.0 {
+            false => self.parallel(view),
+            true if self.is_beside(view) => self.beside(view),
+            true => self.ahead(view),
+        }
+    }
+
     /// In an orthographic view.
-    pub(super) fn parallel(&self, view: &GpuView) -> Appearance {
+    fn parallel(&self, view: &GpuView) -> Appearance {
         let texel = Vec2::new(self.center.x, -self.center.y) * view.scale + view.size * 0.5;
         let projected = self.radius * view.scale;
         let grow = (MIN_RADIUS / projected).max(1.0);
@@ -38,7 +50,7 @@ impl Body {
     }
 
     /// Beside a perspective view, where its centre has no position.
-    pub(super) fn beside(&self, view: &GpuView) -> Appearance {
+    fn beside(&self, view: &GpuView) -> Appearance {
         let Self { center, corner, is_round, .. } = *self;
         let distance = -center.z;
         let grow = (MIN_RADIUS * distance / (self.radius * view.scale)).max(1.0);
@@ -54,7 +66,7 @@ impl Body {
     }
 
     /// In a perspective view.
-    pub(super) fn ahead(&self, view: &GpuView) -> Appearance {
+    fn ahead(&self, view: &GpuView) -> Appearance {
         let Self { center, corner, is_round, .. } = *self;
         let distance = -center.z;
         let slope = Vec2::new(center.x, -center.y) / distance;
