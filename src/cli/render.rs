@@ -34,10 +34,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     scene.shadow.detail &= !arguments.maps;
     let pixels = u64::from(scene.camera.size.element_product());
     // The CPU sees what is in the layers.
-    let backend_is_cpu = arguments.layers || arguments.backend() == Backend::Cpu;
+    let backend_is_cpu = arguments.layers || arguments.device.backend() == Backend::Cpu;
     let points = if arguments.layers { pixels } else { 0 };
     Needs { maps: arguments.maps, picture: true, points, backend_is_cpu }.check(&scene)?;
-    let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    let renderer = arguments.device.renderer()?;
     if !arguments.layers {
         leave_to_device(&mut scene, &renderer, arguments.simulation);
     }
@@ -102,7 +102,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
 
 /// Refuses options that exclude each other.
 fn check(arguments: &RenderArguments) -> Result<(), Failure> {
-    let is_on_cpu = arguments.backend() == Backend::Cpu;
+    let is_on_cpu = arguments.device.backend() == Backend::Cpu;
     let simulates_on_device = arguments.simulation == SimulationName::Device;
     let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     let message = if is_on_cpu && !arguments.debug().is_empty() {
