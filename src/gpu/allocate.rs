@@ -2,6 +2,7 @@
 use super::{Shelf, transfer::filled};
 use crate::{error::Error, records::ROW};
 use glam::UVec3;
+use std::sync::Arc;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Bytes by buffer or texture name, in order of allocation.
@@ -26,6 +27,18 @@ impl Memory {
     pub fn total(&self) -> u64 {
         self.0.iter().map(|(_, bytes)| bytes).sum()
     }
+}
+
+/// What an earlier frame had if it `suffices` and nothing else holds it, or else a new one.
+pub(crate) fn reused<T, E>(
+    former: &mut Option<Arc<T>>,
+    suffices: impl Fn(&T) -> bool,
+    new: impl FnOnce() -> Result<T, E>,
+) -> Result<Arc<T>, E> {
+    let unshared = former.take().filter(|former| Arc::strong_count(former) == 1);
+    let kept = unshared.filter(|former| suffices(former));
+    let taken = kept.map_or_else(|| new().map(Arc::new), Ok)?;
+    Ok(Arc::clone(former.insert(taken)))
 }
 
 /// Allocates for `prepare`; never for `record`.

@@ -190,17 +190,17 @@ impl HostSets {
         inputs: &HostInputs<'_>,
     ) -> Result<bool, Error> {
         let given = inputs.casters;
-        let own = given.iter().enumerate().filter(|(_, set)| set.count.capacity() > 0);
+        let loaded = given.iter().enumerate().filter(|(_, set)| set.count.capacity() > 0);
         let looks = materials.iter().map(GaussianLook::new);
         let keeps_looks = self.looks.is_empty() || looks.eq(self.looks.iter().copied());
         if self.first_caster != first_caster
-            || own.clone().count() != self.sets.len()
+            || loaded.clone().count() != self.sets.len()
             || !inputs.grids.is_empty()
             || !keeps_looks
         {
             return Ok(false);
         }
-        for (index, casters) in own {
+        for (index, casters) in loaded {
             let list = list_of(index, casters, materials)?;
             let Some(set) = self.set(index) else { return Ok(false) };
             let (counts, at) = casters.count.buffer();
