@@ -45,13 +45,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let debug = arguments.debug();
     let options = RenderOptions {
         maps: arguments.maps,
-        maps_of: None,
-        sums: false,
-        sample: None,
         keep: true,
         light: arguments.exr,
         debug: &debug,
-        maps_only: false,
+        ..RenderOptions::default()
     };
     tracing::info!("rendering with {}", renderer.device());
     if arguments.layers && scene.shutter > 0.0 && scene.samples > 1 {
@@ -63,13 +60,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     files::create_dir(&arguments.out)?;
     stop::listen()?;
     let frames = arguments.frames();
-    let preview = match &arguments.preview {
-        Some(path) => {
-            let (size, fps) = (scene.camera.size, arguments.fps);
-            Some(Preview::new(path, &arguments.out, size, frames.len(), fps)?)
-        }
-        None => None,
-    };
+    let (size, fps) = (scene.camera.size, arguments.fps);
+    let preview = |path| Preview::new(path, &arguments.out, size, frames.len(), fps);
+    let preview = arguments.preview.as_deref().map(preview).transpose()?;
     let strays = files::temporaries(&arguments.out, "frame_");
     let progress = progress_bar(frames.len() as u64);
     let counts = Counts { skipped: scene.skipped.clone(), ..Counts::default() };
