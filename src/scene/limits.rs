@@ -127,6 +127,11 @@ impl Limit {
             }
         }
     }
+
+    /// Like [`Self::grown`], of a file's contents.
+    pub(super) fn grown_in(self, path: &Path, have: u64, more: u64) -> Result<u64, SceneError> {
+        self.grown(have, more).map_err(|(message, help)| SceneError::invalid(path, message, help))
+    }
 }
 
 /// Whether the host can allocate so much more [bytes]. An allocation that fails later aborts the program.

@@ -11,8 +11,7 @@ use crate::{
 };
 use glam::UVec2;
 use wgpu::{
-    BufferUsages, Extent3d, Origin3d, TexelCopyTextureInfo, Texture, TextureFormat::Rgba32Uint,
-    TextureUsages,
+    Extent3d, Origin3d, TexelCopyTextureInfo, Texture, TextureFormat::Rgba32Uint, TextureUsages,
 };
 
 /// Levels of all maps of area lights.
@@ -69,7 +68,7 @@ impl AreaLevels {
         for (level, (&first, &end)) in (1..).zip(firsts.iter().zip(ends)) {
             const LABEL: &str = "gobo levels";
             let values = LevelParams { level, first_block: first, pad_0: 0, pad_1: 0 };
-            let params = allocator.filled("level_params", &[values], BufferUsages::UNIFORM);
+            let params = allocator.uniform("level_params", &values);
             let desc = if level == 1 { &levels::FIRST } else { &levels::NEXT };
             let resources = resources
                 .clone()
