@@ -1,13 +1,14 @@
 //! Lights whose sources are seen from several points.
 use super::soft::{ground, on_gpu, sheet, spot};
-use crate::common::{files::read, scenes::material};
+use crate::common::{TIERS, files::read, gpu, scenes::material};
 use gobo::{
-    Light, LightKind, Material, Transfer,
-    glam::{Vec3, Vec4},
+    Camera, Light, LightKind, Material, Renderer, Transfer,
+    glam::{Vec2, Vec3, Vec4},
     internals::view::shadow_views,
     model::{ReceiverPoint, Shadow, Source},
-    scene::SceneError,
+    scene::{Scene, SceneError, load},
 };
+use std::{ops::Range, path::Path};
 
 /// Offsets of the viewpoints from the light, along two axes of its source [m].
 fn offsets(light: &Light, axes: [Vec3; 2]) -> Vec<[f32; 2]> {
@@ -124,4 +125,58 @@ fn the_scene_file_gives_viewpoints() {
         })
         .collect();
     fault(&many, &["70 viewpoints of sources", "64"]);
+}
+
+/// Points of the floor in a part of the scene's picture, every third pixel.
+fn floor_points(scene: &Scene, columns: Range<u32>, rows: Range<u32>) -> Vec<ReceiverPoint> {
+    let Camera { eye, target, fov_y, size, .. } = scene.camera;
+    let forward = (target - eye).normalize();
+    let right = forward.cross(Vec3::Y).normalize();
+    let up = right.cross(forward);
+    let per_pixel = (fov_y * 0.5).tan() * 2.0 / size.y as f32;
+    let middle = size.as_vec2() * 0.5;
+    let pixels = rows.step_by(3).flat_map(|y| columns.clone().step_by(3).map(move |x| [x, y]));
+    let point = |[x, y]: [u32; 2]| {
+        let at = (Vec2::new(x as f32, y as f32) + 0.5 - middle) * per_pixel;
+        let ray = forward + right * at.x - up * at.y;
+        let position = eye - ray * ((eye.y + scene.origin.y) / ray.y);
+        ReceiverPoint { position, normal: Vec3::Y }
+    };
+    pixels.map(point).collect()
+}
+
+/// The shadow of a man behind a screen of coloured glass, beside the mean of suns that are points: his penumbra has the
+/// colours of the panes before it.
+#[test]
+#[ignore = "26 suns in maps of 2,048 x 2,048: make test-all"]
+fn penumbrae_have_the_colors_of_the_glass_before_them() {
+    const SUNS: usize = 26;
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/screens.toml");
+    let mut scene = load(&path).unwrap();
+    let mut points = floor_points(&scene, 470..500, 400..425);
+    points.extend(floor_points(&scene, 451..463, 413..425));
+    let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
+    let mut light = |scene: &Scene| renderer.light_points(scene, &points).unwrap();
+    let found = light(&scene);
+    let sun = scene.lights[0].clone();
+    let LightKind::Directional { direction } = sun.kind.with_unit_direction() else { panic!() };
+    let Some(Source::Sun { angle }) = sun.source else { panic!() };
+    let (right, up) = direction.any_orthonormal_pair();
+    let mut truth = vec![Vec3::ZERO; points.len()];
+    for i in 0..SUNS {
+        // A Vogel spiral.
+        let radius = ((i as f32 + 0.5) / SUNS as f32).sqrt() * (0.5 * angle).tan();
+        let at = Vec2::from_angle(i as f32 * 2.399_963) * radius;
+        let kind = LightKind::Directional { direction: direction + right * at.x + up * at.y };
+        scene.lights[0] = Light { kind, source: None, ..sun.clone() };
+        let mean = |(sum, light): (&mut Vec3, [f32; 3])| *sum += Vec3::from(light) / SUNS as f32;
+        truth.iter_mut().zip(light(&scene)).for_each(mean);
+    }
+    let errors = truth.iter().zip(&found).map(|(a, b)| (*a - Vec3::from(*b)).abs().max_element());
+    let worst = errors.fold(0.0, f32::max);
+    println!("{worst:.3}");
+    // Shares of 1/26 that a sun has, and half as much of the look-up.
+    assert!(worst < 0.08, "{worst}");
+    let is_partial = |light: &&Vec3| light.y > 0.05 && light.y < 0.4;
+    assert!(truth.iter().filter(is_partial).count() > 20);
 }
