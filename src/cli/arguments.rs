@@ -9,6 +9,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use gobo::{
     internals::{gpu::Backend, picture::debug::DebugMode},
+    render::Renderer,
     scene::{Scene, Share},
 };
 use std::{ops::Range, path::PathBuf};
@@ -94,6 +95,43 @@ pub(crate) enum Command {
     },
 }
 
+// Options that several commands have: a comment for the help would replace that of the command.
+#[derive(Debug, Args)]
+pub(crate) struct DeviceArguments {
+    /// The interface to the hardware
+    #[arg(long, default_value = "auto")]
+    backend: BackendName,
+    /// Part of the adapter's name, as `gobo info` prints it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+}
+
+impl DeviceArguments {
+    pub(crate) fn renderer(&self) -> Result<Renderer, gobo::Error> {
+        Renderer::new(self.backend(), self.adapter.as_deref())
+    }
+
+    pub(crate) fn backend(&self) -> Backend {
+        self.backend.into()
+    }
+}
+
+// A scene at a time.
+#[derive(Debug, Args)]
+pub(crate) struct MomentArguments {
+    /// The time, as that of a frame
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) frame: u32,
+    /// Frames of a second: frame N is N/F s from the start
+    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
+    pub(crate) fps: f64,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    /// Replace a value of the scene file: shadow.size=512
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct RenderArguments {
     /// A .toml, .glb, .gltf, .ply or .vdb file
@@ -116,12 +154,8 @@ pub(crate) struct RenderArguments {
     /// Also write the frames as one animated PNG or, by ffmpeg, .mp4, when all are there
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub(crate) preview: Option<PathBuf>,
-    /// The interface to the hardware
-    #[arg(long, default_value = "auto")]
-    backend: BackendName,
-    /// Part of the adapter's name, as `gobo info` prints it
-    #[arg(long, value_name = "NAME")]
-    pub(crate) adapter: Option<String>,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
     /// Where the particles of emitters are simulated: `device` keeps them there, `cpu` gives the same
     /// frames on every machine, `auto` is `device` on a GPU and `cpu` on a software adapter
     #[arg(long, default_value = "auto")]
@@ -164,21 +198,8 @@ pub(crate) struct LightArguments {
     /// The array to write: N x lights x 3 shares, 1 where nothing is between
     #[arg(short, value_name = "L.npy")]
     pub(crate) out: PathBuf,
-    /// The time, as that of a frame
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) frame: u32,
-    /// Frames of a second: frame N is N/F s from the start
-    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
-    pub(crate) fps: f64,
-    /// The interface to the hardware
-    #[arg(long, default_value = "auto")]
-    backend: BackendName,
-    /// Part of the adapter's name, as `gobo info` prints it
-    #[arg(long, value_name = "NAME")]
-    pub(crate) adapter: Option<String>,
-    /// Replace a value of the scene file: shadow.size=512
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
-    pub(crate) set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(crate) moment: MomentArguments,
 }
 
 #[derive(Debug, Args)]
@@ -191,27 +212,8 @@ pub(crate) struct MapsArguments {
     /// The part to write
     #[arg(short, value_name = "PART.gobo")]
     pub(crate) out: PathBuf,
-    /// The time, as that of a frame
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) frame: u32,
-    /// Frames of a second: frame N is N/F s from the start
-    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
-    pub(crate) fps: f64,
-    /// The interface to the hardware
-    #[arg(long, default_value = "auto")]
-    backend: BackendName,
-    /// Part of the adapter's name, as `gobo info` prints it
-    #[arg(long, value_name = "NAME")]
-    pub(crate) adapter: Option<String>,
-    /// Replace a value of the scene file: shadow.size=512
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
-    pub(crate) set: Vec<(String, String)>,
-}
-
-impl MapsArguments {
-    pub(crate) fn backend(&self) -> Backend {
-        self.backend.into()
-    }
+    #[command(flatten)]
+    pub(crate) moment: MomentArguments,
 }
 
 #[derive(Debug, Args)]
@@ -224,40 +226,11 @@ pub(crate) struct RelightArguments {
     /// The file of splats to write, .ply or .spz
     #[arg(short, value_name = "OUT")]
     pub(crate) out: PathBuf,
-    /// The time, as that of a frame
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) frame: u32,
-    /// Frames of a second: frame N is N/F s from the start
-    #[arg(long, value_name = "F", default_value_t = Scene::FRAME_RATE, value_parser = frame_rate)]
-    pub(crate) fps: f64,
-    /// The interface to the hardware
-    #[arg(long, default_value = "auto")]
-    backend: BackendName,
-    /// Part of the adapter's name, as `gobo info` prints it
-    #[arg(long, value_name = "NAME")]
-    pub(crate) adapter: Option<String>,
-    /// Replace a value of the scene file: shadow.size=512
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
-    pub(crate) set: Vec<(String, String)>,
-}
-
-impl RelightArguments {
-    pub(crate) fn backend(&self) -> Backend {
-        self.backend.into()
-    }
-}
-
-impl LightArguments {
-    pub(crate) fn backend(&self) -> Backend {
-        self.backend.into()
-    }
+    #[command(flatten)]
+    pub(crate) moment: MomentArguments,
 }
 
 impl RenderArguments {
-    pub(crate) fn backend(&self) -> Backend {
-        self.backend.into()
-    }
-
     /// Debug modes without repetitions, in order.
     pub(crate) fn debug(&self) -> Vec<DebugMode> {
         let mut modes: Vec<DebugMode> = Vec::new();

@@ -75,10 +75,10 @@ fn of_surfaces(
     next: Option<&Scene>,
 ) -> Result<Vec<Channel>, Failure> {
     let layers = renderer.surface_layers(scene, next)?;
-    let own = Names(names);
+    let layer_names = Names(names);
     let data = |layer: &str, channel: &str, none: f32, value: fn(&Surface) -> f32| {
         let values = layers.first.iter().map(|first| first.as_ref().map_or(none, value));
-        full_channel(&format!("{}.{channel}", own.of(layer)), values)
+        full_channel(&format!("{}.{channel}", layer_names.of(layer)), values)
     };
     let mut channels = vec![
         data("normal", "X", 0.0, |surface| surface.normal.x),
@@ -93,9 +93,9 @@ fn of_surfaces(
         channels.push(data("motion", "X", 0.0, |surface| surface.motion.x));
         channels.push(data("motion", "Y", 0.0, |surface| -surface.motion.y));
     }
-    channels.extend(rgb_channels(&format!("{}.", own.of("albedo")), &layers.albedo));
+    channels.extend(rgb_channels(&format!("{}.", layer_names.of("albedo")), &layers.albedo));
     for (name, shadow) in names.iter().zip(&layers.shadows) {
-        channels.extend(rgb_channels(&format!("{}.{name}.", own.of("shadow")), shadow));
+        channels.extend(rgb_channels(&format!("{}.{name}.", layer_names.of("shadow")), shadow));
     }
     Ok(channels)
 }

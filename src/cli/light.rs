@@ -10,7 +10,7 @@ use gobo::{
     Scene,
     glam::Vec3,
     model::ReceiverPoint,
-    render::{PointLookUp, Receivers, Renderer},
+    render::{PointLookUp, Receivers},
     scene,
 };
 use std::{
@@ -30,13 +30,13 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     let path = &arguments.points;
     let length = length(path)?;
     let mut load = scene::LoadOptions::default();
-    load.set.clone_from(&arguments.set);
+    load.set.clone_from(&arguments.moment.set);
     load.emitters = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     let at_a_time = at_a_time(&scene);
     // A point has at least three numbers.
     let count = (length / size_of::<Vec3>() as u64).min(at_a_time as u64);
-    Needs { points: count, ..Needs::of(arguments.backend()) }.check(&scene)?;
+    Needs { points: count, ..Needs::of(arguments.moment.device.backend()) }.check(&scene)?;
     let refused = |(message, help)| Failure::refused(path, message, help);
     let open = || {
         let file = File::open(path).map_err(|error| unreadable(path, &error))?;
@@ -49,8 +49,8 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
         rows += 1;
     }
     files::warn(&scene.notes);
-    scene.set_time(f64::from(arguments.frame) / arguments.fps);
-    let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    scene.set_time(f64::from(arguments.moment.frame) / arguments.moment.fps);
+    let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("looking light up with {}", renderer.device());
     let look_up = renderer.point_look_up(&scene, receivers)?;
     let out = Pending::new(&arguments.out)?;
@@ -154,7 +154,7 @@ fn point(position: Vec3, normal: Vec3) -> Option<ReceiverPoint> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gobo::{Light, LightKind, Material, Particle, Shape, glam::Vec4};
+    use gobo::{Light, LightKind, Material, Particle, Shape, glam::Vec4, render::Renderer};
 
     fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, Fault> {
         Points::new(bytes, bytes.len() as u64)?.collect()

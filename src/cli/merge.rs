@@ -40,9 +40,9 @@ fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
         let [index, count] = part.head.share;
         if let Some(first) = parts.values().next() {
             let Part { path: other, head, .. } = first;
-            let mut own = part.head.clone();
-            own.share[0] = head.share[0];
-            if own != *head {
+            let mut same_share = part.head.clone();
+            same_share.share[0] = head.share[0];
+            if same_share != *head {
                 let message = format!(
                     "is not of the same scene, frame, number of shares and version as {}",
                     other.display()
@@ -117,8 +117,8 @@ fn joined_curves(parts: &[Part], view: usize) -> Result<CurveMap, Failure> {
             curves.push(words.chunks_exact(2).map(|node| [node[0], node[1]]).collect::<Vec<_>>());
         }
         for texel in 0..count {
-            let own = curves.iter().map(|curve| &curve[texel * nodes..][..nodes]);
-            packed.extend(joined(own, nodes));
+            let of_texel = curves.iter().map(|curve| &curve[texel * nodes..][..nodes]);
+            packed.extend(joined(of_texel, nodes));
         }
     }
     Ok(CurveMap { nodes, gain: false, packed })

@@ -4,7 +4,7 @@
 //! texel), opaque depths (1), opaque depths per channel (3, with coloured dithering), packed curves (2 a node). A digest
 //! of all that ends the file.
 use super::{
-    arguments::MapsArguments,
+    arguments::{MapsArguments, MomentArguments},
     failure::Failure,
     files::{self, Pending},
     maps,
@@ -88,17 +88,17 @@ impl Head {
 pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     let share = arguments.casters;
     let mut load = LoadOptions::default();
-    load.set.clone_from(&arguments.set);
+    load.set.clone_from(&arguments.moment.set);
     load.emitters = false;
     load.share = Some(share);
     let mut scene = scene::load_as(&arguments.scene, &load)?;
-    scene.set_time(f64::from(arguments.frame) / arguments.fps);
+    scene.set_time(f64::from(arguments.moment.frame) / arguments.moment.fps);
     share.keep(&mut scene);
     scene.shadow.detail = false;
     check(&scene, &arguments.scene)?;
     files::warn(&scene.notes);
-    Needs { maps: true, ..Needs::of(arguments.backend()) }.check(&scene)?;
-    let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    Needs { maps: true, ..Needs::of(arguments.moment.device.backend()) }.check(&scene)?;
+    let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("rendering with {}", renderer.device());
     let maps = rendered(&mut renderer, &scene)?;
     let maps: Vec<_> = maps::of_lights(&maps, &scene.lights).cloned().collect();
@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     let head = Head {
         gobo: env!("CARGO_PKG_VERSION").to_owned(),
         scene: digest(arguments)?,
-        frame: arguments.frame,
+        frame: arguments.moment.frame,
         share: [share.index(), share.count()],
         nodes: scene.shadow.curve_nodes() as usize,
         colored: maps.iter().any(|maps| !maps.colored.is_empty()),
@@ -167,7 +167,8 @@ pub(super) fn rendered(renderer: &mut Renderer, scene: &Scene) -> Result<Vec<Vie
 
 /// Digest of all that decides a part besides its share.
 fn digest(arguments: &MapsArguments) -> Result<String, Failure> {
-    let MapsArguments { scene, frame, fps, set, .. } = arguments;
+    let MapsArguments { scene, moment, .. } = arguments;
+    let MomentArguments { frame, fps, set, .. } = moment;
     let mut all = Digesting::new(io::sink());
     all.digest.update(format!("{frame} {fps} {set:?}"));
     for path in scene::files(scene)? {

@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
         }
     };
     let mut load = scene::LoadOptions::default();
-    load.set.clone_from(&arguments.set);
+    load.set.clone_from(&arguments.moment.set);
     let mut relit = scene::load_with_splats(&arguments.scene, &load, &arguments.splats)?;
     let mut scene = std::mem::take(&mut relit.scene);
     let cloud = &relit.cloud;
@@ -52,12 +52,12 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
         return Err(Failure::refused(&arguments.splats, "holds a medium, not splats", help));
     }
     files::warn(&scene.notes);
-    scene.set_time(f64::from(arguments.frame) / arguments.fps);
+    scene.set_time(f64::from(arguments.moment.frame) / arguments.moment.fps);
     prepare(&mut scene);
     let lit: Vec<Gaussian> = scene.gaussians[relit.range.clone()].to_vec();
     let points = (lit.len() * scene.lights.len()) as u64;
-    Needs { points, ..Needs::of(arguments.backend()) }.check(&scene)?;
-    let mut renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    Needs { points, ..Needs::of(arguments.moment.device.backend()) }.check(&scene)?;
+    let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("looking light up with {}", renderer.device());
     let shares = shares(&mut renderer, &scene, &lit)?;
     let mut colors: Vec<Vec3> = cloud.splats.iter().map(|splat| splat.color).collect();

@@ -23,24 +23,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
-    if arguments.backend() == Backend::Cpu && !arguments.debug().is_empty() {
-        let message = "--debug needs an adapter: leave --backend cpu out";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    if arguments.backend() == Backend::Cpu && arguments.simulation == SimulationName::Device {
-        let message = "--simulation device needs an adapter: leave --backend cpu out";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    if arguments.layers && arguments.simulation == SimulationName::Device {
-        let message = "--layers needs particles on the CPU: leave --simulation device out";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    if arguments.no_ground && is_scene_file {
-        let message = "--no-ground is for models and particle files: remove it, or the shape that \
-                       is the ground of the scene file";
-        return Err(Failure::Usage(message.to_owned()));
-    }
+    check(arguments)?;
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.set);
     load.ground = !arguments.no_ground;
@@ -51,10 +34,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     scene.shadow.detail &= !arguments.maps;
     let pixels = u64::from(scene.camera.size.element_product());
     // The CPU sees what is in the layers.
-    let backend_is_cpu = arguments.layers || arguments.backend() == Backend::Cpu;
+    let backend_is_cpu = arguments.layers || arguments.device.backend() == Backend::Cpu;
     let points = if arguments.layers { pixels } else { 0 };
     Needs { maps: arguments.maps, picture: true, points, backend_is_cpu }.check(&scene)?;
-    let renderer = Renderer::new(arguments.backend(), arguments.adapter.as_deref())?;
+    let renderer = arguments.device.renderer()?;
     if !arguments.layers {
         leave_to_device(&mut scene, &renderer, arguments.simulation);
     }
@@ -62,13 +45,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let debug = arguments.debug();
     let options = RenderOptions {
         maps: arguments.maps,
-        maps_of: None,
-        sums: false,
-        sample: None,
         keep: true,
         light: arguments.exr,
         debug: &debug,
-        maps_only: false,
+        ..RenderOptions::default()
     };
     tracing::info!("rendering with {}", renderer.device());
     if arguments.layers && scene.shutter > 0.0 && scene.samples > 1 {
@@ -80,13 +60,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     files::create_dir(&arguments.out)?;
     stop::listen()?;
     let frames = arguments.frames();
-    let preview = match &arguments.preview {
-        Some(path) => {
-            let (size, fps) = (scene.camera.size, arguments.fps);
-            Some(Preview::new(path, &arguments.out, size, frames.len(), fps)?)
-        }
-        None => None,
-    };
+    let (size, fps) = (scene.camera.size, arguments.fps);
+    let preview = |path| Preview::new(path, &arguments.out, size, frames.len(), fps);
+    let preview = arguments.preview.as_deref().map(preview).transpose()?;
     let strays = files::temporaries(&arguments.out, "frame_");
     let progress = progress_bar(frames.len() as u64);
     let counts = Counts { skipped: scene.skipped.clone(), ..Counts::default() };
@@ -115,6 +91,26 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         job.frame(index, true)?;
     }
     job.finish()
+}
+
+/// Refuses options that exclude each other.
+fn check(arguments: &RenderArguments) -> Result<(), Failure> {
+    let is_on_cpu = arguments.device.backend() == Backend::Cpu;
+    let simulates_on_device = arguments.simulation == SimulationName::Device;
+    let is_scene_file = arguments.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let message = if is_on_cpu && !arguments.debug().is_empty() {
+        "--debug needs an adapter: leave --backend cpu out"
+    } else if is_on_cpu && simulates_on_device {
+        "--simulation device needs an adapter: leave --backend cpu out"
+    } else if arguments.layers && simulates_on_device {
+        "--layers needs particles on the CPU: leave --simulation device out"
+    } else if arguments.no_ground && is_scene_file {
+        "--no-ground is for models and particle files: remove it, or the shape that is the ground of the \
+         scene file"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::Usage(message.to_owned()))
 }
 
 /// What a job warns of in the end.

@@ -2,6 +2,7 @@
 use super::{Shelf, transfer::filled};
 use crate::{error::Error, records::ROW};
 use glam::UVec3;
+use std::sync::Arc;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 /// Bytes by buffer or texture name, in order of allocation.
@@ -26,6 +27,18 @@ impl Memory {
     pub fn total(&self) -> u64 {
         self.0.iter().map(|(_, bytes)| bytes).sum()
     }
+}
+
+/// What an earlier frame had if it `suffices` and nothing else holds it, or else a new one.
+pub(crate) fn reused<T, E>(
+    former: &mut Option<Arc<T>>,
+    suffices: impl Fn(&T) -> bool,
+    new: impl FnOnce() -> Result<T, E>,
+) -> Result<Arc<T>, E> {
+    let unshared = former.take().filter(|former| Arc::strong_count(former) == 1);
+    let kept = unshared.filter(|former| suffices(former));
+    let taken = kept.map_or_else(|| new().map(Arc::new), Ok)?;
+    Ok(Arc::clone(former.insert(taken)))
 }
 
 /// Allocates for `prepare`; never for `record`.
@@ -70,8 +83,18 @@ impl<'a> Allocator<'a> {
         }
     }
 
+    /// A uniform buffer with contents.
+    pub fn uniform<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &'static str,
+        value: &T,
+    ) -> wgpu::Buffer {
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        self.filled(name, std::slice::from_ref(value), usage)
+    }
+
     /// A uniform buffer that holds one `T`, written before each frame that changes it.
-    pub fn uniform<T>(&mut self, name: &'static str) -> wgpu::Buffer {
+    pub fn rewritten_uniform<T>(&mut self, name: &'static str) -> wgpu::Buffer {
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         self.buffer(name, size_of::<T>() as u64, usage)
     }

@@ -69,6 +69,11 @@ impl Choice {
 }
 
 impl KernelDesc {
+    /// A kernel of one source for all tiers, whose entry point has its name.
+    pub const fn new(name: &'static str, root: &'static str) -> Self {
+        Self { name, entry: name, root, with: &[], constants: &[], tiers: &[Tier::Core] }
+    }
+
     /// The whole source on a tier. A kernel that has no variant for it has the source of the tier below.
     pub fn link(&self, tier: Tier) -> Result<Linked, KernelError> {
         self.link_with(tier, &[])

@@ -117,11 +117,11 @@ impl Library {
                 }
             }
         }
-        let own = |file| {
+        let reached_in = |file| {
             let reached = &reached;
             self.0[file].items.iter().filter(move |item| reached.contains(&(file, item.name)))
         };
-        Ok(Linked::new(files.into_iter().flat_map(own).cloned().collect()))
+        Ok(Linked::new(files.into_iter().flat_map(reached_in).cloned().collect()))
     }
 
     /// File and name that `word` refers to in a file; `None` for a local name or one of the language.
@@ -132,11 +132,11 @@ impl Library {
         root: &'static str,
         choices: &[(&str, &'static str)],
     ) -> Result<Option<&Item>, LinkError> {
-        let own = &self.0[file];
-        if let Some(item) = own.items.iter().find(|item| item.name == word) {
+        let File { items, imports } = &self.0[file];
+        if let Some(item) = items.iter().find(|item| item.name == word) {
             return Ok(Some(item));
         }
-        let Some(&Import { module, line }) = own.imports.get(word) else { return Ok(None) };
+        let Some(&Import { module, line }) = imports.get(word) else { return Ok(None) };
         let fail = |reason| LinkError { file, line, reason };
         let target = match module.split_once("::") {
             Some(("choice", "root")) => root,

@@ -20,6 +20,7 @@ mod timing;
 mod transfer;
 
 pub use adapter::{Backend, FETCH_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming};
+pub(crate) use allocate::reused;
 pub use allocate::{Allocator, Memory, array_view, view, write_records};
 #[cfg(feature = "picture")]
 pub(crate) use cache::while_made;

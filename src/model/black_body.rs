@@ -33,10 +33,13 @@ mod tests {
         let truth = |kelvin: f64, um: f64| um.powi(-5) / ((14_387.77 / (um * kelvin)).exp() - 1.0);
         let unit = truth(1500.0, f64::from(WAVELENGTHS[0]));
         for kelvin in [700.0, 1000.0, 1500.0, 1850.0, 3000.0, 6500.0, 60_000.0] {
-            let own = black_body(kelvin as f32).as_dvec3().to_array();
-            for (own, um) in own.into_iter().zip(WAVELENGTHS) {
+            let radiances = black_body(kelvin as f32).as_dvec3().to_array();
+            for (radiance, um) in radiances.into_iter().zip(WAVELENGTHS) {
                 let expected = truth(kelvin, f64::from(um)) / unit;
-                assert!((own / expected - 1.0).abs() < 1e-4, "{kelvin} K: {own}, {expected}");
+                assert!(
+                    (radiance / expected - 1.0).abs() < 1e-4,
+                    "{kelvin} K: {radiance}, {expected}"
+                );
             }
         }
         let [candle, sun] = [1850.0, 6500.0].map(black_body);

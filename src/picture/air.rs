@@ -16,7 +16,6 @@ use wgpu::{Texture, TextureFormat::Rgba32Float, TextureUsages};
 /// parameters, lights and maps.
 pub(super) fn air(
     allocator: &mut Allocator<'_>,
-    queue: &wgpu::Queue,
     kernels: &Kernels,
     features: Features,
     scene: &Scene,
@@ -31,9 +30,7 @@ pub(super) fn air(
     let extent = [u64::from(size.x), u64::from(size.y), u64::from(air.steps)];
     let sources = allocator.texture("air_sources", Rgba32Float, extent, usage)?;
     let volume = allocator.texture("air", Rgba32Float, extent, usage)?;
-    let params = allocator.uniform::<AirParams>("air_params");
-    let values = AirParams::new(air, scene.mean_ambient());
-    queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+    let params = allocator.uniform("air_params", &AirParams::new(air, scene.mean_ambient()));
     let resources = resources
         .clone()
         .with("air_params", &params)

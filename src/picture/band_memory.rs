@@ -2,7 +2,7 @@
 use super::bands::pixels_of;
 use crate::{
     error::Error,
-    gpu::{Allocator, Memory, Resources},
+    gpu::{Allocator, Memory, Resources, reused},
     stage::shade::{
         CARRIED, LAYER_TEXELS, LAYERED_HEAD, LIST_COUNT, LIST_HEAD, PIXEL_POINTS, POINT_TEXELS,
     },
@@ -83,18 +83,13 @@ impl BandMemory {
         panes: bool,
     ) -> Result<Arc<Self>, Error> {
         let points = if panes { PIXEL_POINTS } else { 1 };
-        let suffices = |own: &Self| {
-            own.tiles == tiles
-                && own.points_of_pixel == points
-                && own.carries >= (rounds > 1)
-                && own.has_layers >= layers
+        let suffices = |former: &Self| {
+            former.tiles == tiles
+                && former.points_of_pixel == points
+                && former.carries >= (rounds > 1)
+                && former.has_layers >= layers
         };
-        let own = match former.take().filter(|own| Arc::strong_count(own) == 1) {
-            Some(own) if suffices(&own) => own,
-            _ => Arc::new(Self::new(device, rounds, tiles, layers, panes)?),
-        };
-        *former = Some(Arc::clone(&own));
-        Ok(own)
+        reused(former, suffices, || Self::new(device, rounds, tiles, layers, panes))
     }
 
     /// Points of one pixel.

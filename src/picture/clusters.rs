@@ -5,8 +5,8 @@ use crate::{
     gpu::{Allocator, Gpu, Resources, write_records},
     model::{Scene, View},
     records::{
-        ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, LightRecords, MAX_LIGHTS,
-        MAX_SHADOW_VIEWS, MAX_TAPS, REACH_TEXELS, Reach,
+        ALL_LIGHTS, ClusterCounters, Grid, LightRecords, MAX_LIGHTS, MAX_SHADOW_VIEWS, MAX_TAPS,
+        REACH_TEXELS, Reach,
     },
     shadows::light_texture,
     stage::{cluster, features::Features},
@@ -46,8 +46,7 @@ impl Clusters {
         let light_count = scene.lights.len();
         let grid = Grid::new(&scene.clusters, camera, light_count);
         let params = grid.params(&scene.clusters, light_count);
-        let params_buffer = allocator.uniform::<ClusterParams>("cluster_params");
-        queue.write_buffer(&params_buffer, 0, bytemuck::bytes_of(&params));
+        let params_buffer = allocator.uniform("cluster_params", &params);
         let cluster_count = u64::from(params.cluster_count);
 
         let reaches: Vec<_> = scene.lights.iter().map(|light| Reach::new(light, camera)).collect();

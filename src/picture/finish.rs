@@ -5,7 +5,7 @@ use crate::{
     gpu::{Allocator, KernelDesc, Resource, Resources, view},
     model::{Material, Occlusion, Scene},
     records::{bloom_sizes, image_level_size, refraction_levels},
-    stage::{bloom, features::Features, occlusion, refraction},
+    stage::{bloom, features::Features, occlusion, refraction, shade::composite},
 };
 use glam::UVec2;
 use wgpu::{
@@ -61,10 +61,10 @@ impl ToFinish<'_, '_> {
         &'r self,
         desc: &KernelDesc,
         size: UVec2,
-        own: &[(&'static str, R)],
+        textures: &[(&'static str, R)],
     ) -> Result<Dispatch, Error> {
         let all = self.resources.clone();
-        let resources = own.iter().fold(all, |all, &(name, texture)| all.with(name, texture));
+        let resources = textures.iter().fold(all, |all, &(name, texture)| all.with(name, texture));
         let groups = size.to_array().map(|texels| texels.div_ceil(bloom::GROUP_SIZE));
         let work = [groups[0], groups[1], 1];
         Ok(self.kernels.dispatch(desc, Features::NONE, &resources, work)?)
@@ -72,35 +72,34 @@ impl ToFinish<'_, '_> {
 }
 
 impl Finish {
-    /// `composited`: light of the bands.
+    /// `composited`: light of the bands, or their costs, which no pass changes.
     pub(super) fn new(
         mut to: ToFinish<'_, '_>,
         scene: &Scene,
+        is_cost: bool,
         composited: &Texture,
     ) -> Result<Self, Error> {
         let (radiance, commands) = (composited.clone(), Commands::new());
-        let mut own = Self { ambients: None, behind: None, radiance, commands };
+        let mut finish = Self { ambients: None, behind: None, radiance, commands };
+        if is_cost {
+            return Ok(finish);
+        }
         let size = scene.camera.size;
         if scene.materials.iter().any(Material::refracts) {
-            own.refract(&mut to, size)?;
+            finish.refract(&mut to, size)?;
         }
         if scene.occlusion != Occlusion::None {
-            own.occlude(&mut to, size)?;
+            finish.occlude(&mut to, size)?;
         }
         if scene.bloom > 0.0 {
-            own.spread(&mut to, size)?;
+            finish.spread(&mut to, size)?;
         }
-        Ok(own)
+        Ok(finish)
     }
 
-    /// Whether the bands keep the ambient light apart.
-    pub(super) fn keeps_ambient(&self) -> bool {
-        self.ambients.is_some()
-    }
-
-    /// Whether the bands keep what is behind glass apart.
-    pub(super) fn keeps_behind(&self) -> bool {
-        self.behind.is_some()
+    /// The kernel that composites the bands, keeping ambient light and what is behind glass apart for the passes.
+    pub(super) fn composite(&self) -> &'static KernelDesc {
+        composite(self.ambients.is_some(), self.behind.is_some())
     }
 
     /// `resources` and those that the bands write for the passes.
@@ -118,17 +117,17 @@ impl Finish {
         let levels: Vec<TextureView> = (0..count).map(|level| one_level(&behinds, level)).collect();
         let mut passes = Vec::new();
         for (level, pair) in (1..).zip(levels.windows(2)) {
-            let own = [("bloom_from", &pair[0]), ("bloom_to", &pair[1])];
-            passes.push(to.run(&bloom::DOWN, image_level_size(size, level), &own)?);
+            let textures = [("bloom_from", &pair[0]), ("bloom_to", &pair[1])];
+            passes.push(to.run(&bloom::DOWN, image_level_size(size, level), &textures)?);
         }
         let whole = view(&behinds);
-        let own: [(_, Resource<'_>); 4] = [
+        let textures: [(_, Resource<'_>); 4] = [
             ("behinds", (&whole).into()),
             ("bends", (&bends).into()),
             ("composited", (&self.radiance).into()),
             ("radiance", (&radiance).into()),
         ];
-        passes.push(to.run(&refraction::APPLY, size, &own)?);
+        passes.push(to.run(&refraction::APPLY, size, &textures)?);
         self.commands.pass("gobo refraction", passes);
         (self.behind, self.radiance) = (Some((levels[0].clone(), bends)), radiance);
         Ok(())
@@ -139,14 +138,14 @@ impl Finish {
         let ambients = to.texture("ambients", Rgba32Uint, size)?;
         let occlusions = to.texture("occlusions", Rg32Uint, half)?;
         let radiance = to.texture("radiance", Rgba32Float, size)?;
-        let own = [
+        let textures = [
             ("ambients", &ambients),
             ("occlusions", &occlusions),
             ("composited", &self.radiance),
             ("radiance", &radiance),
         ];
-        let search = to.run(&occlusion::SEARCH, half, &own)?;
-        let apply = to.run(&occlusion::APPLY, size, &own)?;
+        let search = to.run(&occlusion::SEARCH, half, &textures)?;
+        let apply = to.run(&occlusion::APPLY, size, &textures)?;
         self.commands.pass("gobo occlusion", [search, apply]);
         (self.ambients, self.radiance) = (Some(ambients), radiance);
         Ok(())
@@ -157,22 +156,22 @@ impl Finish {
         let (mut finer, mut levels) = (self.radiance.clone(), Vec::new());
         for size in bloom_sizes(size) {
             let level = to.texture("bloom", Rgba16Float, size)?;
-            let own = [("bloom_from", &finer), ("bloom_to", &level)];
-            passes.push(to.run(&bloom::DOWN, size, &own)?);
+            let textures = [("bloom_from", &finer), ("bloom_to", &level)];
+            passes.push(to.run(&bloom::DOWN, size, &textures)?);
             levels.push((size, level.clone()));
             finer = level;
         }
         let mut spread = finer;
         for (size, level) in levels.iter().rev().skip(1) {
             let next = to.texture("bloom", Rgba16Float, *size)?;
-            let own = [("bloom_from", &spread), ("bloom_level", level), ("bloom_to", &next)];
-            passes.push(to.run(&bloom::UP, *size, &own)?);
+            let textures = [("bloom_from", &spread), ("bloom_level", level), ("bloom_to", &next)];
+            passes.push(to.run(&bloom::UP, *size, &textures)?);
             spread = next;
         }
         let radiance = to.texture("radiance", Rgba32Float, size)?;
-        let own =
+        let textures =
             [("bloom_from", &spread), ("composited", &self.radiance), ("radiance", &radiance)];
-        passes.push(to.run(&bloom::APPLY, size, &own)?);
+        passes.push(to.run(&bloom::APPLY, size, &textures)?);
         self.commands.pass("gobo bloom", passes);
         self.radiance = radiance;
         Ok(())

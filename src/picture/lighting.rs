@@ -53,7 +53,7 @@ impl Lighting {
         let (levels, mut before_lists) =
             levels.map_or_else(Default::default, |it| (Some(it.texture), it.commands));
         let resources = levels.iter().fold(resources, |all, levels| all.with("levels", levels));
-        let (air, fill_air) = air(allocator, queue, kernels, features, scene, &resources)?;
+        let (air, fill_air) = air(allocator, kernels, features, scene, &resources)?;
         before_lists.append(fill_air);
         let mask = scene.mask.as_ref();
         let slots = mask.map(|settings| MaskSlots::new(scene, settings, camera, &kept.slots));

@@ -72,12 +72,12 @@ impl CameraList {
                 has_normals: 0,
                 list: NO_LIST,
             };
-            let batch = context.uniform("point_batch", &batch);
+            let batch = context.allocator.uniform("point_batch", &batch);
             let groups = point_grid(camera_list.footprint_count);
             let gaussians = camera_list.features.has(Flags::HAS_GAUSSIANS);
             let features = Features::NONE.with(Flags::HAS_GAUSSIANS, gaussians);
             for part in parts {
-                let band = context.uniform("band", &part.band(0, 0));
+                let band = context.allocator.uniform("band", &part.band(0, 0));
                 let resources = Resources::new()
                     .with("rects", &scratch.rects)
                     .with("setups", &scratch.setups)

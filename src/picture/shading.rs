@@ -2,23 +2,24 @@
 use super::{
     band_memory::BandMemory,
     bands::{TileRect, pixels_of},
+    finish::Finish,
     lighting::Lighting,
     lists::CameraList,
+    prepared::Targets,
 };
 use crate::{
     error::Error,
-    frame::{Commands, Dispatch, Kernels, Work},
+    frame::{Commands, Dispatch, Work},
     gpu::{Allocator, KernelDesc, Resources},
     model::{Material, Scene},
     records::LATTICE_POINTS,
-    shadows::masks::MaskMemory,
+    shadows::{Shadows, masks::MaskMemory},
     stage::{
         features::{Features, Flags},
         shade::{self, NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
     },
 };
-use std::ops::Range;
-use wgpu::{Buffer, Texture};
+use wgpu::Buffer;
 
 /// What triangles may look like.
 const LOOKS: Flags = Flags::HAS_TEXTURES.union(Flags::HAS_VERTEX_COLORS);
@@ -37,6 +38,7 @@ pub(super) struct ShadeFeatures {
     /// Features of particles.
     casters: Features,
     composite: Features,
+    of_composite: &'static KernelDesc,
     /// Kernel that makes points of visible opaque surfaces.
     of_surfaces: &'static KernelDesc,
     has_layers: bool,
@@ -51,6 +53,7 @@ impl ShadeFeatures {
     pub(super) fn new(
         [solid, blended]: &[CameraList; 2],
         lighting: &Lighting,
+        finish: &Finish,
         cost: bool,
         scene: &Scene,
     ) -> Self {
@@ -87,6 +90,7 @@ impl ShadeFeatures {
             masks: masks.map(MaskMemory::of_surfaces),
             has_layers,
             has_panes: panes,
+            of_composite: finish.composite(),
             composite: aired(Features::NONE)
                 .with(Flags::HAS_LAYERS, has_layers)
                 .with(Flags::HAS_PANES, panes),
@@ -118,29 +122,16 @@ pub(super) struct Shading {
 /// Inputs of [`Shading::new`].
 pub(super) struct ToShade<'a, 'b> {
     pub allocator: &'a mut Allocator<'b>,
-    pub queue: &'a wgpu::Queue,
-    pub kernels: &'a Kernels,
+    pub shadows: &'a Shadows,
     pub features: ShadeFeatures,
     /// Opaque and blended casters.
     pub lists: &'a [CameraList; 2],
-    pub composite: &'static KernelDesc,
     pub rounds: u32,
     pub memory: &'a BandMemory,
-    /// Light of the particles.
-    pub lit_casters: &'a Texture,
-    /// Records of bricks.
-    pub bricks: Range<u32>,
-    /// Light of their lattices.
-    pub brick_lights: &'a Texture,
+    pub targets: &'a Targets,
 }
 
 impl ToShade<'_, '_> {
-    fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Buffer {
-        let buffer = self.allocator.uniform::<T>(name);
-        self.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
-        buffer
-    }
-
     fn run(
         &self,
         desc: &KernelDesc,
@@ -148,7 +139,7 @@ impl ToShade<'_, '_> {
         resources: &Resources<'_>,
         work: impl Into<Work>,
     ) -> Result<Dispatch, Error> {
-        Ok(self.kernels.dispatch(desc, features, resources, work)?)
+        Ok(self.shadows.kernels().dispatch(desc, features, resources, work)?)
     }
 
     /// `panes`: the batch of the panes; `light`: the light of the band's points.
@@ -169,11 +160,11 @@ impl ToShade<'_, '_> {
             .clone()
             .and(&blended.scratch.resources())
             .with("pairs", &blended.scratch.pairs[blended.list.sorted_pairs])
-            .with("lit", self.lit_casters)
-            .with("brick_lights", self.brick_lights);
+            .with("lit", &self.targets.lit)
+            .with("brick_lights", &self.targets.brick_lights);
         let (mut surfaces, mut layers) = (Vec::new(), Vec::new());
         for round in 0..self.rounds {
-            let band = self.uniform("band", &rect.band(round, self.memory.tiles));
+            let band = self.allocator.uniform("band", &rect.band(round, self.memory.tiles));
             let of_solid = of_solid.clone().with("band", &band);
             surfaces.push(self.run(&shade::SEEN, features.solid, &of_solid, groups)?);
             if features.has_layers {
@@ -182,7 +173,7 @@ impl ToShade<'_, '_> {
                 layers.push(self.run(&shade::LAYERS, features.layers, &of_blended, tiles)?);
             }
         }
-        let band = self.uniform("band", &rect.band(0, self.memory.tiles));
+        let band = self.allocator.uniform("band", &rect.band(0, self.memory.tiles));
         let of_solid = of_solid.with("band", &band).with("blended_tiles", &blended.scratch.tiles);
         let of_blended = of_blended.with("band", &band);
         surfaces.push(self.run(features.of_surfaces, features.surfaces, &of_solid, groups)?);
@@ -200,7 +191,7 @@ impl ToShade<'_, '_> {
             pixels.push(self.run(&shade::PANES, features.panes, &of_panes, points)?);
         }
         pixels.extend_from_slice(light);
-        pixels.push(self.run(self.composite, features.composite, &of_solid, groups)?);
+        pixels.push(self.run(features.of_composite, features.composite, &of_solid, groups)?);
         Ok(Band { surfaces, masks, pixels })
     }
 
@@ -214,11 +205,11 @@ impl ToShade<'_, '_> {
         for first in (0..count).step_by(at_a_time as usize) {
             let count = at_a_time.min(count - first);
             let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
-            let buffer = self.uniform("point_batch", &batch);
+            let buffer = self.allocator.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
                 .and(&blended.scratch.resources())
-                .with("lit", self.lit_casters)
+                .with("lit", &self.targets.lit)
                 .with("point_batch", &buffer);
             let groups = point_grid(count);
             runs.push(self.run(&shade::CASTERS, Features::NONE, &resources, groups)?);
@@ -231,14 +222,17 @@ impl ToShade<'_, '_> {
     fn bricks(&mut self, resources: &Resources<'_>) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel();
         let features = self.features.casters;
-        let end = self.bricks.end * LATTICE_POINTS;
+        let bricks = self.shadows.casters()?.brick_records();
+        let end = bricks.end * LATTICE_POINTS;
         let mut runs = Vec::new();
-        for first in (self.bricks.start * LATTICE_POINTS..end).step_by(at_a_time as usize) {
+        for first in (bricks.start * LATTICE_POINTS..end).step_by(at_a_time as usize) {
             let count = at_a_time.min(end - first);
             let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
-            let buffer = self.uniform("point_batch", &batch);
-            let resources =
-                resources.clone().with("lit", self.brick_lights).with("point_batch", &buffer);
+            let buffer = self.allocator.uniform("point_batch", &batch);
+            let resources = resources
+                .clone()
+                .with("lit", &self.targets.brick_lights)
+                .with("point_batch", &buffer);
             let groups = point_grid(count);
             runs.push(self.run(&shade::BRICKS, features, &resources, groups)?);
             runs.push(self.run(shade::light_points(features), features, &resources, groups)?);
@@ -255,8 +249,9 @@ impl Shading {
         resources: &Resources<'_>,
     ) -> Result<Self, Error> {
         let (features, tiles) = (to.features, to.memory.tiles);
-        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST]
-            .map(|list| to.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles))));
+        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST].map(|list| {
+            to.allocator.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles)))
+        });
         let mut light = Vec::new();
         for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
             if list == SURFACE_LIST || features.has_panes {

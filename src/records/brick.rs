@@ -128,9 +128,9 @@ impl Bricks {
                         let (row, layer) = (slot / slots.x, slot / slots.x / slots.y);
                         let first_texel = UVec3::new(slot % slots.x, row % slots.y, layer);
                         all.voxels.extend(brick.temperature.clone());
-                        let own =
+                        let mark =
                             if brick.temperature.is_some() { HOT_VOXELS } else { PLAIN_VOXELS };
-                        (first_texel * SLOT_SIZE, own)
+                        (first_texel * SLOT_SIZE, mark)
                     }
                     &Density::Constant { size, density } => (size, density),
                 };
@@ -199,7 +199,7 @@ impl BrickRecord {
 
     /// Edges of its box [voxels].
     pub fn size(&self) -> Vec3 {
-        let own = UVec3::splat(BRICK_SIZE);
-        if self.density < 0.0 { own.as_vec3() } else { self.first_texel.as_vec3() }
+        let of_voxels = UVec3::splat(BRICK_SIZE);
+        if self.density < 0.0 { of_voxels.as_vec3() } else { self.first_texel.as_vec3() }
     }
 }

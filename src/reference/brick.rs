@@ -2,7 +2,10 @@
 //! `wgsl/project/brick_extent.wgsl`.
 use super::brick_light::Thirds;
 use super::curve::taken::Taken;
-use crate::records::{BrickRecord, Bricks, GpuView, GridRecord};
+use crate::{
+    model::Voxels,
+    records::{BrickRecord, Bricks, GpuView, GridRecord},
+};
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
 
 /// Offset of the two points of Gauss from the middle of a cell's part, of its length: `1 / sqrt(12)`.
@@ -65,6 +68,27 @@ impl IndexRay {
     fn meets(&self, corner: Vec3) -> Vec3 {
         (corner - self.start) * self.way.recip()
     }
+
+    /// The part of the way inside a box, between two depths [m].
+    fn within(
+        &self,
+        [low, high]: [Vec3; 2],
+        [near, end]: [f32; 2],
+        [part, count]: [u32; 2],
+    ) -> Option<[f32; 2]> {
+        let (at_low, at_high) = (self.meets(low), self.meets(high));
+        let first = at_low.min(at_high).max_element().max(near);
+        let last = at_low.max(at_high).min_element().min(end);
+        if last.is_nan() || first.is_nan() || first >= last {
+            return None;
+        }
+        if count <= 1 {
+            return Some([first, last]);
+        }
+        let length = (last - first) / count as f32;
+        let to = first + length * (part + 1) as f32;
+        Some([first + length * part as f32, if part + 1 == count { last } else { to }])
+    }
 }
 
 /// `end`: of the ray, along the axis [m]; `part`: which of how many equal parts of the way through the brick. `None`
@@ -75,24 +99,13 @@ pub(super) fn passage(
     brick: &BrickRecord,
     texel: Vec2,
     end: f32,
-    [part, count]: [u32; 2],
+    part: [u32; 2],
 ) -> Option<Passage> {
     let grid = bricks.grid(brick);
     let ray = IndexRay::new(view, &grid, texel);
     let low = brick.origin.as_vec3();
     let high = low + brick.size();
-    let (at_low, at_high) = (ray.meets(low), ray.meets(high));
-    let mut first = at_low.min(at_high).max_element().max(view.near);
-    let mut last = at_low.max(at_high).min_element().min(end);
-    if last.is_nan() || first.is_nan() || first >= last {
-        return None;
-    }
-    if count > 1 {
-        let length = (last - first) / count as f32;
-        let to = first + length * (part + 1) as f32;
-        first += length * part as f32;
-        last = if part + 1 == count { last } else { to };
-    }
+    let [first, last] = ray.within([low, high], [view.near, end], part)?;
     let along_box = [first, last].map(|along| (ray.start + ray.way * along - low) / brick.size());
     let of_density = Vec3::from_array(grid.edges.map(|edge| edge.w)) * ray.metres;
     if brick.density >= 0.0 {
@@ -102,14 +115,6 @@ pub(super) fn passage(
         return (tau.max_element() > 0.0).then_some(Passage { first, ramp, tau, thirds });
     }
     let voxels = bricks.voxels_of(brick);
-    let value = |cell: Vec3, x: u32, y: u32, z: u32| {
-        voxels.at((cell - low).as_uvec3() + UVec3::new(x, y, z))
-    };
-    let density = |cell: Vec3, at: Vec3| {
-        let along_x = |y, z| mix(value(cell, 0, y, z), value(cell, 1, y, z), at.x);
-        let along_y = |z| mix(along_x(0, z), along_x(1, z), at.y);
-        mix(along_y(0), along_y(1), at.z)
-    };
     let rises: BVec3 = ray.way.cmpgt(Vec3::ZERO);
     let ahead = Vec3::select(rises, Vec3::ONE, Vec3::ZERO);
     let step = Vec3::select(rises, Vec3::ONE, Vec3::NEG_ONE);
@@ -127,7 +132,9 @@ pub(super) fn passage(
         let middle = ray.start + ray.way * (0.5 * (t + next)) - cell;
         let apart = ray.way * (GAUSS * (next - t));
         let [a, b] = [middle - apart, middle + apart].map(|at| at.clamp(Vec3::ZERO, Vec3::ONE));
-        let within = (density(cell, a) + density(cell, b)) * (0.5 * (next - t));
+        let corner = (cell - low).as_uvec3();
+        let densities = trilinear(voxels, corner, a) + trilinear(voxels, corner, b);
+        let within = densities * (0.5 * (next - t));
         depth += within;
         for (sum, at) in before_third.iter_mut().zip(at_third) {
             *sum += within * ((at - t) / (next - t).max(LEAST_WAY)).clamp(0.0, 1.0);
@@ -148,6 +155,14 @@ pub(super) fn passage(
     let depths = [one, two - one, depth - two].map(|within| within.max(0.0) * of_density);
     let thirds = Thirds { ends: along_box, depths };
     (tau.max_element() > 0.0).then_some(Passage { first: begins, ramp, tau, thirds })
+}
+
+/// Density at a position in the cell whose first voxel is `corner`.
+fn trilinear(voxels: &Voxels, corner: UVec3, at: Vec3) -> f32 {
+    let value = |x: u32, y: u32, z: u32| voxels.at(corner + UVec3::new(x, y, z));
+    let along_x = |y, z| mix(value(0, y, z), value(1, y, z), at.x);
+    let along_y = |z| mix(along_x(0, z), along_x(1, z), at.y);
+    mix(along_y(0), along_y(1), at.z)
 }
 
 fn mix(a: f32, b: f32, part: f32) -> f32 {

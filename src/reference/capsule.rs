@@ -82,6 +82,21 @@ impl Line {
     fn at(self, point: f32) -> f32 {
         self.start + self.slope * point
     }
+
+    /// Integral of `metres` of way over twice the radius, along a ray of which a step of 1 is `step` along the
+    /// axis. `point`: the middle of `length` steps, along the axis.
+    fn diameters(self, point: f32, step: f32, length: f32, metres: f32) -> f32 {
+        let mean = self.at(point);
+        let rise = (0.5 * self.slope * step * length / mean).clamp(-TIP, TIP);
+        let square = rise * rise;
+        // The integral of 1 / r over a linear r.
+        let stretch = if rise.abs() < 0.1 {
+            1.0 + square * (1.0 / 3.0 + square * 0.2)
+        } else {
+            rise.atanh() / rise
+        };
+        if mean > 0.0 { metres * length / (2.0 * mean) * stretch } else { 0.0 }
+    }
 }
 
 /// Least radius at a place in view space [m]; behind the eye negative, where no ray is.
@@ -146,7 +161,31 @@ impl CapsuleSetup {
             (false, false) => (-endless, low),
         };
         let whole = [enters + middle, leaves + middle];
-        let [mut first, mut last] = whole;
+        let [first, last] = self.between_planes(off, way, whole);
+        let range = view.far - view.near;
+        let first = first.max(view.near - closest);
+        let last = last.min(view.near + opaque_depth * range - closest);
+        if first.is_nan() || last.is_nan() || first >= last {
+            return None;
+        }
+        let along = |at: f32| begin + at * step;
+        let metres = square.sqrt();
+        let diameters =
+            |from: f32, to: f32| line.diameters(along(0.5 * (from + to)), step, to - from, metres);
+        let inside = diameters(first, last);
+        let point = along(0.5 * (first + last));
+        let depth = |at: f32| (closest + at - view.near) / range;
+        (inside > 0.0).then(|| Way {
+            inside,
+            whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
+            thin: (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0),
+            depth: depth(first),
+            end: depth(last),
+        })
+    }
+
+    /// The part of a way that is between the planes of both ends. `off`: its start, from the first end.
+    fn between_planes(&self, off: Vec3, way: Vec3, [mut first, mut last]: [f32; 2]) -> [f32; 2] {
         for (normal, back, sign) in
             [(self.planes[0], 0.0, 1.0), (self.planes[1], self.length, -1.0)]
         {
@@ -159,37 +198,7 @@ impl CapsuleSetup {
                 last = last.min(at);
             }
         }
-        let range = view.far - view.near;
-        first = first.max(view.near - closest);
-        last = last.min(view.near + opaque_depth * range - closest);
-        if first.is_nan() || last.is_nan() || first >= last {
-            return None;
-        }
-        let along = |at: f32| begin + at * step;
-        let metres = square.sqrt();
-        let diameters = |from: f32, to: f32| {
-            let point = along(0.5 * (from + to));
-            let mean = line.at(point);
-            let rise = (0.5 * line.slope * step * (to - from) / mean).clamp(-TIP, TIP);
-            let square = rise * rise;
-            // The integral of 1 / r over a linear r.
-            let stretch = if rise.abs() < 0.1 {
-                1.0 + square * (1.0 / 3.0 + square * 0.2)
-            } else {
-                rise.atanh() / rise
-            };
-            if mean > 0.0 { metres * (to - from) / (2.0 * mean) * stretch } else { 0.0 }
-        };
-        let inside = diameters(first, last);
-        let point = along(0.5 * (first + last));
-        let depth = |at: f32| (closest + at - view.near) / range;
-        (inside > 0.0).then(|| Way {
-            inside,
-            whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
-            thin: (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0),
-            depth: depth(first),
-            end: depth(last),
-        })
+        [first, last]
     }
 }
 

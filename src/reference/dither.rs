@@ -21,7 +21,7 @@ pub struct PatternPoint {
     pub cell: UVec2,
     /// Coordinates in the caster's own space, without unit.
     pub on_caster: Vec2,
-    /// Change of `own` from one texel to the next, per axis.
+    /// Change of `on_caster` from one texel to the next, per axis.
     pub step: Vec2,
 }
 

@@ -129,13 +129,13 @@ impl MaskInput<'_> {
         };
         let whole = Grid { size, surfaces: (0..).zip(self.seen).map(whole).collect() };
         let half = self.settings.half.then(|| shrunk(&whole));
-        let own = half.as_ref().unwrap_or(&whole);
+        let grid = half.as_ref().unwrap_or(&whole);
         let values = (0..slots.count as usize)
             .map(|mask| {
-                let mut values = self.look_up(own, &slots, mask);
+                let mut values = self.look_up(grid, &slots, mask);
                 if self.settings.taps > 1 {
-                    values = filter.blur(own, &values, IVec2::X);
-                    values = filter.blur(own, &values, IVec2::Y);
+                    values = filter.blur(grid, &values, IVec2::X);
+                    values = filter.blur(grid, &values, IVec2::Y);
                 }
                 match &half {
                     Some(half) => filter.enlarge(&whole, half, &values),
@@ -216,9 +216,9 @@ impl Filter<'_> {
     fn blur(&self, grid: &Grid, values: &[Vec4], along: IVec2) -> Vec<Vec4> {
         let side = (self.settings.taps / 2) as i32;
         each(values.len(), |i| {
-            let own = &grid.surfaces[i];
-            let Some(seen) = own.point.filter(|_| own.depth < 1.0) else { return values[i] };
-            let plane = self.plane(own, &seen);
+            let middle = &grid.surfaces[i];
+            let Some(seen) = middle.point.filter(|_| middle.depth < 1.0) else { return values[i] };
+            let plane = self.plane(middle, &seen);
             let scale = self.settings.depth_scale;
             let nearer = if scale > 0.0 { (scale / plane.distance).min(1.0) } else { 1.0 };
             let upright = match self.settings.anisotropic {
@@ -246,10 +246,12 @@ impl Filter<'_> {
 
     fn enlarge(&self, whole: &Grid, half: &Grid, values: &[Vec4]) -> Vec<Vec4> {
         each(whole.surfaces.len(), |i| {
-            let own = &whole.surfaces[i];
-            let Some(seen) = own.point.filter(|_| own.depth < 1.0) else { return Vec4::ONE };
-            let plane = self.plane(own, &seen);
-            let middle = (own.pixel.as_vec2() + 0.5) * 0.5 - 0.5;
+            let surface = &whole.surfaces[i];
+            let Some(seen) = surface.point.filter(|_| surface.depth < 1.0) else {
+                return Vec4::ONE;
+            };
+            let plane = self.plane(surface, &seen);
+            let middle = (surface.pixel.as_vec2() + 0.5) * 0.5 - 0.5;
             let (first, share) = (middle.floor(), middle - middle.floor());
             let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
             let (mut best, mut least) = (Vec4::ONE, 1e30);
@@ -288,8 +290,8 @@ fn shrunk(whole: &Grid) -> Grid {
         };
         let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| at * 2 + UVec2::new(x, y));
         let four = four.map(|pixel| *whole.at(pixel.min(whole.size - 1)));
-        let best = four.iter().map(|own| rank(own.depth)).fold(-1.0, f32::max);
-        let tied = four.iter().find(|own| rank(own.depth) >= best - TIED);
+        let best = four.iter().map(|surface| rank(surface.depth)).fold(-1.0, f32::max);
+        let tied = four.iter().find(|surface| rank(surface.depth) >= best - TIED);
         *tied.unwrap_or(&four[0])
     };
     Grid { size, surfaces: (0..size.element_product()).map(chosen).collect() }

@@ -9,8 +9,10 @@ use crate::{
 };
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 
+mod body;
 mod tile_rect;
 
+use body::{Appearance, Body};
 pub(super) use tile_rect::tile_rect;
 
 /// Margin around a footprint's box, so that rounding never loses a texel [texels].
@@ -102,57 +104,17 @@ pub(super) fn project_caster(
     let center = view.view_from_world.transform_point3(caster.center);
     let distance = -center.z;
     let range = view.far - view.near;
-    let half = view.size * 0.5;
-    // Half the diagonal of a quad reaches beyond its radius.
-    let corner = if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 };
     // A sphere, or a box that is inside it.
     let is_round = shape == Shape::Puff as u32 || half_edges.is_some();
-    let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * center.length();
-    let (texel, radius, grow, mut bounds, depth_reach);
-    if view.perspective == 0.0 {
-        texel = Vec2::new(center.x, -center.y) * view.scale + half;
-        let projected = caster.radius * view.scale;
-        grow = (MIN_RADIUS / projected).max(1.0);
-        radius = projected * grow;
-        let reach = Vec2::splat(radius * corner);
-        bounds = TexelBox { min: texel - reach, max: texel + reach };
-        depth_reach = if is_round { caster.radius * grow } else { 0.0 };
-    } else if is_beside {
-        texel = half;
-        grow = (MIN_RADIUS * distance / (caster.radius * view.scale)).max(1.0);
-        radius = caster.radius * grow;
-        let away = center.length().max(f32::MIN_POSITIVE);
-        let reach = radius * corner;
-        let sphere =
-            if is_round { radius } else { reach / (1.0 + reach / away * (reach / away)).sqrt() };
-        let x = tangents(center.x, distance, sphere);
-        let y = tangents(-center.y, distance, sphere);
-        bounds = TexelBox {
-            min: Vec2::new(x.x, y.x) * view.scale + half,
-            max: Vec2::new(x.y, y.y) * view.scale + half,
-        };
-        let sine = center.truncate().length() / away;
-        depth_reach = if is_round { radius } else { reach * sine };
-    } else {
-        let slope = Vec2::new(center.x, -center.y) / distance;
-        texel = slope * view.scale + half;
-        let len2 = 1.0 + slope.length_squared();
-        let projected = caster.radius * view.scale / distance;
-        grow = (MIN_RADIUS / projected).max(1.0);
-        let grown = caster.radius * grow;
-        radius = grown / (distance * len2.sqrt());
-        let reach = radius * corner;
-        let sine = if is_round { reach } else { reach / (1.0 + reach * reach).sqrt() };
-        let sphere = sine * distance * len2.sqrt();
-        let x = tangents(center.x, distance, sphere);
-        let y = tangents(-center.y, distance, sphere);
-        bounds = TexelBox {
-            min: Vec2::new(x.x, y.x) * view.scale + half,
-            max: Vec2::new(x.y, y.y) * view.scale + half,
-        };
-        depth_reach =
-            if is_round { grown } else { grown * corner * (1.0 - 1.0 / len2).max(0.0).sqrt() };
-    }
+    let body = Body {
+        center,
+        radius: caster.radius,
+        // Half the diagonal of a quad reaches beyond its radius.
+        corner: if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 },
+        is_round,
+    };
+    let is_beside = body.is_beside(view);
+    let Appearance { texel, radius, grow, mut bounds, depth_reach } = body.appearance(view);
     let mut nearest = (distance - depth_reach - view.near) / range;
     let mut farthest = (distance + depth_reach - view.near) / range;
     // The nearest point of a plane that faces the light is its centre.
@@ -181,18 +143,14 @@ pub(super) fn project_caster(
     };
     let color = caster.color() * material.tint;
     let thin = 1.0 / (grow * grow);
-    let mut footprint = Footprint {
-        center: texel,
-        radius,
-        depth: (distance - view.near) / range,
-        caster: caster_id,
-        ..Projected::INVISIBLE.footprint
+    let (center, radius, depth) = if is_beside {
+        (Vec2::new(center.x, -center.y), -radius, distance)
+    } else {
+        (texel, radius, (distance - view.near) / range)
     };
-    if is_beside {
-        footprint.center = Vec2::new(center.x, -center.y);
-        footprint.radius = -radius;
-        footprint.depth = distance;
-    }
+    let caster = caster_id;
+    let mut footprint =
+        Footprint { center, radius, depth, caster, ..Projected::INVISIBLE.footprint };
     footprint.set_opacity(
         color.truncate().min(Vec3::ONE),
         material.reflectivity * thin,
@@ -248,55 +206,21 @@ pub fn project_triangle(
         colors: record.colors,
         ..TriangleSetup::default()
     };
-    let bounds;
-    if crosses {
-        // A corner behind the near plane has no position in the map: edges become planes through the eye
-        // (Olano and Greer 1997, section 3).
-        let h: [Vec3; 3] =
-            std::array::from_fn(|i| (flat[i] + distances[i] * half).extend(distances[i]));
-        let volume = h[0].dot(h[1].cross(h[2]));
-        if volume == 0.0 {
+    let bounds = if crosses {
+        let h = std::array::from_fn(|i| (flat[i] + distances[i] * half).extend(distances[i]));
+        if !set_planes(&mut setup, h) {
             return nothing;
         }
-        setup.ties = if volume > 0.0 { BACK_BIT } else { 0 };
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let forward = precedes(h[j].truncate(), h[k].truncate());
-            let plane = if forward { h[j].cross(h[k]) } else { h[k].cross(h[j]) };
-            let along = Vec2::new(plane.y, -plane.x);
-            let square = along.length_squared();
-            if square == 0.0 {
-                return nothing;
-            }
-            let foot = plane.truncate() * (-plane.z / square);
-            let sign = if forward == (volume > 0.0) { 1.0 } else { -1.0 };
-            setup.edges[i] = Vec4::new(foot.x, foot.y, along.x * sign, along.y * sign);
-            setup.ties |= u32::from(sign > 0.0) << i;
-        }
-        setup.weights = Vec3::ONE;
-        bounds = clipped_box(view, &flat, distances, half);
+        clipped_box(view, &flat, distances, half)
     } else {
         let scale = if view.perspective > 0.0 { distances.recip() } else { Vec3::ONE };
         let p: [Vec2; 3] = std::array::from_fn(|i| flat[i] * scale[i] + half);
-        let area = (p[1] - p[0]).perp_dot(p[2] - p[0]);
-        if area == 0.0 {
+        if !set_edges(&mut setup, p) {
             return nothing;
         }
-        setup.ties = if area > 0.0 { BACK_BIT } else { 0 };
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            // Both triangles of a shared edge must start from the same corner, so that their edge
-            // functions are each other's negative to the last bit.
-            let forward = precedes(p[j], p[k]);
-            let (from, to) = if forward { (p[j], p[k]) } else { (p[k], p[j]) };
-            let sign = if forward == (area > 0.0) { 1.0 } else { -1.0 };
-            let along = (to - from) * sign;
-            setup.edges[i] = Vec4::new(from.x, from.y, along.x, along.y);
-            setup.ties |= u32::from(sign > 0.0) << i;
-        }
         setup.weights = scale;
-        bounds = TexelBox { min: p[0].min(p[1]).min(p[2]), max: p[0].max(p[1]).max(p[2]) };
-    }
+        TexelBox { min: p[0].min(p[1]).min(p[2]), max: p[0].max(p[1]).max(p[2]) }
+    };
     let bounds = TexelBox {
         min: bounds.min.clamp(Vec2::NEG_ONE, view.size + 1.0),
         max: bounds.max.clamp(Vec2::NEG_ONE, view.size + 1.0),
@@ -321,6 +245,54 @@ pub fn project_triangle(
         nearest
     };
     (Projected { footprint, key: depth_key(front), rect }, setup)
+}
+
+/// Sets the edges of a triangle with a corner behind the near plane, which has no position in the map: planes
+/// through the eye (Olano and Greer 1997, section 3). `h`: homogeneous corners. Returns false for one that is
+/// seen edge-on.
+fn set_planes(setup: &mut TriangleSetup, h: [Vec3; 3]) -> bool {
+    let volume = h[0].dot(h[1].cross(h[2]));
+    if volume == 0.0 {
+        return false;
+    }
+    setup.ties = if volume > 0.0 { BACK_BIT } else { 0 };
+    for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let forward = precedes(h[j].truncate(), h[k].truncate());
+        let plane = if forward { h[j].cross(h[k]) } else { h[k].cross(h[j]) };
+        let along = Vec2::new(plane.y, -plane.x);
+        let square = along.length_squared();
+        if square == 0.0 {
+            return false;
+        }
+        let foot = plane.truncate() * (-plane.z / square);
+        let sign = if forward == (volume > 0.0) { 1.0 } else { -1.0 };
+        setup.edges[i] = Vec4::new(foot.x, foot.y, along.x * sign, along.y * sign);
+        setup.ties |= u32::from(sign > 0.0) << i;
+    }
+    setup.weights = Vec3::ONE;
+    true
+}
+
+/// Sets the edges of a triangle with corners `p` in the map. Returns false without an area.
+fn set_edges(setup: &mut TriangleSetup, p: [Vec2; 3]) -> bool {
+    let area = (p[1] - p[0]).perp_dot(p[2] - p[0]);
+    if area == 0.0 {
+        return false;
+    }
+    setup.ties = if area > 0.0 { BACK_BIT } else { 0 };
+    for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        // Both triangles of a shared edge must start from the same corner, so that their edge functions are
+        // each other's negative to the last bit.
+        let forward = precedes(p[j], p[k]);
+        let (from, to) = if forward { (p[j], p[k]) } else { (p[k], p[j]) };
+        let sign = if forward == (area > 0.0) { 1.0 } else { -1.0 };
+        let along = (to - from) * sign;
+        setup.edges[i] = Vec4::new(from.x, from.y, along.x, along.y);
+        setup.ties |= u32::from(sign > 0.0) << i;
+    }
+    true
 }
 
 /// Least distance of a triangle's points from the origin.

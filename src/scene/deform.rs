@@ -79,11 +79,11 @@ impl Deform {
         self.targets.iter().any(|target| target.track.is_some())
     }
 
-    /// Writes `local`, deformed at a time [s], to `own` in world space; `worlds`: transforms of the rig's
+    /// Writes `local`, deformed at a time [s], to `target` in world space; `worlds`: transforms of the rig's
     /// nodes.
     pub(super) fn put(
         &self,
-        own: &mut [Triangle],
+        target: &mut [Triangle],
         local: &[Triangle],
         world: Mat4,
         worlds: &[Mat4],
@@ -93,20 +93,20 @@ impl Deform {
         // A skinned mesh follows its joints, not its node.
         let joints = self.skin.iter().flat_map(|skin| &skin.joints);
         let joints: Vec<Mat4> = joints.map(|&(node, inverse)| worlds[node] * inverse).collect();
-        for (i, (own, local)) in own.iter_mut().zip(local).enumerate() {
+        for (i, (target, local)) in target.iter_mut().zip(local).enumerate() {
             for c in 0..3 {
                 let (mut position, mut normal) = (local.positions[c], local.normals[c]);
-                for (target, weight) in self.targets.iter().zip(&weights) {
-                    position += target.positions[i][c] * *weight;
-                    normal += target.normals.get(i).map_or(Vec3::ZERO, |n| n[c]) * *weight;
+                for (moved, weight) in self.targets.iter().zip(&weights) {
+                    position += moved.positions[i][c] * *weight;
+                    normal += moved.normals.get(i).map_or(Vec3::ZERO, |n| n[c]) * *weight;
                 }
                 let world =
                     self.skin.as_ref().map_or(world, |skin| skin.corners[i][c].at(&joints, world));
-                own.positions[c] = world.transform_point3(position);
+                target.positions[c] = world.transform_point3(position);
                 let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
-                own.normals[c] = (normal_from_local * normal).normalize_or(Vec3::Y);
+                target.normals[c] = (normal_from_local * normal).normalize_or(Vec3::Y);
             }
-            own.uvs = local.uvs;
+            target.uvs = local.uvs;
         }
     }
 }
@@ -173,17 +173,17 @@ impl Skin {
             if vertex >= joints.count.min(weights.count) {
                 return Err(damaged("a vertex has no joints"));
             }
-            let (own, weights): ([usize; 4], [f32; 4]) =
+            let (joints, weights): ([usize; 4], [f32; 4]) =
                 (joints.wholes(vertex), weights.floats(vertex));
             let sum: f32 = weights.iter().sum();
-            let is_known = own.iter().zip(weights).all(|(&j, w)| w == 0.0 || j < nodes.len());
+            let is_known = joints.iter().zip(weights).all(|(&j, w)| w == 0.0 || j < nodes.len());
             if !is_known || !sum.is_finite() {
                 return Err(damaged("a vertex follows a joint that is not there"));
             }
             let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
             // A joint without weight may have any index.
-            let own = own.map(|joint| if joint < nodes.len() { joint as u16 } else { 0 });
-            Ok(Bound { joints: own, weights: weights.map(|weight| weight * share) })
+            let joints = joints.map(|joint| if joint < nodes.len() { joint as u16 } else { 0 });
+            Ok(Bound { joints, weights: weights.map(|weight| weight * share) })
         };
         let corners = kept.iter().map(|&[a, b, c]| Ok([bound(a)?, bound(b)?, bound(c)?]));
         let corners = corners.collect::<Result<_, SceneError>>()?;
@@ -201,10 +201,9 @@ fn targets(
 ) -> Result<Vec<Target>, SceneError> {
     let of_mesh = node.mesh().and_then(|mesh| mesh.weights());
     let weights = node.weights().or(of_mesh).unwrap_or_default();
-    let too_many = |(message, help): (String, &str)| file.invalid(message, help);
     // Those without a weight take a step as well.
     let count = primitive.morph_targets().len() as u64;
-    *morphed = Limit::Keys.grown(*morphed, count).map_err(too_many)?;
+    *morphed = Limit::Keys.grown_in(&file.path, *morphed, count)?;
     let mut targets = Vec::new();
     for (i, target) in primitive.morph_targets().enumerate() {
         let (weight, track) = (weights.get(i).copied().unwrap_or(0.0), tracks.get(i).cloned());
@@ -218,7 +217,7 @@ fn targets(
         };
         // Each draw has its own copies of both.
         let keys = track.as_ref().map_or(1, Track::key_count);
-        *morphed = Limit::Keys.grown(*morphed, (kept.len() + keys) as u64).map_err(too_many)?;
+        *morphed = Limit::Keys.grown_in(&file.path, *morphed, (kept.len() + keys) as u64)?;
         let positions = deltas(file, &positions, kept)?;
         let normals = match target.normals() {
             Some(normals) => deltas(file, &normals, kept)?,

@@ -250,7 +250,6 @@ pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
         return Err(keys.fault("boxes", message, &format!("at most {MAX_BOXES}")));
     }
     let material = keys.required("material")?;
-    let vector = |key, usual: Vec3| Ok(keys.vector(key)?.unwrap_or(usual));
     let stops = |key, usual: f32, range: RangeInclusive<f32>| -> Result<Vec<f32>, SceneError> {
         let values = keys.value(key, vec![usual])?;
         count_stops(keys, key, values.len())?;
@@ -260,6 +259,34 @@ pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
     };
     let colors: Vec<Shades> = keys.value("color", vec![Shades([1.0; 3])])?;
     count_stops(keys, "color", colors.len())?;
+    let start = keys.within("start", 0.0, -600.0..=1e6)?;
+    let stop: Option<f32> = keys.given("stop")?;
+    if let Some(stop) = stop.filter(|stop| !(stop.is_finite() && *stop > start)) {
+        return Err(keys.fault("stop", format!("stop is {stop}"), "it ends after its start [s]"));
+    }
+    let lasts = stop.map_or(f64::from(u32::MAX), |stop| f64::from(stop - start) * STEPS_PER_SECOND);
+    let emitter = Emitter {
+        forces: forces(keys, boxes, start)?,
+        fluid,
+        material: 0,
+        first_id: 0,
+        start: f64::from(start),
+        steps: lasts as u32,
+        radius: stops("radius", 0.05, 1e-6..=1e5)?,
+        color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
+        alpha: stops("alpha", 1.0, 0.0..=1.0)?,
+        trail,
+    };
+    Ok(EmitterTable { material, trail_material, emitter })
+}
+
+/// What moves the particles. `start`: of the emitter [s].
+fn forces(
+    keys: &Keys<'_>,
+    boxes: Vec<Spanned<[Vec3; 2]>>,
+    start: f32,
+) -> Result<Forces, SceneError> {
+    let vector = |key, usual: Vec3| Ok(keys.vector(key)?.unwrap_or(usual));
     let lifetime = match keys.required::<Numbers>("lifetime")?.values[..] {
         [one] => [one; 2],
         [least, most] if least <= most => [least, most],
@@ -270,11 +297,6 @@ pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
     };
     keys.check("lifetime", &lifetime, 0.02..=600.0, "0.02 to 600")?;
     let rate = keys.need("rate", keys.number("rate", 1e-3..=1e6, "0.001 to 1000000")?)?;
-    let start = keys.within("start", 0.0, -600.0..=1e6)?;
-    let stop: Option<f32> = keys.given("stop")?;
-    if let Some(stop) = stop.filter(|stop| !(stop.is_finite() && *stop > start)) {
-        return Err(keys.fault("stop", format!("stop is {stop}"), "it ends after its start [s]"));
-    }
     let extent = vector("extent", Vec3::splat(0.2))?;
     if extent.min_element() < 0.0 {
         return Err(keys.fault("extent", "a negative extent", "use lengths of 0 or more [m]"));
@@ -307,20 +329,7 @@ pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
         let help = "give it a drag, such as 1: that is how fast the air takes particles with it";
         return Err(keys.fault(key, "air that moves takes nothing with it", help));
     }
-    let lasts = stop.map_or(f64::from(u32::MAX), |stop| f64::from(stop - start) * STEPS_PER_SECOND);
-    let emitter = Emitter {
-        forces,
-        fluid,
-        material: 0,
-        first_id: 0,
-        start: f64::from(start),
-        steps: lasts as u32,
-        radius: stops("radius", 0.05, 1e-6..=1e5)?,
-        color: colors.iter().map(|color| Vec3::from(color.0)).collect(),
-        alpha: stops("alpha", 1.0, 0.0..=1.0)?,
-        trail,
-    };
-    Ok(EmitterTable { material, trail_material, emitter })
+    Ok(forces)
 }
 
 /// A trail, and the name of its own material.

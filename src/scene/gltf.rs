@@ -13,6 +13,7 @@ use super::{
     gltf_mesh::Meshes,
     limits::Limit,
     rig::{Draw, Node, Rig},
+    track::Track,
 };
 use crate::model::{Camera, Light, LightKind, Material, Skipped, Texture, Triangle};
 use ::gltf::{
@@ -85,95 +86,24 @@ pub(super) fn load(
     let has_targets = |mesh: gltf::Mesh<'_>| mesh.primitives().any(|p| p.morph_targets().len() > 0);
     let is_soft = file.document.skins().len() > 0 || file.document.meshes().any(has_targets);
     let moves = is_keyed || is_soft || !tracks.is_empty();
-    let mut rig = Rig::default();
-    let mut numbers = HashMap::new();
-    let too_many = |(message, help): (String, &str)| file.invalid(message, help);
+    let mut nodes = Nodes {
+        file: &file,
+        earlier,
+        rig: Rig::default(),
+        numbers: HashMap::new(),
+        meshes: Meshes::new(earlier.triangles as u64),
+        draws: Vec::new(),
+        uses: 0,
+        lights: Vec::new(),
+        camera: None,
+        skipped: Skipped::new(),
+    };
+    nodes.visit(transform, &mut tracks)?;
+    let moves = moves || nodes.draws.iter().any(|draw| is_far(&draw.world));
+    nodes.announce_images()?;
     let mut materials = Materials::new(&file, earlier);
-    let mut meshes = Meshes::new(earlier.triangles as u64);
-    let mut lights = Vec::new();
-    let mut camera = None;
-    let mut skipped = Skipped::new();
-    let mut uses = 0;
-    // All draws are counted before the first is made.
-    let mut draws = Vec::new();
-    let mut seen = vec![false; file.document.nodes().len()];
-    let mut waiting: Vec<(gltf::Node<'_>, Mat4, Option<usize>)> =
-        roots(&file.document).into_iter().rev().map(|node| (node, transform, None)).collect();
-    while let Some((node, parent_world, parent)) = waiting.pop() {
-        if std::mem::replace(&mut seen[node.index()], true) {
-            let message = format!("node {} has two parents, or is its own ancestor", node.index());
-            return Err(file.invalid(message, "export the file again"));
-        }
-        let local = Mat4::from_cols_array_2d(&node.transform().matrix());
-        if !local.is_finite() {
-            let message = format!("the transform of node {} is not finite", node.index());
-            return Err(file.invalid(message, "export the file again"));
-        }
-        let world = parent_world * local;
-        let number = rig.nodes.len();
-        let NodeTracks { transform, weights } = tracks.remove(&node.index()).unwrap_or_default();
-        let [translation, rotation, scale] = transform;
-        numbers.insert(node.index(), number);
-        rig.nodes.push(Node { parent, transform: local, translation, rotation, scale });
-        if let Some(mesh) = node.mesh() {
-            let weights = Arc::new(weights);
-            let joints = node.skin().map_or(0, |skin| skin.joints().count());
-            // An instance of nothing takes a step as well.
-            let least = if mesh.primitives().len() == 0 { 1 } else { 0 };
-            for place in instances(&file, &node)? {
-                uses = Limit::Nodes.grown(uses, joints as u64 + least).map_err(too_many)?;
-                for primitive in mesh.primitives() {
-                    uses = Limit::Nodes.grown(uses, 1).map_err(too_many)?;
-                    meshes.promise(&file, &primitive)?;
-                    let weights = weights.clone();
-                    draws.push((primitive, world * place, node.clone(), place, weights));
-                }
-            }
-        }
-        if let Some(source) = node.light() {
-            match light(&source, world, lights.len()) {
-                Some(light) => {
-                    let count = (earlier.lights + lights.len()) as u64;
-                    Limit::Lights.grown(count, 1).map_err(too_many)?;
-                    rig.lights.push((lights.len(), number));
-                    lights.push(light);
-                }
-                None => *skipped.entry("light not valid").or_default() += 1,
-            }
-        }
-        if let (None, Some(source)) = (camera, node.camera()) {
-            match source.projection() {
-                gltf::camera::Projection::Perspective(lens) => {
-                    camera = picture(&lens, world);
-                    rig.camera = camera.map(|_| number);
-                }
-                gltf::camera::Projection::Orthographic(_) => {
-                    *skipped.entry("orthographic cameras ignored").or_default() += 1;
-                }
-            }
-        }
-        let children: Vec<_> = node.children().map(|child| (child, world, Some(number))).collect();
-        waiting.extend(children.into_iter().rev());
-    }
-    let is_far = |world: &Mat4| world.w_axis.truncate().abs().max_element() > FAR;
-    let moves = moves || draws.iter().any(|(_, world, ..)| is_far(world));
-    let (textures, texels) =
-        gltf_announced::images(&file, draws.iter().map(|(primitive, ..)| primitive.material()));
-    Limit::Textures.grown(earlier.textures as u64, textures).map_err(too_many)?;
-    Limit::Texels.grown(earlier.texels, texels).map_err(too_many)?;
-    let mut morphed = 0;
-    for (primitive, world, node, place, weights) in draws {
-        let first = meshes.triangles.len();
-        meshes.add(&file, &mut materials, &primitive, world, !moves)?;
-        let kept = &meshes.kept;
-        let mut deform = Deform::new(&file, &node, &primitive, kept, &weights, &mut morphed)?;
-        if let Some(deform) = &mut deform {
-            deform.find(&file, |node| numbers.get(&node).copied())?;
-        }
-        let (triangles, node) = (first..meshes.triangles.len(), numbers[&node.index()]);
-        rig.draws.push(Draw { triangles, node, place, deform });
-    }
-    let rig = moves.then_some(rig);
+    nodes.draw(&mut materials, moves)?;
+    let Nodes { meshes, lights, camera, mut skipped, rig, .. } = nodes;
     let (materials, textures, ignored) = materials.finish();
     for (reason, count) in meshes.skipped.into_iter().chain(ignored) {
         *skipped.entry(reason).or_default() += count;
@@ -188,8 +118,167 @@ pub(super) fn load(
         skipped,
         notes,
         has_splats,
-        rig,
+        rig: moves.then_some(rig),
     })
+}
+
+/// Whether a transform moves the origin past [`FAR`].
+fn is_far(world: &Mat4) -> bool {
+    world.w_axis.truncate().abs().max_element() > FAR
+}
+
+/// Contents of a file's nodes, as they are visited.
+struct Nodes<'a> {
+    file: &'a File,
+    earlier: &'a Earlier,
+    rig: Rig,
+    /// Number of each node in the rig.
+    numbers: HashMap<usize, usize>,
+    meshes: Meshes,
+    /// All draws are counted before the first is made.
+    draws: Vec<PrimitiveDraw<'a>>,
+    /// Instances, primitives and joints of the draws.
+    uses: u64,
+    lights: Vec<Light>,
+    camera: Option<Camera>,
+    skipped: Skipped,
+}
+
+/// A primitive of an instance of a node's mesh.
+struct PrimitiveDraw<'a> {
+    primitive: gltf::Primitive<'a>,
+    node: gltf::Node<'a>,
+    world: Mat4,
+    /// Transform in the node's space.
+    place: Mat4,
+    /// Weights of the mesh's morph targets.
+    weights: Arc<Vec<Track>>,
+}
+
+impl<'a> Nodes<'a> {
+    /// Visits all nodes of the scene, parents before their children.
+    fn visit(
+        &mut self,
+        transform: Mat4,
+        tracks: &mut HashMap<usize, NodeTracks>,
+    ) -> Result<(), SceneError> {
+        let document = &self.file.document;
+        let mut seen = vec![false; document.nodes().len()];
+        let mut waiting: Vec<(gltf::Node<'a>, Mat4, Option<usize>)> =
+            roots(document).into_iter().rev().map(|node| (node, transform, None)).collect();
+        while let Some((node, parent_world, parent)) = waiting.pop() {
+            if std::mem::replace(&mut seen[node.index()], true) {
+                let message =
+                    format!("node {} has two parents, or is its own ancestor", node.index());
+                return Err(self.file.invalid(message, "export the file again"));
+            }
+            let local = Mat4::from_cols_array_2d(&node.transform().matrix());
+            if !local.is_finite() {
+                let message = format!("the transform of node {} is not finite", node.index());
+                return Err(self.file.invalid(message, "export the file again"));
+            }
+            let (world, number) = (parent_world * local, self.rig.nodes.len());
+            let NodeTracks { transform, weights } =
+                tracks.remove(&node.index()).unwrap_or_default();
+            let [translation, rotation, scale] = transform;
+            self.numbers.insert(node.index(), number);
+            self.rig.nodes.push(Node { parent, transform: local, translation, rotation, scale });
+            self.mesh(&node, world, weights)?;
+            self.light(&node, world, number)?;
+            self.camera(&node, world, number);
+            let children: Vec<_> =
+                node.children().map(|child| (child, world, Some(number))).collect();
+            waiting.extend(children.into_iter().rev());
+        }
+        Ok(())
+    }
+
+    fn mesh(
+        &mut self,
+        node: &gltf::Node<'a>,
+        world: Mat4,
+        weights: Vec<Track>,
+    ) -> Result<(), SceneError> {
+        let Some(mesh) = node.mesh() else { return Ok(()) };
+        let weights = Arc::new(weights);
+        let joints = node.skin().map_or(0, |skin| skin.joints().count());
+        // An instance of nothing takes a step as well.
+        let least = if mesh.primitives().len() == 0 { 1 } else { 0 };
+        for place in instances(self.file, node)? {
+            let path = &self.file.path;
+            self.uses = Limit::Nodes.grown_in(path, self.uses, joints as u64 + least)?;
+            for primitive in mesh.primitives() {
+                self.uses = Limit::Nodes.grown_in(path, self.uses, 1)?;
+                self.meshes.promise(self.file, &primitive)?;
+                let (world, node, weights) = (world * place, node.clone(), weights.clone());
+                self.draws.push(PrimitiveDraw { primitive, node, world, place, weights });
+            }
+        }
+        Ok(())
+    }
+
+    fn light(
+        &mut self,
+        node: &gltf::Node<'_>,
+        world: Mat4,
+        number: usize,
+    ) -> Result<(), SceneError> {
+        let Some(source) = node.light() else { return Ok(()) };
+        let Some(light) = light(&source, world, self.lights.len()) else {
+            self.skip("light not valid");
+            return Ok(());
+        };
+        let count = (self.earlier.lights + self.lights.len()) as u64;
+        Limit::Lights.grown_in(&self.file.path, count, 1)?;
+        self.rig.lights.push((self.lights.len(), number));
+        self.lights.push(light);
+        Ok(())
+    }
+
+    fn camera(&mut self, node: &gltf::Node<'_>, world: Mat4, number: usize) {
+        let Some(source) = node.camera().filter(|_| self.camera.is_none()) else { return };
+        match source.projection() {
+            gltf::camera::Projection::Perspective(lens) => {
+                self.camera = picture(&lens, world);
+                self.rig.camera = self.camera.map(|_| number);
+            }
+            gltf::camera::Projection::Orthographic(_) => {
+                self.skip("orthographic cameras ignored");
+            }
+        }
+    }
+
+    fn skip(&mut self, reason: &'static str) {
+        *self.skipped.entry(reason).or_default() += 1;
+    }
+
+    /// Checks the images of all draws against the limits, before any is decoded.
+    fn announce_images(&self) -> Result<(), SceneError> {
+        let materials = self.draws.iter().map(|draw| draw.primitive.material());
+        let (textures, texels) = gltf_announced::images(self.file, materials);
+        let path = &self.file.path;
+        Limit::Textures.grown_in(path, self.earlier.textures as u64, textures)?;
+        Limit::Texels.grown_in(path, self.earlier.texels, texels)?;
+        Ok(())
+    }
+
+    /// Makes the triangles of all draws: in world space or, if the model `moves`, in the meshes' spaces.
+    fn draw(&mut self, materials: &mut Materials<'_>, moves: bool) -> Result<(), SceneError> {
+        let (file, numbers) = (self.file, &self.numbers);
+        let mut morphed = 0;
+        for PrimitiveDraw { primitive, node, world, place, weights } in self.draws.drain(..) {
+            let first = self.meshes.triangles.len();
+            self.meshes.add(file, materials, &primitive, world, !moves)?;
+            let kept = &self.meshes.kept;
+            let mut deform = Deform::new(file, &node, &primitive, kept, &weights, &mut morphed)?;
+            if let Some(deform) = &mut deform {
+                deform.find(file, |node| numbers.get(&node).copied())?;
+            }
+            let (triangles, node) = (first..self.meshes.triangles.len(), numbers[&node.index()]);
+            self.rig.draws.push(Draw { triangles, node, place, deform });
+        }
+        Ok(())
+    }
 }
 
 /// Transforms of the instances of a node's mesh, in the node's space (`EXT_mesh_gpu_instancing`).
@@ -220,7 +309,7 @@ pub(super) fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>,
     if counts.any(|other| other != count) {
         return Err(damaged("their attributes differ in count"));
     }
-    Limit::Nodes.grown(0, count as u64).map_err(|(message, help)| file.invalid(message, help))?;
+    Limit::Nodes.grown_in(&file.path, 0, count as u64)?;
     let place = |i: usize| {
         let translation = translation.map_or(Vec3::ZERO, |t| Vec3::from_array(t.floats(i)));
         let turn = rotation.map_or(Quat::IDENTITY, |r| Quat::from_array(r.floats(i)));

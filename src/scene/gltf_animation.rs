@@ -47,9 +47,7 @@ pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, Scen
             file.invalid(message, "export the file again")
         };
         for accessor in [sampler.input(), sampler.output()] {
-            keys = Limit::Keys
-                .grown(keys, accessor.count() as u64)
-                .map_err(|(message, help)| file.invalid(message, help))?;
+            keys = Limit::Keys.grown_in(&file.path, keys, accessor.count() as u64)?;
         }
         let times = read(file, &sampler.input(), Dimensions::Scalar)?.ok_or_else(damaged)?;
         let kind = match transform {

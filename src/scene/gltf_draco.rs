@@ -137,9 +137,7 @@ pub(super) fn unpack(
             file.invalid(message, DAMAGED)
         };
         // Few bytes may announce much.
-        bytes = Limit::Unpacked
-            .grown(bytes, primitive.size())
-            .map_err(|(message, help)| file.invalid(message, help))?;
+        bytes = Limit::Unpacked.grown_in(&file.path, bytes, primitive.size())?;
         let view = file.document.views().nth(primitive.stream);
         let stream = file.view(&view.ok_or_else(|| damaged("there is no such bufferView"))?)?;
         let mesh = primitive.decode(stream).map_err(|error| damaged(&error.to_string()))?;

@@ -182,9 +182,9 @@ fn pick_sources(root: &mut Value) -> usize {
     let white = list(root, "images").map_or(0, |images| images.len());
     let (mut needs_white, mut unread) = (false, 0);
     for texture in list(root, "textures").into_iter().flatten().filter_map(Value::as_object_mut) {
-        let own = texture.get("source").cloned();
+        let plain = texture.get("source").cloned();
         let webp = source_of(texture, "EXT_texture_webp");
-        if let Some(source) = webp.or(own).or_else(|| source_of(texture, "KHR_texture_basisu")) {
+        if let Some(source) = webp.or(plain).or_else(|| source_of(texture, "KHR_texture_basisu")) {
             texture.insert("source".to_owned(), source);
         } else {
             unread += usize::from(texture.contains_key("extensions"));

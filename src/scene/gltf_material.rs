@@ -7,7 +7,7 @@
 //! the mesh's own units, so the node's scale multiplies it in that material.
 use super::{SceneError, gltf::Earlier, gltf_file::File, gltf_texture::Textures, limits::Limit};
 use crate::model::{Material, Skipped, Texture, Transfer};
-use ::gltf::material::{AlphaMode, Volume};
+use ::gltf::material::{AlphaMode, PbrMetallicRoughness, Volume};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -123,9 +123,8 @@ impl<'a> Materials<'a> {
         }
         // A volume may need a second one.
         let count = (self.earlier + self.materials.len()) as u64;
-        Limit::Materials
-            .grown(count, if source.volume().is_some() { 2 } else { 1 })
-            .map_err(|(message, help)| self.file.invalid(message, help))?;
+        let more = if source.volume().is_some() { 2 } else { 1 };
+        Limit::Materials.grown_in(&self.file.path, count, more)?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
         Ok(uses)
@@ -133,14 +132,10 @@ impl<'a> Materials<'a> {
 
     fn convert(&mut self, source: &gltf::Material<'_>, scale: f32) -> Result<Uses, SceneError> {
         let surface = source.pbr_metallic_roughness();
-        let base = surface.base_color_factor().map(|c| c.clamp(0.0, 1.0));
-        let base_texture = surface.base_color_texture();
         let id = self.materials.len() as u32;
         let transmission =
             source.transmission().map_or(0.0, |t| t.transmission_factor().clamp(0.0, 1.0));
         let transmits = transmission > 0.0;
-        let transmission_texture =
-            source.transmission().filter(|_| transmits).and_then(|t| t.transmission_texture());
         let attenuation = match source.volume().filter(|_| transmits) {
             Some(volume) => self.attenuation(&volume, scale)?,
             None => None,
@@ -148,20 +143,10 @@ impl<'a> Materials<'a> {
         let emission =
             Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0);
         let emission = emission.map(|e| if e > 0.0 { e.min(MAX_EMISSION) } else { 0.0 });
-        let emissive_texture = source.emissive_texture().filter(|_| emission != Vec3::ZERO);
-        let first = base_texture.as_ref().or(transmission_texture.as_ref());
-        let uses = Uses::new(id, first.or(emissive_texture.as_ref()));
-        if let Some(info) = &transmission_texture
-            && !Uses::new(id, Some(info)).has_same_uvs(&uses)
-        {
-            self.ignore("texture coordinates of transmission textures ignored");
-        }
-        if let Some(info) = &emissive_texture
-            && !Uses::new(id, Some(info)).has_same_uvs(&uses)
-        {
-            self.ignore("texture coordinates of emissive textures ignored");
-        }
-        let mut color = Vec3::new(base[0], base[1], base[2]);
+        let (uses, [texture, emissive_texture]) =
+            self.images(source, transmits, emission != Vec3::ZERO, attenuation.is_some())?;
+        let [red, green, blue, alpha] = surface.base_color_factor().map(|c| c.clamp(0.0, 1.0));
+        let mut color = Vec3::new(red, green, blue);
         if transmits {
             color *= transmission;
         }
@@ -172,29 +157,12 @@ impl<'a> Materials<'a> {
             volume = (rgb, source.attenuation_distance());
             self.open.insert(id, (whole, None));
         }
-        let is_opaque = source.alpha_mode() == AlphaMode::Opaque;
-        let texture = self.textures.add(
-            base_texture.map(|info| info.texture().source()),
-            transmission_texture.map(|info| info.texture().source()),
-            is_opaque,
-            attenuation.is_some(),
-        )?;
-        let emissive_image = emissive_texture.map(|info| info.texture().source());
-        let emissive_texture = self.textures.add(emissive_image, None, true, false)?;
-        let (mut rough, mut metal) = (1.0, 1.0);
-        if let Some(info) = surface.metallic_roughness_texture() {
-            [_, rough, metal, _] = self.textures.means(&info.texture().source())?;
-            self.ignore("textures of roughness and metal: by their means");
-        }
-        let film = source.index().and_then(|index| self.file.film(index));
-        let reflectivity = film.map_or(0.0, |film| film.reflectivity(source.ior().unwrap_or(1.5)));
-        if film.is_some() {
-            self.ignore("colours of thin films: by their mean");
-        }
-        let number = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
-        let roughness = number(surface.roughness_factor() * rough);
+        let reflectivity = self.film(source);
+        let (roughness, metallic) = self.roughness_and_metal(&surface)?;
         let ior = source.ior().filter(|ior| ior.is_finite()).unwrap_or(1.5);
         let is_body = transmits && source.volume().is_some_and(|v| v.thickness_factor() > 0.0);
+        // Of KHR_materials_transmission: glass as dense as air is not frosted.
+        let frost = roughness * roughness * (2.0 * ior - 2.0).clamp(0.0, 1.0);
         self.materials.push(Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
             transfer: match source.alpha_mode() {
@@ -203,27 +171,74 @@ impl<'a> Materials<'a> {
                 AlphaMode::Mask => Transfer::Cutout,
                 AlphaMode::Blend => Transfer::Filter,
             },
-            tint: color.extend(if is_opaque { 1.0 } else { base[3] }),
+            tint: color.extend(if source.alpha_mode() == AlphaMode::Opaque { 1.0 } else { alpha }),
             texture,
             reflectivity,
-            cutoff: number(source.alpha_cutoff().unwrap_or(0.5)),
+            cutoff: share(source.alpha_cutoff().unwrap_or(0.5)),
             emission,
             emissive_texture,
             transmission,
             ior: if is_body { ior.clamp(1.0, 3.0) } else { 1.0 },
-            // Of KHR_materials_transmission: glass as dense as air is not frosted.
-            frost: if transmits {
-                roughness * roughness * (2.0 * ior - 2.0).clamp(0.0, 1.0)
-            } else {
-                0.0
-            },
+            frost: if transmits { frost } else { 0.0 },
             attenuation_color: volume.0,
             attenuation_distance: volume.1,
             roughness,
-            metallic: number(surface.metallic_factor() * metal),
+            metallic,
             ..Material::default()
         });
         Ok(uses)
+    }
+
+    /// Texture of a material's colour and transmission, and that of its emission, with the coordinates of the
+    /// first. `is_face`: whether the texture is of one face of a body.
+    fn images(
+        &mut self,
+        source: &gltf::Material<'_>,
+        transmits: bool,
+        emits: bool,
+        is_face: bool,
+    ) -> Result<(Uses, [Option<u32>; 2]), SceneError> {
+        let id = self.materials.len() as u32;
+        let base = source.pbr_metallic_roughness().base_color_texture();
+        let transmission =
+            source.transmission().filter(|_| transmits).and_then(|t| t.transmission_texture());
+        let emission = source.emissive_texture().filter(|_| emits);
+        let first = base.as_ref().or(transmission.as_ref()).or(emission.as_ref());
+        let uses = Uses::new(id, first);
+        for (info, reason) in [
+            (&transmission, "texture coordinates of transmission textures ignored"),
+            (&emission, "texture coordinates of emissive textures ignored"),
+        ] {
+            if info.is_some() && !Uses::new(id, info.as_ref()).has_same_uvs(&uses) {
+                self.ignore(reason);
+            }
+        }
+        let is_opaque = source.alpha_mode() == AlphaMode::Opaque;
+        let [base, transmission, emission] =
+            [base, transmission, emission].map(|info| info.map(|info| info.texture().source()));
+        let texture = self.textures.add(base, transmission, is_opaque, is_face)?;
+        Ok((uses, [texture, self.textures.add(emission, None, true, false)?]))
+    }
+
+    /// Roughness and metal, by the means of their texture.
+    fn roughness_and_metal(
+        &mut self,
+        surface: &PbrMetallicRoughness<'_>,
+    ) -> Result<(f32, f32), SceneError> {
+        let (mut rough, mut metal) = (1.0, 1.0);
+        if let Some(info) = surface.metallic_roughness_texture() {
+            [_, rough, metal, _] = self.textures.means(&info.texture().source())?;
+            self.ignore("textures of roughness and metal: by their means");
+        }
+        Ok((share(surface.roughness_factor() * rough), share(surface.metallic_factor() * metal)))
+    }
+
+    /// Reflectivity of a thin film; 0 without.
+    fn film(&mut self, source: &gltf::Material<'_>) -> f32 {
+        let Some(film) = source.index().and_then(|index| self.file.film(index)) else { return 0.0 };
+        let reflectivity = film.reflectivity(source.ior().unwrap_or(1.5));
+        self.ignore("colours of thin films: by their mean");
+        reflectivity
     }
 
     /// Transmittance of the whole body; `None` for a thin wall.
@@ -244,4 +259,9 @@ impl<'a> Materials<'a> {
     fn ignore(&mut self, reason: &'static str) {
         *self.skipped.entry(reason).or_default() += 1;
     }
+}
+
+/// A factor of 0 to 1; 1 if it is not finite.
+fn share(factor: f32) -> f32 {
+    if factor.is_finite() { factor.clamp(0.0, 1.0) } else { 1.0 }
 }

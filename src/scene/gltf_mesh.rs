@@ -54,9 +54,8 @@ impl Meshes {
         if let Some(corners) = corners(primitive) {
             self.items(file, &corners)?;
         }
-        self.promised = Limit::Triangles
-            .grown(self.promised, triangle_count(primitive) as u64)
-            .map_err(|(message, help)| file.invalid(message, help))?;
+        let count = triangle_count(primitive) as u64;
+        self.promised = Limit::Triangles.grown_in(&file.path, self.promised, count)?;
         Ok(())
     }
 

@@ -108,9 +108,7 @@ pub(super) fn unpack(
         };
         // Many views may name the same few bytes.
         let more = (view.count as u64).saturating_mul(view.stride as u64);
-        bytes = Limit::Unpacked
-            .grown(bytes, more)
-            .map_err(|(message, help)| file.invalid(message, help))?;
+        bytes = Limit::Unpacked.grown_in(&file.path, bytes, more)?;
         let end = view.offset.checked_add(view.length);
         let source = end.and_then(|end| file.bytes(view.buffer)?.get(view.offset..end));
         let source = source.ok_or_else(|| damaged("its bytes leave their buffer"))?;

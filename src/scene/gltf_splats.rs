@@ -24,7 +24,7 @@ pub(super) fn read(path: &Path) -> Result<Cloud, SceneError> {
     for (mesh, world) in meshes(&file)? {
         for primitive in file.splats.iter().filter(|primitive| primitive.mesh == mesh) {
             let columns = Columns::new(&file, primitive)?;
-            uses = Limit::Splats.grown(uses, columns.position.count as u64).map_err(fault)?;
+            uses = Limit::Splats.grown_in(path, uses, columns.position.count as u64)?;
             primitives.push((columns, primitive.harmonics, world));
         }
     }

@@ -44,9 +44,8 @@ impl<'a> Textures<'a> {
         if let Some(known) = self.known.get(&key) {
             return Ok(Some(*known));
         }
-        Limit::Textures
-            .grown((self.earlier + self.textures.len()) as u64, 1)
-            .map_err(|(message, help)| self.file.invalid(message, help))?;
+        let count = (self.earlier + self.textures.len()) as u64;
+        Limit::Textures.grown_in(&self.file.path, count, 1)?;
         let name = first.name().map_or_else(|| format!("image {}", first.index()), str::to_owned);
         let before = self.texels;
         let base = base.map(|image| self.decode(&image)).transpose()?;
@@ -55,9 +54,7 @@ impl<'a> Textures<'a> {
             (Some(base), Some(filter)) => {
                 let (width, height) = common_size(&base, &filter);
                 let texels = u64::from(width) * u64::from(height);
-                self.texels = Limit::Texels
-                    .grown(before, texels)
-                    .map_err(|(message, help)| self.file.invalid(message, help))?;
+                self.texels = Limit::Texels.grown_in(&self.file.path, before, texels)?;
                 multiply(base, filter)
             }
             (Some(base), None) => base,

@@ -4,8 +4,8 @@ use super::{
     animate::{Placed, animate},
     defaults,
     document::{
-        CameraTable, Document, EnvironmentTable, MeshTable, ParticlesTable, ShapeTable,
-        SplatsTable, StrandsTable, VolumeTable,
+        CameraTable, Document, MeshTable, ParticlesTable, ShapeTable, SplatsTable, StrandsTable,
+        VolumeTable,
     },
     emitters, environment,
     keys::Keys,
@@ -17,7 +17,7 @@ use super::{
     share::Share,
     source::{self, SceneText},
     splat_file::{kind_of_file, load_splats},
-    splats::Cloud,
+    splats::{Cloud, Kind},
     tables,
 };
 use crate::model::{Environment, Gaussian, Motion, Occlusion, Sky};
@@ -120,21 +120,9 @@ fn load_all(
     with: Option<&Path>,
 ) -> Result<(Scene, Option<FoundSplats>), SceneError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let splats = (extension != "toml").then(|| kind_of_file(path)).flatten();
-    let file = match extension.as_str() {
-        _ if splats.is_some() => defaults::ALONE.to_owned(),
-        "toml" => scene_text(path)?,
-        "glb" | "gltf" => defaults::ALONE.to_owned(),
-        "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
-        "vdb" => [defaults::ALONE, defaults::VOLUME].concat(),
-        _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats: .ply, \
-                        .spz, .sog or .splat";
-            let message = format!("no known kind of scene: {extension:?}");
-            return Err(SceneError::invalid(path, message, help));
-        }
-    };
     let is_alone = extension != "toml";
+    let splats = is_alone.then(|| kind_of_file(path)).flatten();
+    let file = tables_of(path, &extension, splats.is_some())?;
     // So that `light.sun.size` can be set if the file has no light.
     let set = &options.set;
     let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
@@ -153,29 +141,15 @@ fn load_all(
     loader.paints = !options.only_checks;
     loader.document(&document)?;
     let found = with.map(|with| loader.found_splats(with)).transpose()?;
-    match extension.as_str() {
-        _ if splats.is_some() => loader.splats_alone(path, splats)?,
-        "glb" | "gltf" => {
-            let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
-            let moving = loader.model(path, still, false)?;
-            let triangles = 0..loader.scene.triangles.len();
-            loader.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
-            if loader.leaves_splats {
-                loader.splats_alone(path, None)?;
-            }
-        }
-        "ply" | "csv" => loader.particle_file(path, 0)?,
-        _ => {}
-    }
+    loader.contents_of(path, &extension, splats)?;
     let Loader { mut scene, model_camera, mut placed, mut still, resting, .. } = loader;
     if has_own_camera(&document) {
         for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
             moving.camera = None;
         }
     }
-    let two_colours =
-        |table: &EnvironmentTable| table.ambient.is_some() || table.background.is_some();
-    let is_said = document.environment.as_ref().is_some_and(|table| two_colours(table.get_ref()));
+    let around = document.environment.as_ref().map(Spanned::get_ref);
+    let is_said = around.is_some_and(|table| table.ambient.is_some() || table.background.is_some());
     if is_alone && scene.environment.is_none() && !is_said {
         scene.environment = Some(usual_sky());
     }
@@ -186,21 +160,13 @@ fn load_all(
         let usual = defaults::camera(&bounds);
         alone.map_or(usual, |scene| defaults::framed(usual, scene, false))
     });
-    let camera = match &document.camera {
+    scene.camera = match &document.camera {
         Some(table) => tables::placed_camera(&source, table, model_camera, &bounds, alone)?,
         None => usual,
     };
-    scene.camera = camera;
-    (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
-    if let Some(table) = &document.camera {
-        let &CameraTable { exposure, samples, occlusion, bloom, lens, shutter, tone, .. } =
-            table.get_ref();
-        (scene.exposure, scene.samples, scene.occlusion) = (exposure, samples, occlusion);
-        (scene.bloom, scene.lens, scene.shutter, scene.tone) = (bloom, lens, shutter, tone);
-    }
+    expose(&mut scene, document.camera.as_ref().map(Spanned::get_ref));
     if is_alone && options.ground {
-        let image =
-            document.environment.as_ref().is_some_and(|table| table.get_ref().file.is_some());
+        let image = around.is_some_and(|table| table.file.is_some());
         defaults::add_ground(&mut scene, model_camera.as_ref(), image);
     }
     if scene.lights.is_empty() {
@@ -208,10 +174,8 @@ fn load_all(
     }
     let is_aimed =
         set.iter().any(|(key, _)| key.starts_with("light.") && key.ends_with(".direction"));
-    if is_alone
-        && (adds_sun || document.light.is_empty() && scene.lights[0] == defaults::sun())
-        && !is_aimed
-    {
+    let is_usual = adds_sun || document.light.is_empty() && scene.lights[0] == defaults::sun();
+    if is_alone && is_usual && !is_aimed {
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
     for moving in animate(&source, &document, placed, &mut scene)? {
@@ -221,6 +185,56 @@ fn load_all(
     place_again(&mut scene, still);
     scene.motions.extend(resting.map(|resting| resting.moved(-scene.origin).unwrap_or(resting)));
     Ok((scene, found))
+}
+
+/// The tables of a scene file, or those that stand for another kind of file.
+fn tables_of(path: &Path, extension: &str, is_splats: bool) -> Result<String, SceneError> {
+    Ok(match extension {
+        _ if is_splats => defaults::ALONE.to_owned(),
+        "toml" => scene_text(path)?,
+        "glb" | "gltf" => defaults::ALONE.to_owned(),
+        "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
+        "vdb" => [defaults::ALONE, defaults::VOLUME].concat(),
+        _ => {
+            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats: .ply, \
+                        .spz, .sog or .splat";
+            let message = format!("no known kind of scene: {extension:?}");
+            return Err(SceneError::invalid(path, message, help));
+        }
+    })
+}
+
+impl Loader<'_> {
+    /// Loads the contents of a file that is the scene, and not tables that name files.
+    fn contents_of(
+        &mut self,
+        path: &Path,
+        extension: &str,
+        splats: Option<Kind>,
+    ) -> Result<(), SceneError> {
+        match extension {
+            _ if splats.is_some() => self.splats_alone(path, splats),
+            "glb" | "gltf" => {
+                let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
+                let moving = self.model(path, still, false)?;
+                let triangles = 0..self.scene.triangles.len();
+                self.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
+                if self.leaves_splats { self.splats_alone(path, None) } else { Ok(()) }
+            }
+            "ply" | "csv" => self.particle_file(path, 0),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Sets how the camera exposes the scene: the usual ways without a table.
+fn expose(scene: &mut Scene, table: Option<&CameraTable>) {
+    (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
+    if let Some(table) = table {
+        let &CameraTable { exposure, samples, occlusion, bloom, lens, shutter, tone, .. } = table;
+        (scene.exposure, scene.samples, scene.occlusion) = (exposure, samples, occlusion);
+        (scene.bloom, scene.lens, scene.shutter, scene.tone) = (bloom, lens, shutter, tone);
+    }
 }
 
 /// Makes the corners of a re-centred scene anew: those that were made far away are rounded. `still`: parts that do not
@@ -263,9 +277,7 @@ fn usual_sky() -> Arc<Environment> {
 
 pub(super) fn scene_text(path: &Path) -> Result<String, SceneError> {
     let length = read::length(path)?;
-    Limit::Text
-        .grown(0, length)
-        .map_err(|(message, help)| SceneError::invalid(path, message, help))?;
+    Limit::Text.grown_in(path, 0, length)?;
     String::from_utf8(read::bytes(path)?).map_err(|error| {
         let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();

@@ -62,8 +62,8 @@ impl Loader<'_> {
         let (first, first_id) = (self.scene.gaussians.len(), self.next_id);
         let moving = self.add_splats(cloud, material, &given.placement, is_keyed)?;
         if let Some(file) = &given.file {
-            let own = first..self.scene.gaussians.len();
-            self.splat_files.push((self.folder.join(file), own, first_id));
+            let range = first..self.scene.gaussians.len();
+            self.splat_files.push((self.folder.join(file), range, first_id));
         }
         self.place("splats", &span, given.name.as_ref(), 0..0, moving)
     }
@@ -101,8 +101,8 @@ impl Loader<'_> {
     pub(super) fn found_splats(&mut self, path: &Path) -> Result<(Range<usize>, u32), SceneError> {
         let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let mut known = self.splat_files.iter();
-        if let Some((_, own, first_id)) = known.find(|known| whole(&known.0) == whole(path)) {
-            return Ok((own.clone(), *first_id));
+        if let Some((_, range, first_id)) = known.find(|known| whole(&known.0) == whole(path)) {
+            return Ok((range.clone(), *first_id));
         }
         let (first, first_id) = (self.scene.gaussians.len(), self.next_id);
         let cloud = load_splats(path)?;
@@ -228,10 +228,10 @@ fn thickness(cloud: &Cloud) -> f64 {
     let (mut all, mut first, mut second) = (0.0, DVec3::ZERO, DVec3::ZERO);
     for splat in &cloud.splats {
         let (center, sigma) = (splat.center.as_dvec3(), splat.sigma.as_dvec3());
-        let own = f64::from(splat.opacity) * sigma.element_product() * DTAU.powf(1.5);
-        all += own;
-        first += own * center;
-        second += own * (center * center + sigma.length_squared() / 3.0);
+        let depth = f64::from(splat.opacity) * sigma.element_product() * DTAU.powf(1.5);
+        all += depth;
+        first += depth * center;
+        second += depth * (center * center + sigma.length_squared() / 3.0);
     }
     let spread = second / all - (first / all) * (first / all);
     let thickness = f64::from(cloud.extinction.unwrap_or(0.0)) * all

@@ -183,8 +183,7 @@ pub(super) fn announced(path: &Path) -> Option<u64> {
 }
 
 fn check_count(path: &Path, earlier: u64, count: u64) -> Result<(), SceneError> {
-    let all = Limit::Particles.grown(earlier, count);
-    all.map(|_| ()).map_err(|(message, help)| SceneError::invalid(path, message, help))
+    Limit::Particles.grown_in(path, earlier, count).map(|_| ())
 }
 
 impl Rows<'_> {

@@ -103,7 +103,7 @@ impl Rig {
         self.nodes.iter().any(tracks) || self.draws.iter().any(deforms)
     }
 
-    /// Moves `own` to the pose at a time [s], and returns the transforms of the nodes. World space =
+    /// Moves `target` to the pose at a time [s], and returns the transforms of the nodes. World space =
     /// `whole` * the file's space.
     pub(super) fn pose(
         &self,
@@ -275,7 +275,7 @@ impl Moving {
     }
 }
 
-/// Writes `local`, transformed to the world, to `own`.
+/// Writes `local`, transformed to the world, to `target`.
 fn put(target: &mut [Triangle], local: &[Triangle], world: Mat4) {
     let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
     for (target, local) in target.iter_mut().zip(local) {

@@ -110,24 +110,7 @@ pub(super) const USUAL_THICKNESS: f64 = 4.0;
 impl Loader<'_> {
     pub(super) fn volume(&mut self, table: &Spanned<VolumeTable>) -> Result<(), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
-        let is_bare = given.frames.is_none() && given.grid.is_none() && given.color_grid.is_none();
-        let (key, contents) = match (&given.file, &given.generate) {
-            (Some(file), None) => ("file", self.of_file(table, file)?),
-            (None, Some(cloud)) if is_bare => ("generate", vec![self.of_cloud(table, *cloud)?]),
-            (None, Some(_)) => {
-                let key = match given {
-                    VolumeTable { frames: Some(_), .. } => "frames",
-                    VolumeTable { grid: Some(_), .. } => "density",
-                    _ => "color_grid",
-                };
-                let help = "remove it: a generated volume has no files";
-                return Err(self.error(span, key, "frames or a grid of what has no file", help));
-            }
-            _ => {
-                let message = "a volume needs either a file or generate";
-                return Err(self.error(span, "file", message, "give one of the two"));
-            }
-        };
+        let (key, contents) = self.contents(table)?;
         let materials = self.scene.materials.len();
         self.check_limit(Limit::Materials, materials, 1, (span, key))?;
         // A file that is the scene has no key that names it.
@@ -140,29 +123,12 @@ impl Loader<'_> {
         let bricks = starts.iter().map(|start| start.bricks.len()).sum();
         self.check_limit(Limit::Bricks, have, bricks, (span, key))?;
         let world_from_volume = given.placement.at(0.0).as_dmat4();
-        let mut grids = Vec::new();
-        for (channel, start) in starts.iter().enumerate() {
+        let grids = (0..).zip(&starts).map(|(channel, start)| {
             // Of a grid of colours each channel is a grid that takes no other.
             let axis = if contents.len() == 1 { Vec3::ONE } else { Vec3::AXES[channel] };
-            let mut grid = Grid {
-                extinction: given.color * axis,
-                material: materials as u32,
-                anisotropy: given.anisotropy,
-                emission: given.emission.as_ref().map_or(0.0, |emission| emission.factor),
-                ..Grid::default()
-            };
-            put(&mut grid, start.clone(), world_from_volume, 1.0);
-            if let Some(problem) = grid.problem() {
-                let help = "change the scale, or the transform of the file";
-                return Err(self.error(span, "scale", &format!("the volume: {problem}"), help));
-            }
-            if !is_near(&grid) {
-                let help = "move it towards the origin or make it smaller";
-                let message = "the volume reaches beyond 1e7 m";
-                return Err(self.error(span, "translation", message, help));
-            }
-            grids.push(grid);
-        }
+            self.grid(table, start.clone(), world_from_volume, axis)
+        });
+        let grids = grids.collect::<Result<Vec<_>, _>>()?;
         let factor = given.factor.unwrap_or_else(|| {
             let thickness = grids.iter().map(thickness).fold(0.0, f64::max);
             if !is_alone || thickness <= 0.0 {
@@ -196,6 +162,60 @@ impl Loader<'_> {
             self.scene.grids.push(grid);
         }
         Ok(())
+    }
+
+    /// Contents of a volume by channel, and the key that says where they are from.
+    fn contents(
+        &self,
+        table: &Spanned<VolumeTable>,
+    ) -> Result<(&'static str, Vec<Content>), SceneError> {
+        let (given, span) = (table.get_ref(), &table.span());
+        match (&given.file, &given.generate) {
+            (Some(file), None) => Ok(("file", self.of_file(table, file)?)),
+            (None, Some(cloud)) => {
+                let key = match given {
+                    VolumeTable { frames: Some(_), .. } => "frames",
+                    VolumeTable { grid: Some(_), .. } => "density",
+                    VolumeTable { color_grid: Some(_), .. } => "color_grid",
+                    _ => return Ok(("generate", vec![self.of_cloud(table, *cloud)?])),
+                };
+                let help = "remove it: a generated volume has no files";
+                Err(self.error(span, key, "frames or a grid of what has no file", help))
+            }
+            _ => {
+                let message = "a volume needs either a file or generate";
+                Err(self.error(span, "file", message, "give one of the two"))
+            }
+        }
+    }
+
+    /// A grid of the volume. `axis`: the channels that it takes.
+    fn grid(
+        &self,
+        table: &Spanned<VolumeTable>,
+        start: Frame,
+        world_from_volume: DMat4,
+        axis: Vec3,
+    ) -> Result<Grid, SceneError> {
+        let (given, span) = (table.get_ref(), &table.span());
+        let mut grid = Grid {
+            extinction: given.color * axis,
+            material: self.scene.materials.len() as u32,
+            anisotropy: given.anisotropy,
+            emission: given.emission.as_ref().map_or(0.0, |emission| emission.factor),
+            ..Grid::default()
+        };
+        put(&mut grid, start, world_from_volume, 1.0);
+        if let Some(problem) = grid.problem() {
+            let help = "change the scale, or the transform of the file";
+            return Err(self.error(span, "scale", &format!("the volume: {problem}"), help));
+        }
+        if !is_near(&grid) {
+            let help = "move it towards the origin or make it smaller";
+            let message = "the volume reaches beyond 1e7 m";
+            return Err(self.error(span, "translation", message, help));
+        }
+        Ok(grid)
     }
 
     /// A generated volume; only an explosion is hot.

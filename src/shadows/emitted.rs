@@ -57,21 +57,16 @@ impl Shadows {
         emitted: &[(&Emission, &Simulation)],
     ) -> Result<EmittedLoad, Error> {
         let kernel = self.kernel_of(&simulate::CASTERS)?;
-        let ((device, _), queue, set) = (self.device(), self.queue(), self.casters()?);
+        let ((device, _), set) = (self.device(), self.casters()?);
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(device, &mut memory);
         let slots: Vec<_> =
             emitted.iter().map(|(emission, _)| EmittedSlots::of(emission)).collect();
         let total: u32 = slots.iter().map(|emitter| emitter.group_count).sum();
-        let none = BufferUsages::empty();
-        let groups = allocator.storage::<HostGroup>(
-            "emitted_groups",
-            total.into(),
-            BufferUsages::COPY_SRC,
-        )?;
+        let (none, copied) = (BufferUsages::empty(), BufferUsages::COPY_SRC);
+        let groups = allocator.storage::<HostGroup>("emitted_groups", total.into(), copied)?;
         // Bound because the kernel has it: nobody reads it.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
-        let copied = BufferUsages::COPY_SRC;
         let counters = allocator.storage::<LoadCounters>("host_counters", 1, copied)?;
         let mut dispatches = Vec::with_capacity(emitted.len());
         let mut first_group = 0;
@@ -90,11 +85,9 @@ impl Shadows {
                 materials,
                 ..LoadParams::default()
             };
-            let load_params = allocator.uniform::<LoadParams>("load_params");
-            queue.write_buffer(&load_params, 0, bytemuck::bytes_of(&params));
+            let load_params = allocator.uniform("load_params", &params);
             let params = EmissionParams::new(emission, simulation.capacity());
-            let emission_params = allocator.uniform::<EmissionParams>("emission_params");
-            queue.write_buffer(&emission_params, 0, bytemuck::bytes_of(&params));
+            let emission_params = allocator.uniform("emission_params", &params);
             let resources = Resources::new()
                 .with("casters", &set.casters)
                 .with("materials", &set.materials)

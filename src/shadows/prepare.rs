@@ -130,10 +130,10 @@ impl MapSet {
         let blur = config.settings.blur;
         let mut soften = None;
         if window > 0 {
-            let (soft, softening) = Soften::new(&mut allocator, queue, maps, window)?;
+            let (soft, softening) = Soften::new(&mut allocator, maps, window)?;
             (maps, soften) = (soft, Some(softening));
         }
-        let blur = (blur > 0).then(|| Blur::new(&mut allocator, queue, &maps, blur)).transpose()?;
+        let blur = (blur > 0).then(|| Blur::new(&mut allocator, &maps, blur)).transpose()?;
         Ok(Self { maps, soften, blur, memory })
     }
 

@@ -196,12 +196,7 @@ impl Shadows {
             return Err(Input::HostDepth.invalid(0, problem));
         }
         self.upload(casters, inputs)?;
-        let device = self.kernels.device();
-        let can_queue =
-            self.config.tier == Tier::Native && device.features().contains(FETCH_FEATURES);
-        self.config.toggles.queued &= can_queue;
-        self.capacity.budget = settings.pair_budget.min(pair_limit(device));
-        self.config.settings = ShadowSettings { pair_budget: self.capacity.budget, ..*settings };
+        self.adopt(settings);
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
         let kernels = self.kernels.with_shelf(&self.host_shelf);
         set.set_host_casters(&kernels, casters.materials, inputs)?;
@@ -230,10 +225,18 @@ impl Shadows {
         }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, pair_capacity, culled } = frame;
-        let counted = &commands.counted;
+        let (counted, cache) = (&commands.counted, &maps.cache);
         self.statistics.reserve(self.kernels.device(), counted);
-        let cache = &maps.cache;
         let rendered = cache.pending.len();
+        let counters = Counters {
+            casters: casters.count() + set.emitted_count(),
+            views_rendered: rendered as u64,
+            views_kept: (cache.view_count() - rendered) as u64,
+            culled,
+            hidden: cache.hidden_count(),
+            pair_capacity,
+            ..Counters::default()
+        };
         let prepared = Prepared {
             queue: self.queue.clone(),
             kernels: self.kernels.clone(),
@@ -244,15 +247,7 @@ impl Shadows {
                 batches: counted.lists.len(),
                 has_host: counted.host.is_some(),
                 ordered: set.is_ordered(),
-                counters: Counters {
-                    casters: casters.count() + set.emitted_count(),
-                    views_rendered: rendered as u64,
-                    views_kept: (cache.view_count() - rendered) as u64,
-                    culled,
-                    hidden: cache.hidden_count(),
-                    pair_capacity,
-                    ..Counters::default()
-                },
+                counters,
             },
             statistics: Arc::clone(&self.statistics),
             commands: Arc::clone(&commands),
@@ -264,6 +259,16 @@ impl Shadows {
         };
         self.maps = Some(maps);
         Ok(prepared)
+    }
+
+    /// Takes settings over, within what the device can do.
+    fn adopt(&mut self, settings: &ShadowSettings) {
+        let device = self.kernels.device();
+        let can_queue =
+            self.config.tier == Tier::Native && device.features().contains(FETCH_FEATURES);
+        self.config.toggles.queued &= can_queue;
+        self.capacity.budget = settings.pair_budget.min(pair_limit(device));
+        self.config.settings = ShadowSettings { pair_budget: self.capacity.budget, ..*settings };
     }
 
     /// The device, and the tier of its kernels.

@@ -69,7 +69,7 @@ impl Shadows {
         let kernels = [self.kernel_of(&simulate::START)?, self.kernel_of(&simulate::PARTICLES)?];
         let mut rounds = Vec::new();
         for _ in 0..ROUNDS {
-            let params = allocator.uniform::<EmitterParams>("emitter_params");
+            let params = allocator.rewritten_uniform::<EmitterParams>("emitter_params");
             let resources =
                 Resources::new().with("emitter_params", &params).with("emitted", &emitted);
             let run = |kernel: &Kernel| {

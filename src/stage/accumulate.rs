@@ -48,67 +48,54 @@ pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/order
 const STORED: Choice = Choice::new("maps", "accumulator/maps_stored.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
-    name: "accumulate_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, LANE_CASTER],
-    constants: &[],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("accumulate_tiles", "entry/tile.wgsl")
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_segments",
     entry: "walk_segment",
-    root: "entry/segment.wgsl",
     with: &[FILTER, INVOCATION_ROWS, WAITING, MAPS, WALK, LANE_CASTER, SUMS],
-    constants: &[],
     tiers: Tier::ALL,
+    ..KernelDesc::new("accumulate_segments", "entry/segment.wgsl")
 };
 
 /// Replaces [`SEGMENTS`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
-    name: "accumulate_ordered",
     entry: "walk_ordered_segment",
-    root: "entry/ordered_segment.wgsl",
     with: &[FILTER, INVOCATION_ROWS, WAITING, ORDERED_MAPS, WALK, LANE_CASTER, SUMS],
     constants: &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
     tiers: Tier::ALL,
+    ..KernelDesc::new("accumulate_ordered", "entry/ordered_segment.wgsl")
 };
 
 pub const TINY: KernelDesc = KernelDesc {
-    name: "accumulate_tiny",
-    entry: "accumulate_tiny",
-    root: "entry/tiny.wgsl",
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     tiers: Tier::BY_ATOMICS,
+    ..KernelDesc::new("accumulate_tiny", "entry/tiny.wgsl")
 };
 
 pub const OVERFLOW: KernelDesc = KernelDesc {
-    name: "accumulate_overflow",
     entry: "scatter_overflow",
-    root: "entry/overflow.wgsl",
     with: &[MAPS, SUMS],
-    constants: &[],
     tiers: Tier::BY_ATOMICS,
+    ..KernelDesc::new("accumulate_overflow", "entry/overflow.wgsl")
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_disc_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
-    constants: &[],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("accumulate_disc_tiles", "entry/tile.wgsl")
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_disc_segments",
     entry: "walk_segment",
-    root: "entry/segment.wgsl",
     with: &[PLAIN, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
-    constants: &[],
     tiers: Tier::ALL,
+    ..KernelDesc::new("accumulate_disc_segments", "entry/segment.wgsl")
 };
 
 /// Kernels for casters that filter light.

@@ -8,18 +8,14 @@ use super::{
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
 };
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::KernelDesc;
 
 /// Edge of a workgroup [columns].
 pub const GROUP_SIZE: u32 = 8;
 
 pub const SCATTER: KernelDesc = KernelDesc {
-    name: "air_scatter",
-    entry: "air_scatter",
-    root: "shade/air_scatter.wgsl",
     with: &[OF_POINT, IN_REGISTERS],
-    constants: &[],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("air_scatter", "shade/air_scatter.wgsl")
 };
 
 /// [`SCATTER`] with area lights.
@@ -31,11 +27,4 @@ pub fn scatter(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_SCATTER } else { &SCATTER }
 }
 
-pub const SUM: KernelDesc = KernelDesc {
-    name: "air_sum",
-    entry: "air_sum",
-    root: "shade/air_sum.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const SUM: KernelDesc = KernelDesc::new("air_sum", "shade/air_sum.wgsl");

@@ -31,12 +31,10 @@ const WIDE_LANES: u32 = 64;
 pub const TILE_LANES: u32 = 64;
 
 pub const COUNT: KernelDesc = KernelDesc {
-    name: "bin_count",
-    entry: "bin_count",
-    root: "bin/bin_count.wgsl",
     with: &[walk::SCAN],
     constants: &[("SCAN_LANES", SERIAL_LANES as f64)],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("bin_count", "bin/bin_count.wgsl")
 };
 
 /// [`COUNT`] for GPUs.
@@ -44,21 +42,15 @@ pub const WIDE_COUNT: KernelDesc =
     KernelDesc { name: "bin_count_wide", constants: &[("SCAN_LANES", WIDE_LANES as f64)], ..COUNT };
 
 pub const SCAN: KernelDesc = KernelDesc {
-    name: "bin_scan",
-    entry: "bin_scan",
-    root: "bin/bin_scan.wgsl",
     with: &[walk::SCAN],
     constants: &[("SCAN_LANES", SCAN_LANES as f64)],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("bin_scan", "bin/bin_scan.wgsl")
 };
 
 pub const EMIT: KernelDesc = KernelDesc {
-    name: "bin_emit",
-    entry: "bin_emit",
-    root: "bin/bin_emit.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("bin_emit", "bin/bin_emit.wgsl")
 };
 
 /// [`EMIT`] for GPUs.
@@ -69,50 +61,18 @@ pub const WIDE_EMIT: KernelDesc = KernelDesc {
 };
 
 pub const TILES: KernelDesc = KernelDesc {
-    name: "bin_tiles",
-    entry: "bin_tiles",
-    root: "bin/bin_tiles.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("bin_tiles", "bin/bin_tiles.wgsl")
 };
 
 /// Where pairs did not fit, these bin the list again, a part of its tiles at a time.
-pub const PART_COUNT: KernelDesc = KernelDesc {
-    name: "part_count",
-    entry: "part_count",
-    root: "bin/part_count.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/part_count.wgsl");
 
-pub const PART_PLAN: KernelDesc = KernelDesc {
-    name: "part_plan",
-    entry: "part_plan",
-    root: "bin/part_plan.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/part_plan.wgsl");
 
-pub const PART_NEXT: KernelDesc = KernelDesc {
-    name: "part_next",
-    entry: "part_next",
-    root: "bin/part_next.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/part_next.wgsl");
 
-pub const PART_GATHER: KernelDesc = KernelDesc {
-    name: "part_gather",
-    entry: "part_gather",
-    root: "bin/part_gather.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const PART_GATHER: KernelDesc = KernelDesc::new("part_gather", "bin/part_gather.wgsl");
 
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]

@@ -2,15 +2,11 @@
 //!
 //! In: `composited`. `down` makes levels, each half as large; `up` adds to each its share of the coarser ones; `apply`
 //! -> `radiance`, `pixels`.
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::KernelDesc;
 
 /// Edge of a workgroup of passes over the whole picture [texels].
 pub const GROUP_SIZE: u32 = 8;
 
-const fn of(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { name, entry: name, root, with: &[], constants: &[], tiers: &[Tier::Core] }
-}
-
-pub const DOWN: KernelDesc = of("bloom_down", "bloom/bloom_down.wgsl");
-pub const UP: KernelDesc = of("bloom_up", "bloom/bloom_up.wgsl");
-pub const APPLY: KernelDesc = of("bloom_apply", "bloom/bloom_apply.wgsl");
+pub const DOWN: KernelDesc = KernelDesc::new("bloom_down", "bloom/bloom_down.wgsl");
+pub const UP: KernelDesc = KernelDesc::new("bloom_up", "bloom/bloom_up.wgsl");
+pub const APPLY: KernelDesc = KernelDesc::new("bloom_apply", "bloom/bloom_apply.wgsl");

@@ -4,7 +4,7 @@
 //! In: the maps. Out: the same. `near_around` holds, per texel, the nearest translucent depth of its
 //! window, its alpha, and the first depth of the window's curves; `rows` the sum over a row's window and
 //! its weight.
-use crate::gpu::{Choice, Constant, KernelDesc, Tier};
+use crate::gpu::{Choice, Constant, KernelDesc};
 use bytemuck::{Pod, Zeroable};
 
 /// A pass of a separable filter.
@@ -13,8 +13,8 @@ pub(super) const fn separable(
     with: &'static [Choice],
     constants: &'static [Constant],
 ) -> KernelDesc {
-    let (entry, root, tiers) = ("filter_window", "blur/separable.wgsl", &[Tier::Core]);
-    KernelDesc { name, entry, root, with, constants, tiers }
+    let of_window = KernelDesc::new("filter_window", "blur/separable.wgsl");
+    KernelDesc { name, with, constants, ..of_window }
 }
 
 const WINDOW: Choice = Choice::new("window", "blur/window.wgsl");
@@ -33,12 +33,10 @@ pub const COLUMNS: KernelDesc =
     separable("blur_columns", &[Choice::new("accumulator", "blur/columns.wgsl"), WINDOW], COLUMN);
 
 pub const CURVE_ROWS: KernelDesc = KernelDesc {
-    name: "blur_curve_rows",
     entry: "blur_curves",
-    root: "blur/curves.wgsl",
     with: &[Choice::new("below", "blur/curves.wgsl")],
     constants: &[("NODES", 8.0)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("blur_curve_rows", "blur/curves.wgsl")
 };
 pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
     name: "blur_curve_columns",
@@ -47,14 +45,7 @@ pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
 };
 
 /// Makes a mip level of the filter map.
-pub const FILTER_MIP: KernelDesc = KernelDesc {
-    name: "make_filter_mip",
-    entry: "make_filter_mip",
-    root: "blur/filter_mip.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const FILTER_MIP: KernelDesc = KernelDesc::new("make_filter_mip", "blur/filter_mip.wgsl");
 
 /// WGSL: `wgsl/blur/window.wgsl`.
 #[repr(C)]

@@ -11,35 +11,23 @@
 //!
 //! Both deciding steps of the test are integer arithmetic on numbers made by correctly rounded operations,
 //! so every device finds the same bits. The test is conservative: it errs towards reaching.
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::KernelDesc;
 
 /// Invocations of a workgroup of `count` and `emit`.
 pub const LANES: u32 = 64;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 pub const COUNT: KernelDesc = KernelDesc {
-    name: "cluster_count",
-    entry: "cluster_count",
-    root: "cluster/cluster_count.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("cluster_count", "cluster/cluster_count.wgsl")
 };
 
 pub const SCAN: KernelDesc = KernelDesc {
-    name: "cluster_scan",
-    entry: "cluster_scan",
-    root: "cluster/cluster_scan.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("cluster_scan", "cluster/cluster_scan.wgsl")
 };
 
 pub const EMIT: KernelDesc = KernelDesc {
-    name: "cluster_emit",
-    entry: "cluster_emit",
-    root: "cluster/cluster_emit.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("cluster_emit", "cluster/cluster_emit.wgsl")
 };

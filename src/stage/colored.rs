@@ -11,39 +11,31 @@ const COLORED: Choice = Choice::new("accumulator", "accumulator/colored.wgsl");
 const COLORED_DEPTHS: Choice = Choice::new("output", "accumulator/colored.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
-    name: "colored_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[IN_ORDER, COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER],
-    constants: &[],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("colored_tiles", "entry/tile.wgsl")
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
-    name: "colored_segments",
     entry: "walk_segment",
-    root: "entry/segment.wgsl",
     with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER, SUMS],
-    constants: &[],
     tiers: Tier::ALL,
+    ..KernelDesc::new("colored_segments", "entry/segment.wgsl")
 };
 
 pub const OVERFLOW: KernelDesc = KernelDesc {
-    name: "colored_overflow",
     entry: "scatter_overflow",
-    root: "entry/overflow.wgsl",
     with: &[COLORED_DEPTHS, SUMS],
-    constants: &[],
     tiers: Tier::BY_ATOMICS,
+    ..KernelDesc::new("colored_overflow", "entry/overflow.wgsl")
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
-    name: "colored_resolve",
     entry: "resolve_tile",
-    root: "entry/resolve.wgsl",
     with: &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, SUMS],
-    constants: &[],
     tiers: Tier::BY_ATOMICS,
+    ..KernelDesc::new("colored_resolve", "entry/resolve.wgsl")
 };
 
 /// Kernels for casters that block light, with coloured dithering.

@@ -44,9 +44,7 @@ pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
-    name: "accumulate_curve_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[
         IN_ORDER,
         CURVES,
@@ -63,12 +61,11 @@ pub const TILES: KernelDesc = KernelDesc {
     ],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
+    ..KernelDesc::new("accumulate_curve_tiles", "entry/tile.wgsl")
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_curve_segments",
     entry: "walk_segment",
-    root: "entry/segment.wgsl",
     with: &[
         CURVES,
         INVOCATION_ROWS,
@@ -83,12 +80,11 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     ],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
+    ..KernelDesc::new("accumulate_curve_segments", "entry/segment.wgsl")
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_curve_disc_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[
         IN_ORDER,
         CURVES,
@@ -105,12 +101,11 @@ pub const DISC_TILES: KernelDesc = KernelDesc {
     ],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
+    ..KernelDesc::new("accumulate_curve_disc_tiles", "entry/tile.wgsl")
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_curve_disc_segments",
     entry: "walk_segment",
-    root: "entry/segment.wgsl",
     with: &[
         CURVES,
         INVOCATION_ROWS,
@@ -125,13 +120,13 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     ],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
+    ..KernelDesc::new("accumulate_curve_disc_segments", "entry/segment.wgsl")
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
-    name: "resolve_curve",
     entry: "resolve_tile",
-    root: "entry/resolve.wgsl",
     with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, NODES, RESOLVED, SUMS],
     constants: &[("NODES", 8.0)],
     tiers: Tier::BY_ATOMICS,
+    ..KernelDesc::new("resolve_curve", "entry/resolve.wgsl")
 };

@@ -3,27 +3,19 @@
 //!
 //! `import_depths` In: `host_depths` of one view. Out: `opaques`, lowered or replaced. `convert_maps` In:
 //! `filters`, `nearests`. Out: `converted`, words to be copied to a texture.
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::KernelDesc;
 
 /// Edge of a workgroup [texels].
 const EDGE: u32 = 8;
 
 pub const DEPTHS: KernelDesc = KernelDesc {
-    name: "import_depths",
-    entry: "import_depths",
-    root: "import/import_depths.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_EDGE", EDGE as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("import_depths", "import/import_depths.wgsl")
 };
 
 pub const MAPS: KernelDesc = KernelDesc {
-    name: "convert_maps",
-    entry: "convert_maps",
-    root: "import/convert_maps.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_EDGE", EDGE as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("convert_maps", "import/convert_maps.wgsl")
 };
 
 /// Workgroups for a map of so many texels.

@@ -3,21 +3,14 @@
 //!
 //! In: the maps. Out: `levels`, records level by level (`src/records/area.rs`). `new_levels` takes one
 //! level at a time and is copied, as a level is read while the next is made.
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc};
 use bytemuck::{Pod, Zeroable};
 
 /// Edge of a workgroup [blocks].
 pub const GROUP_SIZE: u32 = 8;
 
 const fn of(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        entry: "level_blocks",
-        root: "levels/level_blocks.wgsl",
-        with,
-        constants: &[],
-        tiers: &[Tier::Core],
-    }
+    KernelDesc { name, with, ..KernelDesc::new("level_blocks", "levels/level_blocks.wgsl") }
 }
 
 /// Look-up for point lights only; area lights give no penumbra.

@@ -33,22 +33,18 @@ const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
 /// Replaces [`DISC_TILES`](super::accumulate::DISC_TILES) where discs are collected in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_disc_queue_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[INTERLEAVED, PLAIN, DISCS, MAPS, FETCHED, QUEUE],
-    constants: &[],
     tiers: &[Tier::Native],
+    ..KernelDesc::new("accumulate_disc_queue_tiles", "entry/tile.wgsl")
 };
 
 /// Replaces [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs are collected in a queue.
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_disc_queue_segments",
     entry: "walk_segment",
-    root: "entry/segment.wgsl",
     with: &[PLAIN, DISCS, MAPS, QUEUE, SUMS],
-    constants: &[],
     tiers: &[Tier::Native],
+    ..KernelDesc::new("accumulate_disc_queue_segments", "entry/segment.wgsl")
 };
 
 /// Splats that are collected in a queue; elsewhere they take the kernels of any casters.

@@ -13,42 +13,28 @@ use crate::gpu::{Choice, KernelDesc, Tier};
 pub const LOADER: &str = "loader";
 
 pub const CASTERS: KernelDesc = KernelDesc {
-    name: "load_casters",
-    entry: "load_casters",
-    root: "load/load_casters.wgsl",
     with: &[Choice::new(LOADER, "load/load_plain.wgsl")],
-    constants: &[],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("load_casters", "load/load_casters.wgsl")
 };
 
 pub const GAUSSIANS: KernelDesc = KernelDesc {
-    name: "load_gaussians",
-    entry: "load_gaussians",
-    root: "load/load_gaussians.wgsl",
     with: &[Choice::new(LOADER, "load/load_plain_gaussian.wgsl")],
-    constants: &[],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("load_gaussians", "load/load_gaussians.wgsl")
 };
 
 pub const BRICKS: KernelDesc = KernelDesc {
-    name: "load_bricks",
     entry: "load_casters",
-    root: "load/load_casters.wgsl",
     with: &[Choice::new(LOADER, "load/load_bricks.wgsl")],
-    constants: &[],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("load_bricks", "load/load_casters.wgsl")
 };
 
 /// Invocations for the 729 voxels of a brick.
 const VOXEL_LANES: u32 = 128;
 
 pub const VOXELS: KernelDesc = KernelDesc {
-    name: "pack_voxels",
-    entry: "pack_voxels",
-    root: "load/pack_voxels.wgsl",
     with: &[Choice::new(LOADER, "load/load_texture.wgsl")],
     constants: &[("WORKGROUP_SIZE", VOXEL_LANES as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("pack_voxels", "load/pack_voxels.wgsl")
 };
 
 /// Combinations of a view and a group that a workgroup culls. WGSL: `wgsl/load/cull.wgsl`.
@@ -57,12 +43,10 @@ pub const CULL_BLOCK: u32 = 128;
 const SCAN_LANES: u32 = 256;
 
 pub const CULL_GROUPS: KernelDesc = KernelDesc {
-    name: "cull_groups",
-    entry: "cull_groups",
-    root: "load/cull_groups.wgsl",
     with: &[SCAN],
     constants: &[("SCAN_LANES", CULL_BLOCK as f64)],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("cull_groups", "load/cull_groups.wgsl")
 };
 
 pub const CULL_SCAN: KernelDesc = KernelDesc {

@@ -10,7 +10,7 @@ use super::{
     shade::{SEEN_STATE, of_pixels},
     walk::IN_ORDER,
 };
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc};
 
 /// Edge of a workgroup [pixels].
 pub const GROUP_SIZE: u32 = 8;
@@ -18,10 +18,6 @@ pub const GROUP_SIZE: u32 = 8;
 /// Number of masks that one invocation computes, of `count`.
 pub fn masks_at_once(count: u32) -> u32 {
     count.next_power_of_two().min(4)
-}
-
-const fn of(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { name, entry: name, root, with: &[], constants: &[], tiers: &[Tier::Core] }
 }
 
 const KEEP_WHOLE: Choice = Choice::new("keep", "mask/keep_whole.wgsl");
@@ -39,8 +35,10 @@ pub const HALF_SURFACES: KernelDesc = KernelDesc {
     ..SURFACES
 };
 /// Surfaces of a host's depths, for masks of the picture's size.
-pub const HOST_SURFACES: KernelDesc =
-    KernelDesc { with: &[KEEP_WHOLE], ..of("mask_host_surfaces", "mask/mask_host_surfaces.wgsl") };
+pub const HOST_SURFACES: KernelDesc = KernelDesc {
+    with: &[KEEP_WHOLE],
+    ..KernelDesc::new("mask_host_surfaces", "mask/mask_host_surfaces.wgsl")
+};
 /// Surfaces of a host's depths, for masks of half the picture's size.
 pub const HALF_HOST_SURFACES: KernelDesc =
     KernelDesc { name: "half_mask_host_surfaces", with: &[KEEP_HALF], ..HOST_SURFACES };
@@ -51,7 +49,7 @@ const NOT_JOINED: Choice = Choice::new(JOINED, "mask/joined_none.wgsl");
 
 pub const LOOK_UP: KernelDesc = KernelDesc {
     with: &[OF_POINT, IN_REGISTERS, NOT_JOINED],
-    ..of("mask_look_up", "mask/mask_look_up.wgsl")
+    ..KernelDesc::new("mask_look_up", "mask/mask_look_up.wgsl")
 };
 /// [`LOOK_UP`] with area lights.
 pub const AREA_LOOK_UP: KernelDesc =
@@ -61,5 +59,5 @@ pub fn look_up(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }
 }
 
-pub const BLUR: KernelDesc = of("mask_blur", "mask/mask_blur.wgsl");
-pub const ENLARGE: KernelDesc = of("mask_enlarge", "mask/mask_enlarge.wgsl");
+pub const BLUR: KernelDesc = KernelDesc::new("mask_blur", "mask/mask_blur.wgsl");
+pub const ENLARGE: KernelDesc = KernelDesc::new("mask_enlarge", "mask/mask_enlarge.wgsl");

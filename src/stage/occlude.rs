@@ -19,49 +19,37 @@ pub(super) const DEPTHS: Choice = Choice::new("output", "accumulator/depths.wgsl
 /// Opaque triangles of a few texels, written straight to `small_depths`, one element per texel of the
 /// batch: views follow each other, row by row.
 pub const SMALL: KernelDesc = KernelDesc {
-    name: "occlude_small",
-    entry: "occlude_small",
-    root: "entry/small.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("occlude_small", "entry/small.wgsl")
 };
 
 pub const TILES: KernelDesc = KernelDesc {
-    name: "occlude_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER],
-    constants: &[],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("occlude_tiles", "entry/tile.wgsl")
 };
 
 /// Tiles of opaque triangles only.
 pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
-    name: "occlude_triangle_tiles",
     entry: "walk_tile",
-    root: "entry/tile.wgsl",
     with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
-    constants: &[],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("occlude_triangle_tiles", "entry/tile.wgsl")
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
-    name: "occlude_segments",
     entry: "walk_segment",
-    root: "entry/segment.wgsl",
     with: &[DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER, SUMS],
-    constants: &[],
     tiers: Tier::ALL,
+    ..KernelDesc::new("occlude_segments", "entry/segment.wgsl")
 };
 
 pub const OVERFLOW: KernelDesc = KernelDesc {
-    name: "occlude_overflow",
     entry: "scatter_overflow",
-    root: "entry/overflow.wgsl",
     with: &[DEPTHS, SUMS],
-    constants: &[],
     tiers: Tier::BY_ATOMICS,
+    ..KernelDesc::new("occlude_overflow", "entry/overflow.wgsl")
 };
 
 /// Kernels for casters that block light.

@@ -2,37 +2,25 @@
 //!
 //! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and rectangle per
 //! (caster, view), at an index that the CPU knows; for Gaussians and triangles also a setup.
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::KernelDesc;
 use bytemuck::{Pod, Zeroable};
 
 /// Casters of a chunk: invocations of a workgroup.
 pub const CHUNK_SIZE: u32 = 256;
 
 pub const PARTICLES: KernelDesc = KernelDesc {
-    name: "project_particles",
-    entry: "project_particles",
-    root: "project/project_particles.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("project_particles", "project/project_particles.wgsl")
 };
 
 pub const GAUSSIANS: KernelDesc = KernelDesc {
-    name: "project_gaussians",
-    entry: "project_gaussians",
-    root: "project/project_gaussians.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("project_gaussians", "project/project_gaussians.wgsl")
 };
 
 pub const TRIANGLES: KernelDesc = KernelDesc {
-    name: "project_triangles",
-    entry: "project_triangles",
-    root: "project/project_triangles.wgsl",
-    with: &[],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("project_triangles", "project/project_triangles.wgsl")
 };
 
 /// A run of casters for one view. WGSL: `wgsl/records/chunk.wgsl`.

@@ -2,13 +2,7 @@
 //!
 //! In: `composited`, without what is seen elsewhere, `bends` and `behinds` of the whole picture, by `shade`'s
 //! `composite`. `bloom`'s `down` makes the smaller levels of `behinds`. `apply` -> `radiance`, `pixels`.
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::KernelDesc;
 
-pub const APPLY: KernelDesc = KernelDesc {
-    name: "refraction_apply",
-    entry: "refraction_apply",
-    root: "refraction/refraction_apply.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const APPLY: KernelDesc =
+    KernelDesc::new("refraction_apply", "refraction/refraction_apply.wgsl");

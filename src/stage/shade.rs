@@ -70,33 +70,22 @@ const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl
 const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
 
 pub const SEEN: KernelDesc = KernelDesc {
-    name: "shade_seen",
-    entry: "shade_seen",
-    root: "shade/shade_seen.wgsl",
     with: &[IN_ORDER, SEEN_STATE, WALK, FACED_LANE_CASTER],
     constants: &[FILTERS_IMAGES],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("shade_seen", "shade/shade_seen.wgsl")
 };
 
 pub const LAYERS: KernelDesc = KernelDesc {
-    name: "shade_layers",
-    entry: "shade_layers",
-    root: "shade/shade_layers.wgsl",
     with: &[IN_ORDER, LAYER_STATE, WALK, FACED_LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("shade_layers", "shade/shade_layers.wgsl")
 };
 
 /// A kernel over the pixels of a band, one invocation per pixel.
 pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc {
-        name,
-        entry: name,
-        root,
-        with: &[IN_ORDER, SEEN_STATE],
-        constants: &[],
-        tiers: &[Tier::Core],
-    }
+    KernelDesc { with: &[IN_ORDER, SEEN_STATE], ..KernelDesc::new(name, root) }
 }
 
 pub const SURFACES: KernelDesc = KernelDesc {
@@ -149,7 +138,7 @@ pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc
 
 /// A kernel over points or footprints, one invocation each.
 const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { name, entry: name, root, with: &[], constants: LANES, tiers: &[Tier::Core] }
+    KernelDesc { constants: LANES, ..KernelDesc::new(name, root) }
 }
 
 pub const PANES: KernelDesc = KernelDesc {

@@ -4,31 +4,15 @@
 //! in up to eight time steps, `simulate_particles` advances all by these steps. Nothing is read back: a
 //! particle's slot follows from its number. `load_emitted` In: `emitted`. Out: `casters`, and a box around each 256 of them.
 use super::load;
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc};
 
-pub const START: KernelDesc = KernelDesc {
-    name: "start_particles",
-    entry: "start_particles",
-    root: "simulate/start_particles.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const START: KernelDesc = KernelDesc::new("start_particles", "simulate/start_particles.wgsl");
 
-pub const PARTICLES: KernelDesc = KernelDesc {
-    name: "simulate_particles",
-    entry: "simulate_particles",
-    root: "simulate/simulate_particles.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const PARTICLES: KernelDesc =
+    KernelDesc::new("simulate_particles", "simulate/simulate_particles.wgsl");
 
 pub const CASTERS: KernelDesc = KernelDesc {
-    name: "load_emitted",
     entry: "load_casters",
-    root: "load/load_casters.wgsl",
     with: &[Choice::new(load::LOADER, "simulate/load_emitted.wgsl")],
-    constants: &[],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("load_emitted", "load/load_casters.wgsl")
 };

@@ -4,7 +4,7 @@
 //! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
 //! dithered surfaces as one more ramp.
 use super::{blur::separable, curve, walk};
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc};
 use bytemuck::{Pod, Zeroable};
 
 const WINDOW: Choice = Choice::new("window", "soften/run.wgsl");
@@ -25,16 +25,13 @@ pub const CURVE_TEXELS: u32 = 4;
 
 /// After [`ROWS`], or [`COLORED_ROWS`], which leave the same with curves.
 pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
-    name: "soften_curve_columns",
-    entry: "soften_curve_columns",
-    root: "soften/curve_columns.wgsl",
     with: &[
         Choice::new("visit", "soften/curve_columns.wgsl"),
         walk::INVOCATION_ROWS,
         curve::OPEN_NODES,
     ],
     constants: &[("NODES", 8.0)],
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("soften_curve_columns", "soften/curve_columns.wgsl")
 };
 
 /// Layers of `rows` per layer of the maps. WGSL: `run_layer` in `wgsl/soften/run.wgsl`.

@@ -326,8 +326,8 @@ impl<'a> Picture<'a> {
         let around =
             (-EDGES..=EDGES).flat_map(|y| (-EDGES..=EDGES).map(move |x| at + IVec2::new(x, y)));
         let mut around = around.filter(|&texel| map.contains(texel));
-        let own = cover(at);
-        if around.all(|texel| cover(texel) == own) {
+        let covers = cover(at);
+        if around.all(|texel| cover(texel) == covers) {
             return None;
         }
         // From the light's plane through the surface to the picture.

@@ -3,11 +3,12 @@
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;
-import package::bind::stored::{footprints, keys, rects, setups};
+import package::bind::stored::{footprints, setups};
 import package::bind::uniform::{materials, project_params, views};
 import package::features::PARALLEL;
 import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach_squared};
 import package::project::outline_of::{has_outline, outline_of};
+import package::project::put::put;
 import package::records::caster::look_material;
 import package::records::dispatch::workgroup_number;
 import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL};
@@ -22,12 +23,6 @@ override WORKGROUP_SIZE: u32;
 const MIN_COSINE: f32 = 0.05;
 const MEDIUM_REACH: f32 = 4.0; // around the closest approach, where a medium absorbs [standard deviations]
 const ROOT_TAU: f32 = 2.5066283;
-
-fn put(index: u32, key: u32, rect: vec2<u32>) {
-    let texel = record_texel(index);
-    textureStore(keys, texel, vec4(key, index, 0u, 0u));
-    textureStore(rects, texel, vec4(rect, 0u, 0u));
-}
 
 // Columns are the axes of a unit quaternion.
 fn axes_of(q: vec4<f32>) -> mat3x3<f32> {

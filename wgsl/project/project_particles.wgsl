@@ -3,12 +3,13 @@
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;
-import package::bind::stored::{footprints, keys, rects};
+import package::bind::stored::footprints;
 import package::bind::uniform::{materials, project_params, views};
 import package::features::{HAS_BRICKS, HAS_CAPSULES};
 import package::hit::capsule::capsule_setup;
 import package::project::brick_extent::brick_extent;
 import package::project::capsule_extent::{capsule_extent, capsule_tiles};
+import package::project::put::put;
 import package::project::tangents::tangents;
 import package::records::brick::brick_of;
 import package::records::capsule::CAPSULE_MARK;
@@ -30,12 +31,6 @@ const MIN_COSINE: f32 = 0.05;
 const SQRT_2: f32 = 1.41421356;
 // A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its farthest.
 const BRICK_NEAR: f32 = 1e-3;
-
-fn put(index: u32, key: u32, rect: vec2<u32>) {
-    let texel = record_texel(index);
-    textureStore(keys, texel, vec4(key, index, 0u, 0u));
-    textureStore(rects, texel, vec4(rect, 0u, 0u));
-}
 
 fn is_unseen(material: GpuMaterial) -> bool {
     return material.transfer == TRANSFER_NONE && project_params.include_non_casters == 0u;

@@ -4,10 +4,11 @@
 
 import package::bind::read::chunks;
 import package::bind::sampled::triangles;
-import package::bind::stored::{footprints, keys, rects, setups};
+import package::bind::stored::{footprints, setups};
 import package::bind::uniform::{project_params, views};
 import package::features::HAS_VERTEX_COLORS;
 import package::hit::triangle_edges::{edge_line, owns_edge, precedes};
+import package::project::put::put;
 import package::records::dispatch::workgroup_number;
 import package::records::octahedral::octahedral;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
@@ -16,12 +17,6 @@ import package::records::tile_rect::{INVISIBLE, SLACK, box_rect, depth_key, dist
 import package::records::view::MIN_DISTANCE;
 
 override WORKGROUP_SIZE: u32;
-
-fn put(index: u32, key: u32, rect: vec2<u32>) {
-    let texel = record_texel(index);
-    textureStore(keys, texel, vec4(key, index, 0u, 0u));
-    textureStore(rects, texel, vec4(rect, 0u, 0u));
-}
 
 fn put_setup(setup_index: u32, texel: u32, value: vec4<u32>) {
     textureStore(setups, record_texel(setup_index * SETUP_TEXELS + texel), value);

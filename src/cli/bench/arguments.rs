@@ -1,5 +1,5 @@
 //! Command line arguments of `gobo bench`.
-use crate::cli::values::{BackendName, key_value};
+use crate::cli::{arguments::DeviceArguments, values::key_value};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -67,12 +67,8 @@ pub(crate) struct BenchArguments {
     /// Pairs that a batch may hold at most
     #[arg(long, value_parser = count, value_name = "PAIRS")]
     pub(super) pair_budget: Option<u32>,
-    /// The interface to the hardware
-    #[arg(long, default_value = "auto")]
-    pub(super) backend: BackendName,
-    /// Part of the adapter's name, as `gobo info` prints it
-    #[arg(long, value_name = "NAME")]
-    pub(super) adapter: Option<String>,
+    #[command(flatten)]
+    pub(super) device: DeviceArguments,
     /// Write the results as JSON
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,

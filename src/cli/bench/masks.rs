@@ -36,7 +36,7 @@ struct Row {
 
 /// Prints the results, and writes them as JSON with `--json`.
 pub(super) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
-    let mut renderer = Renderer::new(arguments.backend.into(), arguments.adapter.as_deref())?;
+    let mut renderer = arguments.device.renderer()?;
     files::print(&format!("{}, ms of shadows in the picture", renderer.device()))?;
     let columns = ["lights", "picture", "pcf 5x5", "full", "half", "pcf/full", "pcf/half", "masks"];
     let columns: Vec<_> = columns.iter().map(|name| format!("{name:>9}")).collect();

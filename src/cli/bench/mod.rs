@@ -27,7 +27,7 @@ use report::Report;
 const MIN_RASTER_OPACITY: f32 = 0.005;
 
 pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
-    let backend = Backend::from(arguments.backend);
+    let backend = arguments.device.backend();
     if backend == Backend::Cpu {
         return Err(Failure::Usage(
             "gobo bench measures kernels; a software adapter such as lavapipe runs them on the CPU: \
@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     if arguments.stage.is_some() {
         return masks::run(arguments);
     }
-    let selection = Selection { backend, adapter: arguments.adapter.clone(), tier: None };
+    let selection = Selection { backend, adapter: arguments.device.adapter.clone(), tier: None };
     let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget)?;
     if arguments.receiver == ReceiverName::Curve {
         bench.set_nodes(arguments.nodes);

@@ -72,56 +72,76 @@ fn line(svg: &mut String, from: (f64, f64), to: (f64, f64), color: &str) {
     );
 }
 
-/// Powers of ten that enclose the values.
-fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
-    let (low, high) = values
-        .filter(|value| *value > 0.0)
-        .map(f64::log10)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    if low > high {
-        return (0, 1);
-    }
-    let low = low.floor() as i32;
-    (low, (high.ceil() as i32).max(low + 1))
+fn rect(svg: &mut String, x: f64, y: f64, (width, height): (f64, u32), color: &str) {
+    let _ = writeln!(
+        svg,
+        r#"<rect x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height}" fill="{color}"/>"#
+    );
 }
 
 /// Grid lines per decade.
 const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
 
+/// A logarithmic axis.
+struct Axis {
+    /// Powers of ten at its ends.
+    low: i32,
+    high: i32,
+    /// Position of its low end, and its length [px].
+    start: f64,
+    length: f64,
+}
+
+impl Axis {
+    fn new(values: impl Iterator<Item = f64>, start: f64, length: f64) -> Self {
+        let (low, high) = values
+            .filter(|value| *value > 0.0)
+            .map(f64::log10)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = if low > high {
+            (0, 1)
+        } else {
+            (low.floor() as i32, (high.ceil() as i32).max(low.floor() as i32 + 1))
+        };
+        Self { low, high, start, length }
+    }
+
+    fn at(&self, value: f64) -> f64 {
+        let part = value.max(1e-9).log10() - f64::from(self.low);
+        self.start + self.length * part / f64::from(self.high - self.low)
+    }
+
+    /// Values of grid lines, and whether they have labels: between the decades only if these are few.
+    fn marks(&self) -> impl Iterator<Item = (f64, bool)> {
+        let (low, high) = (self.low, self.high);
+        let decade = |decade: i32| STEPS.map(|step| step * 10f64.powi(decade));
+        let marks = (low..high).flat_map(decade).chain([10f64.powi(high)]);
+        marks.map(move |mark| (mark, high - low < 4 || mark.log10().fract() == 0.0))
+    }
+}
+
+/// Milliseconds of compute and of the raster pipeline.
+fn ms(row: &Row) -> [Option<f64>; 2] {
+    [Some(row.compute.compute_ms), row.raster.as_ref().map(|raster| raster.raster_ms)]
+}
+
 /// Milliseconds over casters, both logarithmic: compute as full lines and discs, raster as dashed
 /// lines and rings.
 fn times(rows: &[Row]) -> String {
     let (left, top, width, height) = (60.0, 24.0, 530.0, 380.0);
-    let (x_low, x_high) = decades(rows.iter().map(|row| f64::from(row.case.casters)));
-    let ms = |row: &Row| {
-        [Some(row.compute.compute_ms), row.raster.as_ref().map(|raster| raster.raster_ms)]
-    };
-    let (y_low, y_high) = decades(rows.iter().flat_map(ms).flatten());
-    let x_of = |casters: f64| {
-        left + width * (casters.log10() - f64::from(x_low)) / f64::from(x_high - x_low)
-    };
-    let y_of = |ms: f64| {
-        let part = (ms.max(1e-9).log10() - f64::from(y_low)) / f64::from(y_high - y_low);
-        top + height * (1.0 - part)
-    };
-    let mut svg = format!("<svg width=\"{WIDTH}\" height=\"450\">\n");
     let (right, bottom) = (left + width, top + height);
-    let marks = |low: i32, high: i32| {
-        let decade = |decade: i32| STEPS.map(|step| step * 10f64.powi(decade));
-        let marks: Vec<f64> = (low..high).flat_map(decade).chain([10f64.powi(high)]).collect();
-        marks
-    };
-    // Labels between the decades only if these are few.
-    let is_labelled = |mark: f64, low, high| high - low < 4 || mark.log10().fract() == 0.0;
-    for mark in marks(x_low, x_high) {
-        let x = x_of(mark);
+    let x_axis = Axis::new(rows.iter().map(|row| f64::from(row.case.casters)), left, width);
+    let y_axis = Axis::new(rows.iter().flat_map(ms).flatten(), bottom, -height);
+    let mut svg = format!("<svg width=\"{WIDTH}\" height=\"450\">\n");
+    for (mark, is_labelled) in x_axis.marks() {
+        let x = x_axis.at(mark);
         line(&mut svg, (x, top), (x, bottom), "#ddd");
-        if is_labelled(mark, x_low, x_high) {
+        if is_labelled {
             text(&mut svg, x, bottom + 15.0, "middle", &short(mark.round() as u32));
         }
     }
-    for mark in marks(y_low, y_high) {
-        let y = y_of(mark);
+    for (mark, _) in y_axis.marks() {
+        let y = y_axis.at(mark);
         line(&mut svg, (left, y), (right, y), "#ddd");
         // 10^-3 and its like are printed without rounding errors.
         text(&mut svg, left - 5.0, y + 4.0, "end", &format!("{}", (mark * 1e9).round() / 1e9));
@@ -139,26 +159,17 @@ fn times(rows: &[Row]) -> String {
         let color = COLORS[index % COLORS.len()];
         let mut of_series: Vec<&Row> = rows.iter().filter(|row| series(row) == *name).collect();
         of_series.sort_by_key(|row| row.case.casters);
-        for (path, dash) in [(0, ""), (1, r#" stroke-dasharray="5 4""#)] {
-            let points: Vec<(f64, f64)> = of_series
-                .iter()
-                .filter_map(|row| {
-                    ms(row)[path].map(|ms| (x_of(f64::from(row.case.casters)), y_of(ms)))
-                })
-                .collect();
-            let list: Vec<_> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-            let list = list.join(" ");
-            let _ = writeln!(
-                svg,
-                r#"<polyline points="{list}" fill="none" stroke="{color}" stroke-width="2"{dash}/>"#
+        for (pipeline, dash) in [(0, ""), (1, r#" stroke-dasharray="5 4""#)] {
+            let point = |row: &&Row| {
+                let ms = ms(row)[pipeline]?;
+                Some((x_axis.at(f64::from(row.case.casters)), y_axis.at(ms)))
+            };
+            polyline(
+                &mut svg,
+                &of_series.iter().filter_map(point).collect::<Vec<_>>(),
+                color,
+                dash,
             );
-            for (x, y) in points {
-                let fill = if dash.is_empty() { color } else { "white" };
-                let _ = writeln!(
-                    svg,
-                    r#"<circle cx="{x:.1}" cy="{y:.1}" r="3.5" fill="{fill}" stroke="{color}"/>"#
-                );
-            }
         }
         let y = top + 15.0 * (index + 1) as f64;
         line(&mut svg, (right + 15.0, y - 4.0), (right + 35.0, y - 4.0), color);
@@ -168,6 +179,23 @@ fn times(rows: &[Row]) -> String {
     text(&mut svg, right + 15.0, y, "start", "full lines, discs: compute");
     text(&mut svg, right + 15.0, y + 15.0, "start", "dashed lines, rings: raster");
     svg + "</svg>\n"
+}
+
+/// A line through points: full with discs, or dashed with rings.
+fn polyline(svg: &mut String, points: &[(f64, f64)], color: &str, dash: &str) {
+    let list: Vec<_> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+    let list = list.join(" ");
+    let _ = writeln!(
+        svg,
+        r#"<polyline points="{list}" fill="none" stroke="{color}" stroke-width="2"{dash}/>"#
+    );
+    let fill = if dash.is_empty() { color } else { "white" };
+    for (x, y) in points {
+        let _ = writeln!(
+            svg,
+            r#"<circle cx="{x:.1}" cy="{y:.1}" r="3.5" fill="{fill}" stroke="{color}"/>"#
+        );
+    }
 }
 
 /// Parts with a colour of their own.
@@ -214,10 +242,7 @@ fn bars(
         }
         let mut x = left;
         for (part, color) in widths.into_iter().zip(COLORS) {
-            let _ = writeln!(
-                svg,
-                r#"<rect x="{x:.1}" y="{y:.1}" width="{part:.1}" height="16" fill="{color}"/>"#
-            );
+            rect(&mut svg, x, y, (part, 16), color);
             x += part;
         }
         if !relative {
@@ -233,21 +258,22 @@ fn bars(
     if sums.len() > PARTS {
         names.push("others");
     }
-    let (mut x, mut y) = (10.0, bottom + 35.0);
-    for (name, color) in names.into_iter().zip(COLORS) {
+    legend(&mut svg, &names, bottom + 35.0);
+    svg + "</svg>\n"
+}
+
+/// Names beside their colours, in rows from `y` on.
+fn legend(svg: &mut String, names: &[&str], mut y: f64) {
+    let mut x = 10.0;
+    for (name, color) in names.iter().zip(COLORS) {
         let wide = name.len() as f64 * CHARACTER + 30.0;
         if x + wide > WIDTH {
             (x, y) = (10.0, y + 18.0);
         }
-        let _ = writeln!(
-            svg,
-            r#"<rect x="{x:.1}" y="{:.1}" width="11" height="11" fill="{color}"/>"#,
-            y - 10.0
-        );
-        text(&mut svg, x + 15.0, y, "start", name);
+        rect(svg, x, y - 10.0, (11.0, 11), color);
+        text(svg, x + 15.0, y, "start", name);
         x += wide;
     }
-    svg + "</svg>\n"
 }
 
 fn table(rows: &[Row]) -> String {

@@ -24,11 +24,7 @@ use crate::{
         Shadows,
         batch::{batch_plan::BatchPlan, context::view_uniform},
     },
-    stage::{
-        bin::BatchCounters,
-        features::Flags,
-        shade::{PictureParams, composite},
-    },
+    stage::{bin::BatchCounters, features::Flags},
 };
 use glam::UVec2;
 use parts::Parts;
@@ -59,11 +55,12 @@ pub struct PreparedPicture {
 
 /// Textures and buffers of a picture that are read back.
 #[derive(Debug)]
-struct Targets {
+pub(super) struct Targets {
     radiance: Texture,
-    lit: Texture,
+    /// Light of the particles.
+    pub(super) lit: Texture,
     /// Light of the lattices of all bricks.
-    brick_lights: Texture,
+    pub(super) brick_lights: Texture,
     pixels: Buffer,
     /// Counters of the lists, part by part.
     counters: Buffer,
@@ -126,12 +123,11 @@ impl Shadows {
         let lists = self.camera_lists(&mut allocator, request, &views, &rects)?;
         let lit_count = lists[1].first_setup;
         let records = request.light_records();
-        let bricks = self.casters()?.brick_records();
+        let bricks = self.casters()?.brick_records().end;
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
-        let params = allocator.uniform::<PictureParams>("picture_params");
-        let values = request.params(&records, &clusters.grid, lists[1].setup_origin);
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
-        let mut targets = Targets::new(&mut allocator, size, lit_count, bricks.end, rects.len())?;
+        let params = request.params(&records, &clusters.grid, lists[1].setup_origin);
+        let params = allocator.uniform("picture_params", &params);
+        let mut targets = Targets::new(&mut allocator, size, lit_count, bricks, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         // With all their levels, of which maps read the first alone.
         let images = array_view(&self.casters()?.images);
@@ -150,34 +146,21 @@ impl Shadows {
         let lighting =
             Lighting::new(&mut allocator, self, request, kept, &records, resources.clone())?;
         let cost = self.config().toggles.count_cost;
-        let of_finish = resources.clone();
-        // Costs are no light.
-        let finish = if cost {
-            None
-        } else {
-            let to = ToFinish { allocator: &mut allocator, kernels, resources: &of_finish };
-            Some(Finish::new(to, scene, &targets.radiance)?)
-        };
-        let resources = finish.iter().fold(resources, |all, finish| finish.with(all));
+        let whole = resources.clone();
+        let to = ToFinish { allocator: &mut allocator, kernels, resources: &whole };
+        let finish = Finish::new(to, scene, cost, &targets.radiance)?;
         let shading = Shading::new(
             ToShade {
                 allocator: &mut allocator,
-                queue,
-                kernels,
-                features: ShadeFeatures::new(&lists, &lighting, cost, scene),
-                composite: composite(
-                    finish.as_ref().is_some_and(Finish::keeps_ambient),
-                    finish.as_ref().is_some_and(Finish::keeps_behind),
-                ),
+                shadows: self,
+                features: ShadeFeatures::new(&lists, &lighting, &finish, cost, scene),
                 lists: &lists,
                 rounds: capacity.rounds,
                 memory: &band,
-                lit_casters: &targets.lit,
-                bricks,
-                brick_lights: &targets.brick_lights,
+                targets: &targets,
             },
             &rects,
-            &lighting.with(resources),
+            &lighting.with(finish.with(resources)),
         )?;
         let counters = &targets.counters;
         let parts = Parts { lists: &lists, shading: &shading, counters, count: rects.len() };
@@ -185,13 +168,9 @@ impl Shadows {
         commands.append(lighting.before_lists.clone());
         commands.append(parts.commands(&lighting.masking));
         let counting = parts.counting();
-        if let Some(finish) = finish {
-            commands.append(finish.commands);
-            targets.radiance = finish.radiance;
-        }
-        let pair_capacity = lists.each_ref().map(|list| list.scratch.pair_capacity);
-        let pair_capacity = pair_capacity[0].min(pair_capacity[1]);
-        let tile_count = tiles.element_product();
+        commands.append(finish.commands);
+        targets.radiance = finish.radiance;
+        let capacities = lists.iter().map(|list| list.scratch.pair_capacity);
         Ok(PreparedPicture {
             commands,
             counting,
@@ -201,9 +180,9 @@ impl Shadows {
             targets,
             size,
             lit_count,
-            pair_capacity,
+            pair_capacity: capacities.min().unwrap_or(0),
             band,
-            tile_count,
+            tile_count: tiles.element_product(),
             memory,
         })
     }

@@ -291,6 +291,23 @@ fn finish(texel: &mut Texel, modes: CurveModes) {
     }
 }
 
+/// Number of each texel's hits in front of opaque surfaces.
+fn hit_counts(
+    records: Records<'_>,
+    tile: &Tile,
+    pairs: &[(&Footprint, u32)],
+    opaque: &TileTexels<f32>,
+) -> TileTexels<u32> {
+    let mut counts = TileTexels::filled(0);
+    for target in pairs.iter().map(|pair| Target::new(records, pair.0)) {
+        for (in_tile, at) in target.texels(tile) {
+            let hit = target.hit(at, opaque[in_tile]).filter(|hit| hit.depth < opaque[in_tile]);
+            counts[in_tile] += u32::from(hit.is_some_and(|hit| hit.presence >= TRACE));
+        }
+    }
+    counts
+}
+
 fn walk(
     records: Records<'_>,
     tile: &Tile,
@@ -301,13 +318,8 @@ fn walk(
 ) {
     let keys = (pairs.first().map_or(0, |p| p.1), pairs.last().map_or(0, |p| p.1));
     let reach = (keys.1 - keys.0) / slab_count(modes.nodes);
-    let mut counts = TileTexels::filled(0);
-    for target in pairs.iter().map(|pair| Target::new(records, pair.0)).filter(|_| modes.slabs) {
-        for (in_tile, at) in target.texels(tile) {
-            let hit = target.hit(at, opaque[in_tile]).filter(|hit| hit.depth < opaque[in_tile]);
-            counts[in_tile] += u32::from(hit.is_some_and(|hit| hit.presence >= TRACE));
-        }
-    }
+    let counted = if modes.slabs { pairs } else { &[] };
+    let counts = hit_counts(records, tile, counted, opaque);
     let is_few = |in_tile: usize| counts[in_tile] <= max_exact_hits(modes.nodes);
     // Largest key of the slab that begins with a pair.
     let last_key = |first: usize| {

@@ -19,6 +19,9 @@ use glam::{Vec2, Vec3};
 /// Pairs after which it is asked again whether anything behind is visible.
 const ENDS: usize = 256;
 
+/// A pane's footprint, material and hit.
+type PaneHit<'s> = (&'s Footprint, &'s Material, Hit);
+
 impl Eye<'_> {
     /// Blends translucent casters over the opaque surfaces of a tile.
     pub(super) fn composite(
@@ -78,27 +81,36 @@ impl Eye<'_> {
         let none = Blended { light: Vec3::ZERO, ambient: Vec3::ZERO, bend: None };
         let mut colors = TileTexels::filled(none);
         for (in_tile, at) in tile.texels() {
-            let Behind { light: behind, around } = surfaces[in_tile];
-            let opaque = around.depth;
-            let pixel = &mut pixels[in_tile];
-            pixel.lay_waiting(f32::INFINITY);
-            pixel.passed *= pixel.fog.to(opaque);
-            let mut color = pixel.color;
-            for ((footprint, material, hit), passed) in &pixel.lit {
-                let point = self.pane(blended, footprint, material, hit, at);
-                let before = self.air_before(at, hit.depth);
-                color += passed * self.lighting.light(&point, None) * before.left;
-            }
-            let ray = std::mem::take(&mut pixel.ray);
-            let bend = ray.bend(&self.view, &self.world_from_view, at, opaque);
-            let (passed, pane) = (pixel.passed, pixel.nearest.unwrap_or(f32::INFINITY));
-            let bend = bend.map(|(aside, blur)| Bend { aside, blur, pane, passed });
-            // What is seen elsewhere is added there.
-            let straight = if bend.is_some() { Vec3::ZERO } else { passed };
-            let light = color + straight * behind;
-            colors[in_tile] = Blended { light, ambient: straight * around.light, bend };
+            colors[in_tile] = self.over(blended, &mut pixels[in_tile], surfaces[in_tile], at);
         }
         colors
+    }
+
+    /// The layers of a pixel over what is behind them.
+    fn over<'s>(
+        &self,
+        blended: &'s Seen<'_>,
+        pixel: &mut Pixel<PaneHit<'s>>,
+        Behind { light: behind, around }: Behind,
+        at: Vec2,
+    ) -> Blended {
+        let opaque = around.depth;
+        pixel.lay_waiting(f32::INFINITY);
+        pixel.passed *= pixel.fog.to(opaque);
+        let mut color = pixel.color;
+        for ((footprint, material, hit), passed) in &pixel.lit {
+            let point = self.pane(blended, footprint, material, hit, at);
+            let before = self.air_before(at, hit.depth);
+            color += passed * self.lighting.light(&point, None) * before.left;
+        }
+        let ray = std::mem::take(&mut pixel.ray);
+        let bend = ray.bend(&self.view, &self.world_from_view, at, opaque);
+        let (passed, pane) = (pixel.passed, pixel.nearest.unwrap_or(f32::INFINITY));
+        let bend = bend.map(|(aside, blur)| Bend { aside, blur, pane, passed });
+        // What is seen elsewhere is added there.
+        let straight = if bend.is_some() { Vec3::ZERO } else { passed };
+        let light = color + straight * behind;
+        Blended { light, ambient: straight * around.light, bend }
     }
 
     /// Layer of a pane: its effect on a pixel except for the light that it scatters and mirrors.
@@ -110,7 +122,7 @@ impl Eye<'_> {
         hit: &Hit,
         pixel: Vec2,
         behind: f32,
-    ) -> Layer<(&'s Footprint, &'s Material, Hit)> {
+    ) -> Layer<PaneHit<'s>> {
         let (depth, opacity) = (hit.depth, hit.opacity);
         let before = self.air_before(pixel, depth);
         let setup = blended.setup(footprint);

@@ -94,13 +94,16 @@ impl Eye<'_> {
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);
         let to_eye = (self.position() - position).normalize();
-        if material.shape == Shape::Capsule {
-            return self.solid_strand(solid, caster, material, position, pixel);
-        }
-        // Sphere-impostor normal.
-        let aside = (position - caster.center) / caster.radius;
-        let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
-        let normal = (aside + to_eye * out).normalize();
+        let (normal, reach, id) = if material.shape == Shape::Capsule {
+            let record = &solid.records.capsules.records[caster.id as usize];
+            let (normal, reach) = Self::strand_surface(record, position, to_eye);
+            (normal, reach, record.id)
+        } else {
+            // Sphere-impostor normal.
+            let aside = (position - caster.center) / caster.radius;
+            let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
+            ((aside + to_eye * out).normalize(), caster.radius, caster.id)
+        };
         let albedo = (caster.color() * material.tint).truncate();
         let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
         Point {
@@ -110,8 +113,8 @@ impl Eye<'_> {
             face: normal,
             normal,
             to_eye,
-            reach: caster.radius,
-            receiver: Receiver::new(material, caster.id).at_pixel(pixel.as_uvec2()),
+            reach,
+            receiver: Receiver::new(material, id).at_pixel(pixel.as_uvec2()),
             albedo,
             roughness: material.roughness,
             gloss: Gloss::SOLID,

@@ -1,13 +1,13 @@
 //! Points of strands.
 use super::{
     super::shading::{Gloss, Point, PointKind, Receiver},
-    Eye, Seen,
+    Eye,
 };
 use crate::{
     model::Material,
     records::{CapsuleRecord, Caster},
 };
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec3};
 
 impl Eye<'_> {
     /// Point of a translucent capsule: its middle, with its axis as normal.
@@ -35,37 +35,15 @@ impl Eye<'_> {
         }
     }
 
-    /// Point of an opaque capsule where the ray meets it: with the normal of a cylinder.
-    pub(super) fn solid_strand(
-        &self,
-        solid: &Seen<'_>,
-        caster: &Caster,
-        material: &Material,
+    /// Normal of an opaque capsule where the ray meets it, as of a cylinder, and its radius there.
+    pub(super) fn strand_surface(
+        record: &CapsuleRecord,
         position: Vec3,
-        pixel: Vec2,
-    ) -> Point {
-        let record = &solid.records.capsules.records[caster.id as usize];
-        let to_eye = (self.position() - position).normalize();
+        to_eye: Vec3,
+    ) -> (Vec3, f32) {
         let axis = (record.last - record.first).normalize_or_zero();
         let off = position - record.first;
         let aside = off - axis * off.dot(axis);
-        let normal = aside.try_normalize().unwrap_or(to_eye);
-        let albedo = (caster.color() * material.tint).truncate();
-        let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
-        Point {
-            kind: PointKind::Solid,
-            position,
-            pixel: pixel.as_uvec2(),
-            face: normal,
-            normal,
-            to_eye,
-            reach: aside.length(),
-            receiver: Receiver::new(material, record.id).at_pixel(pixel.as_uvec2()),
-            albedo,
-            roughness: material.roughness,
-            gloss: Gloss::SOLID,
-            emission: material.emission + around,
-            metallic: material.metallic,
-        }
+        (aside.try_normalize().unwrap_or(to_eye), aside.length())
     }
 }

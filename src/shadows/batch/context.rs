@@ -38,15 +38,6 @@ impl Context<'_, '_> {
         self.casters.resources().and(&self.scratch.resources()).with("views", views)
     }
 
-    pub(crate) fn uniform<T: bytemuck::NoUninit>(
-        &mut self,
-        name: &'static str,
-        value: &T,
-    ) -> Buffer {
-        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        self.allocator.filled(name, std::slice::from_ref(value), usage)
-    }
-
     /// Uploads chunks; `None` if there are none.
     pub(crate) fn chunk_buffers(
         &mut self,
@@ -68,7 +59,7 @@ impl Context<'_, '_> {
     ) -> Result<ChunkBuffers, Error> {
         let first_gaussian = plan.host_setup_origin();
         let params = ProjectParams { first_gaussian, ..self.project_params(plan, 0) };
-        let params = self.uniform("project_params", &params);
+        let params = self.allocator.uniform("project_params", &params);
         let none = BufferUsages::empty();
         let chunks = self.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
         Ok(ChunkBuffers { count, chunks, params })
@@ -101,7 +92,7 @@ impl Context<'_, '_> {
         params: &ProjectParams,
         chunks: &[Chunk],
     ) -> Result<ChunkBuffers, Error> {
-        let params = self.uniform("project_params", params);
+        let params = self.allocator.uniform("project_params", params);
         let count = chunks.len() as u32;
         let none = BufferUsages::empty();
         // Few sizes, so that frames of about as many chunks find each other's.

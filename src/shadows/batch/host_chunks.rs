@@ -44,7 +44,7 @@ impl HostChunks {
             first_footprint: host.first_footprint,
             ..CullParams::default()
         };
-        let params = context.uniform("cull_params", &values);
+        let params = context.allocator.uniform("cull_params", &values);
         let planes = padded(&host.planes, 6 * MAX_VIEWS);
         let planes = context.allocator.filled("cull_planes", &planes, BufferUsages::UNIFORM);
         let none = BufferUsages::empty();

@@ -23,7 +23,7 @@ pub(in crate::shadows) fn imports(
 ) -> Result<Vec<(Dispatch, Buffer)>, Error> {
     let mut import = |(view, input): &(usize, DepthInput)| {
         let view = &views[*view];
-        let params = context.uniform("import_params", &params(view, input, is_rendered));
+        let params = context.allocator.uniform("import_params", &params(view, input, is_rendered));
         let resources = Resources::new()
             .with("import_params", &params)
             .with("host_depths", &input.texture)

@@ -1,19 +1,25 @@
 //! Stages from casters to each tile's pairs: project, sort and bin, for one list of one batch.
 use crate::shadows::batch::{
-    context::Context, host_chunks::HostChunks, list_plan::ListPlan, parts::Parts, scratch::Scratch,
+    chunks::Chunks, context::Context, list_plan::ListPlan, parts::Parts, scratch::Scratch,
 };
 use crate::{
     error::Error,
-    frame::{Commands, Sort, SortCount},
+    frame::{Commands, Dispatch, Sort, SortCount},
     gpu::Resources,
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams},
         features::{Features, Flags},
-        project::{self, grid},
     },
 };
 use wgpu::{Buffer, BufferUsages};
+
+/// Kinds of casters and views that the kernels of a list depend on: those that project, or bin outlines.
+const KINDS: Flags = Flags::HAS_BRICKS
+    .union(Flags::HAS_GAUSSIANS)
+    .union(Flags::HAS_CAPSULES)
+    .union(Flags::HAS_VERTEX_COLORS)
+    .union(Flags::PARALLEL);
 
 /// Counters of one list.
 pub type ListCounters = BatchCounters;
@@ -50,10 +56,7 @@ pub(crate) struct List {
     pub sorted_pairs: usize,
     /// The parts of its tiles, where the pairs may not fit.
     pub parts: Option<Parts>,
-    /// Chunks of Gaussians, particles and triangles.
-    pub chunks: [Option<Buffer>; 3],
-    /// Chunks of host casters, whose number is known on the device only.
-    pub host_chunks: Option<HostChunks>,
+    pub chunks: Chunks,
     pub counters: Buffer,
 }
 
@@ -68,104 +71,38 @@ impl List {
         let scratch: &Scratch = context.scratch;
         let counters =
             context.allocator.storage::<BatchCounters>("counters", 1, BufferUsages::COPY_SRC)?;
-        let shape = context.config.profile.shape;
         let values = BinParams::new(
-            shape,
+            context.config.profile.shape,
             plan.footprint_count,
             context.pair_capacity(plan),
             tile_count,
             view_count,
             plan.segment_length(&context.config.profile),
         );
-        let chunks = [
-            (&project::GAUSSIANS, context.chunk_buffers(plan, &plan.gaussian_chunks)?),
-            (&project::PARTICLES, context.chunk_buffers(plan, &plan.particle_chunks)?),
-            (&project::TRIANGLES, context.chunk_buffers(plan, &plan.triangle_chunks)?),
-        ];
-        let params = context.uniform("bin_params", &values);
-        let host = plan.host.as_ref().zip(context.casters.host());
-        let host = host.map(|host| HostChunks::new(context, plan, host)).transpose()?;
-        let kernels = context.kernels;
-        let sorts = if plan.footprint_count > 0 {
-            let known = SortCount::Known(plan.footprint_count);
-            let [a, b] = &scratch.keys;
-            let by_depth = Sort::new(kernels, [a, b], known, 0..DEPTH_BITS)?;
-            let counted = SortCount::FromBuffer {
-                counts: &counters,
-                index: bin::PAIR_COUNT_INDEX,
-                capacity: scratch.pair_capacity,
-            };
-            let [a, b] = &scratch.pairs;
-            let by_tile = Sort::new(kernels, [a, b], counted, 0..bin::tile_bits(tile_count))?;
-            let bytes = by_depth.scratch_size() + by_tile.scratch_size();
-            context.allocator.memory.add("histograms", bytes);
-            Some((by_depth, by_tile))
-        } else {
-            None
-        };
+        let chunks = Chunks::new(context, plan)?;
+        let params = context.allocator.uniform("bin_params", &values);
+        let sorts = (plan.footprint_count > 0)
+            .then(|| sorts(context, plan, &counters, tile_count))
+            .transpose()?;
+        let features = Features::NONE.with(plan.features.flags & KINDS, true);
         let resources =
             context.resources(views).with("bin_params", &params).with("counters", &counters);
-        // Of these kernels, only `project` and those of outlines depend on kinds of casters and views.
-        const KINDS: Flags = Flags::HAS_BRICKS
-            .union(Flags::HAS_GAUSSIANS)
-            .union(Flags::HAS_CAPSULES)
-            .union(Flags::HAS_VERTEX_COLORS)
-            .union(Flags::PARALLEL);
-        let kinds = plan.features.flags & KINDS;
-        let features = Features::NONE.with(kinds, true);
-        let run = |desc, resources: &Resources<'_>, groups: [u32; 3]| {
-            kernels.dispatch(desc, features, resources, groups)
-        };
 
         let mut clear = Commands::new();
         for buffer in [&counters, &scratch.dispatches, &scratch.scattered_tiles] {
             clear.clear("gobo clear", buffer);
         }
         let (mut project, mut sort) = (Commands::new(), Commands::new());
-        let (mut pairs, mut tiles) = (Commands::new(), Commands::new());
-        let (mut sorted, mut of_tiles) = ([0; 2], Vec::new());
-        if let Some((by_depth, by_tile)) = sorts {
+        let (mut pairs, mut of_tiles) = (Commands::new(), Vec::new());
+        let mut sorted = [0; 2];
+        if let Some([by_depth, by_tile]) = sorts {
             sorted = [by_depth.result(), by_tile.result()];
-            let resources = resources.clone().with("keys", &scratch.keys[0]);
-            let mut dispatches = Vec::new();
-            for (desc, buffers) in &chunks {
-                if let Some(buffers) = buffers {
-                    let resources = resources.clone().and(&buffers.resources());
-                    dispatches.push(run(desc, &resources, grid(buffers.count))?);
-                }
-            }
-            if let Some(host) = &host {
-                project.append(host.cull(kernels.shelf(), &params, by_depth.count_buffer()));
-                let resources = resources.clone().and(&host.buffers.resources());
-                // Each takes its own of all chunks.
-                for (desc, is_there) in [
-                    (&project::GAUSSIANS, host.kinds.gaussians),
-                    (&project::PARTICLES, host.kinds.particles),
-                ] {
-                    if is_there {
-                        dispatches.push(run(desc, &resources, grid(host.buffers.count))?);
-                    }
-                }
-            }
-            project.pass("gobo project", dispatches);
+            let projected = resources.clone().with("keys", &scratch.keys[0]);
+            let count = by_depth.count_buffer();
+            project = chunks.project(context.kernels, features, &projected, [&params, count])?;
             sort.pass("gobo sort", by_depth.dispatches);
-
-            let rects = context.binned_rects.unwrap_or(&scratch.rects);
-            let resources = resources
-                .clone()
-                .with("sorted", &scratch.keys[sorted[0]])
-                .with("pairs", &scratch.pairs[0])
-                .with("rects", rects);
-            let [count, emit] = bin::count_and_emit(shape);
-            let runs = values.run_groups(shape);
-            pairs.pass(
-                "gobo bin",
-                [
-                    run(count, &resources, runs)?,
-                    run(&bin::SCAN, &resources, [1, 1, 1])?,
-                    run(emit, &resources, runs)?,
-                ],
-            );
+            let footprints = resources.clone().with("sorted", &scratch.keys[sorted[0]]);
+            pairs.pass("gobo bin", bin_pairs(context, features, &footprints, &values)?);
             of_tiles = by_tile.dispatches;
         }
         // Curves take what was scattered themselves.
@@ -173,7 +110,9 @@ impl List {
         let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources =
             resources.with("pairs", &scratch.pairs[sorted[1]]).with("scattered_tiles", scattered);
-        of_tiles.push(run(&bin::TILES, &resources, values.tile_groups())?);
+        let groups = values.tile_groups();
+        of_tiles.push(context.kernels.dispatch(&bin::TILES, features, &resources, groups)?);
+        let mut tiles = Commands::new();
         tiles.pass("gobo bin", of_tiles);
         let parts = Parts::new(context, plan, tile_count, &resources, sorted[0])?;
         Ok(Self {
@@ -185,8 +124,7 @@ impl List {
             tiles,
             sorted_pairs: sorted[1],
             parts,
-            chunks: chunks.map(|(_, buffers)| buffers.map(|buffers| buffers.chunks)),
-            host_chunks: host,
+            chunks,
             counters,
         })
     }
@@ -199,4 +137,43 @@ impl List {
         }
         commands
     }
+}
+
+/// The sort of the footprints by depth, and that of their pairs by tile.
+fn sorts(
+    context: &mut Context<'_, '_>,
+    plan: &ListPlan,
+    counters: &Buffer,
+    tile_count: u32,
+) -> Result<[Sort; 2], Error> {
+    let (scratch, kernels) = (context.scratch, context.kernels);
+    let known = SortCount::Known(plan.footprint_count);
+    let counted = SortCount::FromBuffer {
+        counts: counters,
+        index: bin::PAIR_COUNT_INDEX,
+        capacity: scratch.pair_capacity,
+    };
+    let by_depth = Sort::new(kernels, scratch.keys.each_ref(), known, 0..DEPTH_BITS)?;
+    let by_tile =
+        Sort::new(kernels, scratch.pairs.each_ref(), counted, 0..bin::tile_bits(tile_count))?;
+    let bytes = by_depth.scratch_size() + by_tile.scratch_size();
+    context.allocator.memory.add("histograms", bytes);
+    Ok([by_depth, by_tile])
+}
+
+/// The kernels from sorted footprints to their pairs, in depth order.
+fn bin_pairs(
+    context: &Context<'_, '_>,
+    features: Features,
+    resources: &Resources<'_>,
+    values: &BinParams,
+) -> Result<[Dispatch; 3], Error> {
+    let (scratch, shape) = (context.scratch, context.config.profile.shape);
+    let resources = resources
+        .clone()
+        .with("pairs", &scratch.pairs[0])
+        .with("rects", context.binned_rects.unwrap_or(&scratch.rects));
+    let run = |desc, groups: [u32; 3]| context.kernels.dispatch(desc, features, &resources, groups);
+    let ([count, emit], runs) = (bin::count_and_emit(shape), values.run_groups(shape));
+    Ok([run(count, runs)?, run(&bin::SCAN, [1, 1, 1])?, run(emit, runs)?])
 }

@@ -1,5 +1,6 @@
 //! A batch: as many views as share the scratch memory at once, from casters to maps.
 pub(crate) mod batch_plan;
+mod chunks;
 pub(crate) mod context;
 mod host_chunks;
 mod import;
@@ -131,7 +132,7 @@ impl Batch {
                 let uploaded = context.chunk_buffers(&plan.lists[1], &plan.lists[1].tiny_chunks)?;
                 tiny_chunks = uploaded.as_ref().map(|uploaded| uploaded.chunks.clone());
                 tiny.extend(uploaded);
-                tiny.extend(filtering.host_chunks.as_ref().map(|host| host.buffers.clone()));
+                tiny.extend(filtering.chunks.host.as_ref().map(|host| host.buffers.clone()));
             }
             commands.append(walk(&filtering, 1, tiny).commands(context)?);
         }
@@ -139,8 +140,8 @@ impl Batch {
         counting.append(filtering.counting());
         let counters = [&blocking, &filtering].map(|list| list.counters.clone());
         let lists = [blocking, filtering].map(|list| ListInputs {
-            chunks: list.chunks,
-            planes: list.host_chunks.map(|host| host.planes),
+            chunks: list.chunks.uploaded.map(|buffers| buffers.map(|buffers| buffers.chunks)),
+            planes: list.chunks.host.map(|host| host.planes),
         });
         let inputs = BatchInputs { views, lists, tiny_chunks, small_chunks, imports, is_rendered };
         Ok(Self { commands, counting, counters, inputs })

@@ -4,7 +4,7 @@ use crate::{
     error::Error,
     gpu::Allocator,
     model::{BRICK_EDGE, Brick, Grid, Particle},
-    records::{BRICK_TEXELS, Bricks, SLOT_SIZE},
+    records::{Bricks, SLOT_SIZE},
 };
 use glam::{UVec2, UVec3};
 use std::borrow::Cow;
@@ -55,7 +55,7 @@ impl UploadedBricks {
         let all = grids.iter().flat_map(|grid| &grid.bricks);
         let slots = slots(all.map(slots_of).sum(), most);
         let bricks = Bricks::new(&grids, slots.truncate());
-        let records = upload(allocator, queue, "bricks", &bricks.records, BRICK_TEXELS, 0)?;
+        let records = upload(allocator, queue, "bricks", &bricks.records, 0)?;
         let voxels =
             allocator.volume("voxels", wgpu::TextureFormat::Rgba16Float, slots * SLOT_SIZE)?;
         let uploaded = [uploaded.len(), brick_count(uploaded)];
@@ -124,7 +124,7 @@ impl UploadedBricks {
             self.write_row(queue, row);
         }
         let whole = 0..new.records.len() as u32;
-        upload_parts(queue, &self.records, &new.records, BRICK_TEXELS, &[whole]);
+        upload_parts(queue, &self.records, &new.records, &[whole]);
         let mut of_voxels = is_new.iter();
         let changed = new.particles.iter().map(|particle| {
             let [before, after] = [&old, new].map(|all| all.records[particle.id as usize]);

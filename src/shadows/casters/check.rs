@@ -6,6 +6,8 @@ use crate::{
 };
 use glam::Vec3;
 
+const NO_MATERIAL: &str = "its material is not among the materials";
+
 impl Casters<'_> {
     /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
     pub(crate) fn check(&self) -> Result<(), Error> {
@@ -19,35 +21,17 @@ impl Casters<'_> {
                 remedy: "merge materials that are alike",
             });
         }
-        let known = |material: u32| (material as usize) < materials.len();
-        let no_material = "its material is not among the materials";
-        find(Input::Particle, particles, |particle| match particle {
-            Particle { material, .. } if !known(*material) => Some(no_material),
-            Particle { material, .. } if materials[*material as usize].shape == Shape::Brick => {
-                Some("its material is for grids")
-            }
-            Particle { center, .. } if !center.is_finite() => Some("its centre must be finite"),
-            Particle { radius, .. } if !(*radius > 0.0 && radius.is_finite()) => {
-                Some("its radius must be above 0 and finite")
-            }
-            Particle { material, .. } if materials[*material as usize].shape == Shape::Gaussian => {
-                Some("its material's shape is that of Gaussians")
-            }
-            Particle { material, .. } if materials[*material as usize].shape == Shape::Capsule => {
-                Some("its material's shape is that of strands")
-            }
-            _ => None,
-        })?;
+        find(Input::Particle, particles, |particle| particle_problem(particle, materials))?;
         find(Input::Strand, strands, |strand| {
             let Some(material) = materials.get(strand.material as usize) else {
-                return Some(no_material);
+                return Some(NO_MATERIAL);
             };
             strand_material_problem(material)
                 .or_else(|| strand.problem(material.transfer.max_color()))
         })?;
         find(Input::Gaussian, gaussians, |gaussian| {
             let Some(material) = materials.get(gaussian.material as usize) else {
-                return Some(no_material);
+                return Some(NO_MATERIAL);
             };
             if material.shape != Shape::Gaussian {
                 return Some("its material's shape must be `Gaussian`");
@@ -55,7 +39,7 @@ impl Casters<'_> {
             gaussian.problem(material.transfer.max_color(), material.gaussian)
         })?;
         find(Input::Triangle, triangles, |triangle| match triangle {
-            Triangle { material, .. } if !known(*material) => Some(no_material),
+            Triangle { material, .. } if *material as usize >= materials.len() => Some(NO_MATERIAL),
             Triangle { positions, .. } if !positions.iter().all(|p| p.is_finite()) => {
                 Some("its corners must be finite")
             }
@@ -64,7 +48,7 @@ impl Casters<'_> {
         find(Input::Grid, grids, |grid| {
             let problem = || grid.bricks.iter().find_map(Brick::problem);
             let of_material = || match materials.get(grid.material as usize) {
-                None => Some(no_material),
+                None => Some(NO_MATERIAL),
                 Some(material) => material_problem(material),
             };
             grid.problem().or_else(of_material).or_else(problem)
@@ -80,6 +64,20 @@ impl Casters<'_> {
             (size == 0 || texture.rgba.len() as u64 != size)
                 .then_some("it must have width times height times 4 bytes, and some")
         })
+    }
+}
+
+/// Why a particle of a material cannot be a caster.
+fn particle_problem(particle: &Particle, materials: &[Material]) -> Option<&'static str> {
+    let &Particle { center, radius, material, .. } = particle;
+    let Some(material) = materials.get(material as usize) else { return Some(NO_MATERIAL) };
+    match material.shape {
+        Shape::Brick => Some("its material is for grids"),
+        _ if !center.is_finite() => Some("its centre must be finite"),
+        _ if !(radius > 0.0 && radius.is_finite()) => Some("its radius must be above 0 and finite"),
+        Shape::Gaussian => Some("its material's shape is that of Gaussians"),
+        Shape::Capsule => Some("its material's shape is that of strands"),
+        _ => None,
     }
 }
 

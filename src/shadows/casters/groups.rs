@@ -5,7 +5,7 @@ use crate::shadows::cull::{
     typical_size,
 };
 use crate::{
-    model::{Bounds, Class, Transfer, Triangle},
+    model::{Bounds, CLASSES, Class, Transfer, Triangle},
     records::{GpuView, HostGroup},
     stage::{bin::SEGMENT_LENGTH, project::CHUNK_SIZE},
 };
@@ -47,7 +47,7 @@ impl Groups {
     pub(in crate::shadows) fn new(
         members: Members<'_>,
         particle_ranges: &[(Class, Range<u32>, bool)],
-        triangle_ranges: &[(Class, Range<u32>)],
+        triangle_ranges: &[Range<u32>; CLASSES],
         emitted: &[(Class, Range<u32>)],
     ) -> Self {
         let shift = |group: Range<u32>, by: u32| group.start + by..group.end + by;
@@ -73,7 +73,7 @@ impl Groups {
             }
         }
         let few_objects = members.triangles.chunk_by(|a, b| a.id == b.id).count() <= MAX_OBJECTS;
-        for &(class, Range { start, end }) in triangle_ranges {
+        for (class, &Range { start, end }) in Class::ALL.into_iter().zip(triangle_ranges) {
             let box_of = |i: u32| {
                 let triangle = members.triangle(start + i);
                 let corners = triangle.positions.iter();

@@ -61,7 +61,7 @@ impl HostBricks {
             material: of_host.grid.material,
             pad: 0,
         };
-        let params = allocator.filled("host_grid", &[values], BufferUsages::UNIFORM);
+        let params = allocator.uniform("host_grid", &values);
         let spheres: Vec<[f32; 4]> =
             bricks.iter().map(|brick| brick.center.extend(brick.radius).to_array()).collect();
         let spheres = allocator.filled("brick_spheres", &spheres, BufferUsages::STORAGE);

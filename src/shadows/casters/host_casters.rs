@@ -130,6 +130,54 @@ impl<'a> Given<'a> {
             ..LoadParams::default()
         }
     }
+
+    /// Its loading. `looks`: of the Gaussians' materials.
+    fn load<'b>(
+        &'b self,
+        kernels: &Kernels,
+        mut resources: Resources<'b>,
+        looks: Option<&'b Buffer>,
+        group_count: u32,
+    ) -> Result<Dispatch, Error> {
+        if let (Some(counts), _) = self.count.buffer() {
+            resources = resources.with("host_counts", counts);
+        }
+        match self.source {
+            Source::Set(set) => {
+                if let Some(looks) = looks.filter(|_| self.kinds.gaussians) {
+                    resources = resources.with("gaussian_looks", looks);
+                }
+                let kernel = set.loader.kernel.clone();
+                let load = kernels.dispatch_of(kernel, &resources, grid(group_count))?;
+                check(Input::HostCasters, self.index.unwrap_or_default(), &load, set.bindings)?;
+                Ok(load.with_host(HostBindings::new(set.bindings)))
+            }
+            Source::Bricks(bricks) => {
+                let resources = resources.and(&bricks.resources());
+                let groups = grid(group_count);
+                Ok(kernels.dispatch(&load::BRICKS, Features::NONE, &resources, groups)?)
+            }
+        }
+    }
+
+    fn bound(&self, load: Dispatch) -> HostSet {
+        let &Given { index, list, count, kinds, .. } = self;
+        let (counts, at) = count.buffer();
+        let (counts, capacity) = ((counts.cloned(), at), count.capacity());
+        HostSet { index, list, load, capacity, counts, materials: self.materials.to_vec(), kinds }
+    }
+}
+
+/// The span of each list's groups, one behind the other.
+fn spans(by_list: &[Vec<Given<'_>>; 2]) -> [HostSpan; 2] {
+    let mut end = 0;
+    by_list.each_ref().map(|list| {
+        let start = end;
+        end += list.iter().map(|given| group_count(given.count.capacity())).sum::<u32>();
+        let capacity = list.iter().map(|given| given.count.capacity()).sum();
+        let kinds = list.iter().fold(HostKinds::default(), |all, given| all.or(given.kinds));
+        HostSpan { groups: start..end, capacity, kinds }
+    })
 }
 
 impl HostSets {
@@ -142,17 +190,17 @@ impl HostSets {
         inputs: &HostInputs<'_>,
     ) -> Result<bool, Error> {
         let given = inputs.casters;
-        let own = given.iter().enumerate().filter(|(_, set)| set.count.capacity() > 0);
+        let loaded = given.iter().enumerate().filter(|(_, set)| set.count.capacity() > 0);
         let looks = materials.iter().map(GaussianLook::new);
         let keeps_looks = self.looks.is_empty() || looks.eq(self.looks.iter().copied());
         if self.first_caster != first_caster
-            || own.clone().count() != self.sets.len()
+            || loaded.clone().count() != self.sets.len()
             || !inputs.grids.is_empty()
             || !keeps_looks
         {
             return Ok(false);
         }
-        for (index, casters) in own {
+        for (index, casters) in loaded {
             let list = list_of(index, casters, materials)?;
             let Some(set) = self.set(index) else { return Ok(false) };
             let (counts, at) = casters.count.buffer();
@@ -240,61 +288,29 @@ impl HostSets {
             padded.resize(MAX_MATERIALS, GaussianLook::default());
             allocator.filled("gaussian_looks", &padded, BufferUsages::UNIFORM)
         });
+        let resources = Resources::new()
+            .with("casters", &set.casters)
+            .with("materials", &set.materials)
+            .with("host_counts", &no_counts)
+            .with("host_groups", &groups)
+            .with("host_counters", &counters);
         let first_caster = set.host_records.start;
         let (mut first_group, mut first_axes) = (0, first_caster + total * CHUNK_SIZE);
         let mut bind = |given: &Given<'_>| {
-            let own = given.params();
+            let of_set = given.params();
             let place = first_caster + first_group * CHUNK_SIZE;
-            let values = LoadParams { first_group, first_caster: place, first_axes, ..own };
-            let params = allocator.filled("load_params", &[values], BufferUsages::UNIFORM);
-            first_group += own.group_count;
+            let values = LoadParams { first_group, first_caster: place, first_axes, ..of_set };
+            let params = allocator.uniform("load_params", &values);
+            first_group += values.group_count;
             if given.kinds.gaussians {
-                first_axes += own.group_count * CHUNK_SIZE;
+                first_axes += values.group_count * CHUNK_SIZE;
             }
-            let resources = Resources::new()
-                .with("casters", &set.casters)
-                .with("materials", &set.materials)
-                .with("load_params", &params)
-                .with("host_counts", given.count.buffer().0.unwrap_or(&no_counts))
-                .with("host_groups", &groups)
-                .with("host_counters", &counters);
-            let workgroups = grid(own.group_count);
-            let load = match given.source {
-                Source::Set(set) => {
-                    let of_looks = bound_looks.as_ref().filter(|_| given.kinds.gaussians);
-                    let of_looks =
-                        of_looks.map(|looks| Resources::new().with("gaussian_looks", looks));
-                    let resources = of_looks.iter().fold(resources, Resources::and);
-                    let kernel = set.loader.kernel.clone();
-                    let load = kernels.dispatch_of(kernel, &resources, workgroups)?;
-                    check(
-                        Input::HostCasters,
-                        given.index.unwrap_or_default(),
-                        &load,
-                        set.bindings,
-                    )?;
-                    load.with_host(HostBindings::new(set.bindings))
-                }
-                Source::Bricks(bricks) => {
-                    let resources = resources.and(&bricks.resources());
-                    kernels.dispatch(&load::BRICKS, Features::NONE, &resources, workgroups)?
-                }
-            };
-            let (counts, at) = given.count.buffer();
-            let counts = (counts.cloned(), at);
-            let (capacity, materials) = (own.capacity, given.materials.to_vec());
-            let &Given { index, list, kinds, .. } = given;
-            Ok::<_, Error>(HostSet { index, list, load, capacity, counts, materials, kinds })
+            let resources = resources.clone().with("load_params", &params);
+            let load = given.load(kernels, resources, bound_looks.as_ref(), values.group_count)?;
+            Ok::<_, Error>(given.bound(load))
         };
         let sets = all.map(&mut bind).collect::<Result<_, _>>()?;
-        let mut end = 0;
-        let spans = by_list.map(|list| {
-            let start = end;
-            end += list.iter().map(|given| group_count(given.count.capacity())).sum::<u32>();
-            let capacity = list.iter().map(|given| given.count.capacity()).sum();
-            let kinds = list.iter().fold(HostKinds::default(), |all, given| all.or(given.kinds));
-            HostSpan { groups: start..end, capacity, kinds }
-        });
+        let spans = spans(&by_list);
         let packs = bricks.into_iter().map(|bricks| bricks.pack).collect();
         Ok(Some(Arc::new(Self { packs, sets, groups, counters, first_caster, spans, looks })))
     }

@@ -23,7 +23,7 @@ use crate::shadows::cull::Occluders;
 use crate::shadows::{
     casters::{
         group::{Group, Members},
-        groups::{Groups, next_generation, sort_by_place},
+        groups::{Groups, next_generation},
         host_casters::{HostSeen, HostSets},
         host_kinds::record_count,
     },
@@ -34,22 +34,20 @@ use crate::{
     frame::Kernels,
     gpu::{Allocator, Memory, Resources},
     model::{CLASSES, Casters, Class, Grid, Material, absorptions, by_class, dither::window},
-    records::{
-        CASTER_TEXELS, Capsules, Caster, GpuView, TRIANGLE_TEXELS, TriangleRecord, blue_ranks,
-    },
+    records::{Capsules, GpuView, TriangleRecord},
     stage::features::{Features, Flags},
 };
 use bricks::UploadedBricks;
-use bytemuck::Zeroable as _;
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
-use record_sources::{RecordSources, layout, materials_of, particles_in};
+use record_sources::{RecordSources, by_kind, particle_order};
 use std::{
     ops::{Range, RangeInclusive},
     sync::Arc,
 };
-use upload::{upload, upload_images, upload_materials};
+use upload::{material_records, upload, upload_images};
 use uploaded::{Uploaded, hash};
+use wgpu::BufferUsages;
 
 /// The casters of neighbouring classes.
 #[derive(Clone, Debug)]
@@ -120,8 +118,8 @@ impl CasterSet {
         Self::reserving(device, queue, casters, &HostInputs::new(), &[])
     }
 
-    /// A set with records reserved for casters of the host, bricks of its grids (`host_grids`) among them, which [`Self::set_host_casters`] fills in, and of
-    /// emitters, which [`Self::place_emitted`] does.
+    /// A set with records reserved for casters of the host, bricks of its grids (`host_grids`) among them, which
+    /// [`Self::set_host_casters`] fills in, and of emitters, which [`Self::place_emitted`] does.
     pub(super) fn reserving(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -129,101 +127,49 @@ impl CasterSet {
         inputs: &HostInputs<'_>,
         host_grids: &[Grid],
     ) -> Result<Self, Error> {
-        let &Casters {
-            particles,
-            gaussians,
-            triangles,
-            grids,
-            strands,
-            materials,
-            textures,
-            in_order,
-        } = casters;
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(device, &mut memory);
-        let bricks = UploadedBricks::new(&mut allocator, queue, grids, host_grids)?;
-        let capsules = &Capsules::new(strands);
-        let particles = &*capsules.among(bricks.among(particles));
+        let bricks = UploadedBricks::new(&mut allocator, queue, casters.grids, host_grids)?;
+        let capsules = &Capsules::new(casters.strands);
+        let particles = &*capsules.among(bricks.among(casters.particles));
+        let casters = &Casters { particles, ..*casters };
+        let &Casters { gaussians, triangles, materials, textures, in_order, .. } = casters;
         let classes: Vec<_> = materials.iter().map(Class::of).collect();
-        let layouts: Vec<_> = materials.iter().map(layout).collect();
-        let (mut particle_order, particle_ranges) =
-            by_class(&materials_of(particles, gaussians).map(|m| classes[m as usize]));
-        let is_ordered = |class| layouts.iter().any(|&(of, over, _)| of == class && over);
-        for (class, range) in Class::ALL.into_iter().zip(&particle_ranges) {
-            if !is_ordered(class) && !in_order {
-                let members = &mut particle_order[range.start as usize..range.end as usize];
-                let (of_particles, of_gaussians) =
-                    members.split_at_mut(particles_in(members, particles.len()));
-                sort_by_place(of_particles, |i| particles[i as usize].center);
-                sort_by_place(of_gaussians, |i| gaussians[i as usize - particles.len()].center);
-            }
-        }
+        let (particle_order, particle_ranges) = particle_order(casters, &classes);
         let (triangle_order, triangle_ranges) =
             by_class(&triangles.iter().map(|t| classes[t.material as usize]));
-        let mut casters = vec![Caster::zeroed(); particle_order.len()];
-        let records: Vec<_> =
+        let sources = RecordSources::new(casters, capsules);
+        let blue_first = sources.blue_first();
+        let records = sources.all(&particle_order);
+        let triangle_records: Vec<_> =
             triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
-        let owners = asks_for_owners(materials);
-        let features = features_of(particles, gaussians, triangles, materials);
-        let by = |ranges: &[Range<u32>; CLASSES]| {
-            Class::ALL.into_iter().zip(ranges.iter().cloned()).collect::<Vec<_>>()
-        };
-        let blue_first = casters.len() as u32 * CASTER_TEXELS;
-        if layouts.iter().any(|&(_, _, blue)| blue) {
-            // The ranks are behind the particles, because every dithering kernel binds that texture
-            // already.
-            casters.extend_from_slice(bytemuck::cast_slice::<u16, Caster>(blue_ranks()));
-        }
-        let axes_first = casters.len() as u32;
-        let sources = RecordSources { particles, capsules, gaussians, materials, axes_first };
-        casters.extend(sources.all_behind());
-        let host_first = casters.len() as u32;
-        for (record, &index) in casters.iter_mut().zip(&particle_order) {
-            *record = sources.record(index);
-        }
+        let host_first = records.len() as u32;
         let host_records = host_first..host_first.saturating_add(record_count(inputs));
         let (emitted, end) = emitted::placed(inputs.emitted, host_records.end);
-        let members = Members { casters: &casters, triangles, order: &triangle_order, materials };
-        let by_class: Vec<_> = emitted
-            .iter()
-            .map(|emitter| (classes[emitter.slots.material as usize], emitter.records()))
-            .collect();
-        let of_kinds =
-            by(&particle_ranges).into_iter().flat_map(|(class, Range { start, end })| {
-                let order = &particle_order[start as usize..end as usize];
-                let middle = start + particles_in(order, particles.len()) as u32;
-                [(class, start..middle, false), (class, middle..end, true)]
-            });
-        let of_kinds: Vec<_> = of_kinds.collect();
-        let groups = Groups::new(members, &of_kinds, &by(&triangle_ranges), &by_class);
+        let members = Members { casters: &records, triangles, order: &triangle_order, materials };
+        let of_emitter = |e: &Emitted| (classes[e.slots.material as usize], e.records());
+        let of_emitters: Vec<_> = emitted.iter().map(of_emitter).collect();
+        let by_kind = by_kind(&particle_ranges, &particle_order, particles.len());
+        let groups = Groups::new(members, &by_kind, &triangle_ranges, &of_emitters);
+        let absorptions = absorptions(materials, triangles);
         Ok(Self {
-            casters: upload(
-                &mut allocator,
-                queue,
-                "casters",
-                &casters,
-                CASTER_TEXELS,
-                (end - host_first) as usize,
-            )?,
-            triangles: upload(&mut allocator, queue, "triangles", &records, TRIANGLE_TEXELS, 0)?,
+            casters: upload(&mut allocator, queue, "casters", &records, end - host_first)?,
+            triangles: upload(&mut allocator, queue, "triangles", &triangle_records, 0)?,
             images: upload_images(&mut allocator, queue, textures)?,
-            materials: upload_materials(
-                &mut allocator,
-                queue,
-                materials,
-                textures,
-                blue_first,
-                &absorptions(materials, triangles),
+            materials: allocator.filled(
+                "materials",
+                &material_records(materials, textures, blue_first, &absorptions),
+                BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             ),
             bricks,
             particle_ranges,
             triangle_ranges,
-            features,
+            features: features_of(particles, gaussians, triangles, materials),
             host: None,
             host_seen: Vec::new(),
             host_records,
             emitted,
-            owners,
+            owners: asks_for_owners(materials),
             dither_window: window(materials),
             memory,
             host_memory: Memory::default(),
@@ -231,13 +177,12 @@ impl CasterSet {
             uploaded: Uploaded {
                 particle_order,
                 triangle_order,
-                casters,
-                triangles: records,
+                casters: records,
+                triangles: triangle_records,
                 materials: materials.to_vec(),
                 textures: textures.iter().map(hash).collect(),
                 texture_sizes: textures.iter().map(|t| (t.width, t.height)).collect(),
                 blue_first,
-                axes_first,
                 particle_count: particles.len(),
                 in_order,
             },

@@ -1,7 +1,8 @@
 //! Records of uploaded casters, and the properties that decide their order.
+use super::groups::sort_by_place;
 use crate::{
-    model::{Class, Gaussian, Material, Particle, Pattern, Transfer},
-    records::{CAPSULE_RECORDS, Capsules, Caster, GaussianAxes},
+    model::{CLASSES, Casters, Class, Gaussian, Material, Particle, Pattern, Transfer, by_class},
+    records::{CAPSULE_RECORDS, CASTER_TEXELS, Capsules, Caster, GaussianAxes, blue_ranks},
 };
 use std::ops::Range;
 
@@ -19,8 +20,47 @@ pub(super) fn materials_of<'a>(
     particles.iter().map(|p| p.material).chain(gaussians.iter().map(|g| g.material))
 }
 
+/// Indices of particles and Gaussians by class, and each class's range. Within a class particles stay in the
+/// scene's order, and so do Gaussians behind them, if blending depends on the order; otherwise both are sorted in space.
+pub(super) fn particle_order(
+    casters: &Casters<'_>,
+    classes: &[Class],
+) -> (Vec<u32>, [Range<u32>; CLASSES]) {
+    let &Casters { particles, gaussians, materials, in_order, .. } = casters;
+    let (mut order, ranges) =
+        by_class(&materials_of(particles, gaussians).map(|m| classes[m as usize]));
+    let is_ordered = |class| {
+        let blends = |material| layout(material).1 && Class::of(material) == class;
+        in_order || materials.iter().any(blends)
+    };
+    for (class, range) in Class::ALL.into_iter().zip(&ranges) {
+        if !is_ordered(class) {
+            let members = &mut order[range.start as usize..range.end as usize];
+            let (of_particles, of_gaussians) =
+                members.split_at_mut(particles_in(members, particles.len()));
+            sort_by_place(of_particles, |i| particles[i as usize].center);
+            sort_by_place(of_gaussians, |i| gaussians[i as usize - particles.len()].center);
+        }
+    }
+    (order, ranges)
+}
+
+/// The range of each class, cut into particles (`false`) and Gaussians (`true`).
+pub(super) fn by_kind(
+    ranges: &[Range<u32>; CLASSES],
+    order: &[u32],
+    particle_count: usize,
+) -> Vec<(Class, Range<u32>, bool)> {
+    let cut = |(class, &Range { start, end })| {
+        let members = &order[start as usize..end as usize];
+        let middle = start + particles_in(members, particle_count) as u32;
+        [(class, start..middle, false), (class, middle..end, true)]
+    };
+    Class::ALL.into_iter().zip(ranges).flat_map(cut).collect()
+}
+
 /// Number of particles at the start of one class's indices; Gaussians follow them.
-pub(super) fn particles_in(order: &[u32], particle_count: usize) -> usize {
+fn particles_in(order: &[u32], particle_count: usize) -> usize {
     order.partition_point(|&index| (index as usize) < particle_count)
 }
 
@@ -37,10 +77,38 @@ pub(super) struct RecordSources<'a> {
     pub capsules: &'a Capsules,
     pub gaussians: &'a [Gaussian],
     pub materials: &'a [Material],
+    /// Whether some material dithers by blue noise.
+    is_blue: bool,
     pub axes_first: u32,
 }
 
-impl RecordSources<'_> {
+impl<'a> RecordSources<'a> {
+    pub(super) fn new(casters: &Casters<'a>, capsules: &'a Capsules) -> Self {
+        let &Casters { particles, gaussians, materials, .. } = casters;
+        let is_blue = materials.iter().any(|material| layout(material).2);
+        let mut sources =
+            Self { particles, capsules, gaussians, materials, is_blue, axes_first: 0 };
+        sources.axes_first = (particles.len() + gaussians.len() + sources.ranks().len()) as u32;
+        sources
+    }
+
+    /// Ranks of the blue noise, as records. They are behind the particles, because every dithering kernel binds
+    /// that texture already.
+    fn ranks(&self) -> &'static [Caster] {
+        if self.is_blue { bytemuck::cast_slice(blue_ranks()) } else { &[] }
+    }
+
+    /// Texel of the ranks of the blue noise.
+    pub(super) fn blue_first(&self) -> u32 {
+        (self.particles.len() + self.gaussians.len()) as u32 * CASTER_TEXELS
+    }
+
+    /// All records of an upload in this order.
+    pub(super) fn all(&self, order: &[u32]) -> Vec<Caster> {
+        let records = order.iter().map(|&index| self.record(index));
+        records.chain(self.ranks().iter().copied()).chain(self.all_behind()).collect()
+    }
+
     fn gaussian(&self, index: u32) -> Option<u32> {
         index.checked_sub(self.particles.len() as u32)
     }
@@ -63,7 +131,7 @@ impl RecordSources<'_> {
         })
     }
 
-    /// All of them.
+    /// All records behind the ranks of the blue noise.
     pub(super) fn all_behind(&self) -> impl Iterator<Item = Caster> + '_ {
         let axes = self.gaussians.iter().map(axes_record);
         axes.chain(self.capsules.as_casters().iter().copied())

@@ -12,7 +12,7 @@ use crate::{
     model::{
         CLASSES, Casters, Class, Grid, Material, Texture, Triangle, absorptions, dither::window,
     },
-    records::{CASTER_TEXELS, Capsules, TRIANGLE_TEXELS, TriangleRecord},
+    records::{Capsules, TriangleRecord},
 };
 use std::ops::Range;
 
@@ -40,8 +40,7 @@ impl CasterSet {
         {
             return false;
         }
-        let axes_first = self.uploaded.axes_first;
-        let sources = RecordSources { particles, capsules, gaussians, materials, axes_first };
+        let sources = RecordSources::new(casters, capsules);
         let is_new = self.update_materials(queue, triangles, materials, textures);
         self.features = features_of(particles, gaussians, triangles, materials);
         self.add_emitted_features();
@@ -175,8 +174,8 @@ impl CasterSet {
         if new_behind.contains(&true) {
             new_particles.push(sources.axes_first..uploaded.casters.len() as u32);
         }
-        upload_parts(queue, &self.casters, &uploaded.casters, CASTER_TEXELS, &new_particles);
-        upload_parts(queue, &self.triangles, &uploaded.triangles, TRIANGLE_TEXELS, &new_triangles);
+        upload_parts(queue, &self.casters, &uploaded.casters, &new_particles);
+        upload_parts(queue, &self.triangles, &uploaded.triangles, &new_triangles);
         (new_particles.is_empty() && new_triangles.is_empty()) || groups.refit()
     }
 }

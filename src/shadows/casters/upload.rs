@@ -19,10 +19,9 @@ pub(super) fn upload<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     name: &'static str,
     records: &[T],
-    texels: u32,
-    reserved: usize,
+    reserved: u32,
 ) -> Result<wgpu::Texture, Error> {
-    let count = (records.len() + reserved) as u64 * u64::from(texels);
+    let count = (records.len() as u64 + u64::from(reserved)) * u64::from(texels::<T>());
     let texture = allocator.records(
         name,
         Rgba32Uint,
@@ -33,6 +32,11 @@ pub(super) fn upload<T: bytemuck::Pod>(
     Ok(texture)
 }
 
+/// Texels of a record.
+const fn texels<T>() -> u32 {
+    size_of::<T>() as u32 / 16
+}
+
 /// Size of a row of a record texture [bytes].
 const ROW_BYTES: usize = ROW as usize * 16;
 
@@ -41,9 +45,9 @@ pub(super) fn upload_parts<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
     records: &[T],
-    texels: u32,
     parts: &[Range<u32>],
 ) {
+    let texels = texels::<T>();
     let bytes: &[u8] = bytemuck::cast_slice(records);
     let write = |rows: Range<u32>| {
         let end = (rows.end as usize * ROW_BYTES).min(bytes.len());
@@ -161,20 +165,6 @@ pub(super) fn upload_image(
             write(number, level.size.to_array(), &level.rgba);
         }
     }
-}
-
-pub(super) fn upload_materials(
-    allocator: &mut Allocator<'_>,
-    queue: &wgpu::Queue,
-    materials: &[Material],
-    textures: &[Texture],
-    blue_first: u32,
-    absorptions: &[Vec3],
-) -> wgpu::Buffer {
-    let buffer = allocator.uniform::<[GpuMaterial; MAX_MATERIALS]>("materials");
-    let records = material_records(materials, textures, blue_first, absorptions);
-    queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&records));
-    buffer
 }
 
 pub(in crate::shadows) fn material_records(

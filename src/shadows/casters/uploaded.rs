@@ -21,8 +21,6 @@ pub(super) struct Uploaded {
     /// Sizes of the textures [texels].
     pub texture_sizes: Vec<(u32, u32)>,
     pub blue_first: u32,
-    /// Record of the first Gaussian's axes, in the scene's order.
-    pub axes_first: u32,
     /// Particles of the scene; indices from here on are of Gaussians.
     pub particle_count: usize,
     pub in_order: bool,

@@ -208,6 +208,25 @@ impl Occluders {
     }
 }
 
+/// A polygon in a view.
+struct Outline {
+    count: usize,
+    /// Corners in view space [m] and in the map [texels], so that its area is positive.
+    at: [DVec3; 4],
+    map: [DVec2; 4],
+    /// Least and largest depth [m].
+    depths: [f64; 2],
+    /// Area in the map [texels²].
+    area: f64,
+    /// Largest distance between corners [texels].
+    farthest: f64,
+    /// Growth of rounding in wide maps.
+    wide: f64,
+    /// Rounding of a depth [m], and of a corner [texels].
+    along: f64,
+    corner: f64,
+}
+
 /// A view in 64-bit numbers.
 struct Frame {
     axes: [DVec3; 3],
@@ -254,9 +273,15 @@ impl Frame {
 
     /// `None` if it is not wholly in the depth range, edge-on, not finite, or outside the map.
     fn occluder(&self, polygon: &Polygon) -> Option<Occluder> {
+        let outline = self.outline(polygon)?;
+        let (behind, edges) = (self.behind(&outline)?, self.edges(&outline)?);
+        Some(Occluder { behind, edges, area: outline.area })
+    }
+
+    fn outline(&self, polygon: &Polygon) -> Option<Outline> {
         let rounding = f64::from(ROUNDING);
         let n = polygon.count;
-        let at = polygon.corners.map(|corner| self.view_space(corner));
+        let mut at = polygon.corners.map(|corner| self.view_space(corner));
         let depths = || at[..n].iter().map(|corner| corner.z);
         let first = depths().fold(f64::INFINITY, f64::min);
         let last = depths().fold(f64::NEG_INFINITY, f64::max);
@@ -271,11 +296,10 @@ impl Frame {
             return None;
         }
         let middle = self.size * 0.5;
-        let map = at.map(|corner| {
+        let mut map = at.map(|corner| {
             let per_metre = self.scale / if self.perspective { corner.z } else { 1.0 };
             DVec2::new(corner.x, -corner.y) * per_metre + middle
         });
-        let (mut at, mut map) = (at, map);
         if (map[1] - map[0]).perp_dot(map[n - 1] - map[0]) < 0.0 {
             at[1..n].reverse();
             map[1..n].reverse();
@@ -288,25 +312,37 @@ impl Frame {
         if !(inside.min_element() > 0.0 && area >= MIN_AREA) {
             return None;
         }
-        // Largest distance between corners [texels].
         let farthest = map[..n].iter().flat_map(|a| map[..n].iter().map(|b| a.distance(*b)));
         let farthest = farthest.fold(0.0, f64::max);
         let slope = (low.abs().max(high.abs()) + self.size).element_sum() / self.scale;
         let of_corners = if self.perspective { (1.0 + slope) / first } else { 1.0 };
         let reach = (low.abs().max(high.abs()) + self.size).element_sum();
         let corner = rounding * (coordinates * self.scale * of_corners + reach);
+        Some(Outline {
+            count: n,
+            at,
+            map,
+            depths: [first, last],
+            area,
+            farthest,
+            wide,
+            along,
+            corner,
+        })
+    }
 
-        let mut edges = Vec::with_capacity(n);
-        for i in 0..n {
+    /// Planes through the edges; `None` unless the outline is convex: the two triangles are no polygon then.
+    fn edges(&self, outline: &Outline) -> Option<Vec<Plane>> {
+        let &Outline { count: n, map, farthest, wide, corner, .. } = outline;
+        let edge = |i: usize| {
             let (a, b, c) = (map[i], map[(i + 1) % n], map[(i + 2) % n]);
-            // Unless the outline is convex, the two triangles are no polygon here.
             let turn = (b - a).perp_dot(c - b);
             if turn.is_nan() || turn <= 0.0 {
                 return None;
             }
             let length = a.distance(b);
             let inwards = (b - a).perp() / length;
-            let constant = inwards.dot(middle - a);
+            let constant = inwards.dot(self.size * 0.5 - a);
             let flat = DVec3::new(inwards.x, -inwards.y, 0.0) * self.scale;
             let plane = if self.perspective {
                 self.plane(flat + DVec3::Z * constant, 0.0)
@@ -314,16 +350,20 @@ impl Frame {
                 self.plane(flat, constant)
             };
             let rounding = corner * (1.0 + 2.0 * farthest / length)
-                + rounding * (farthest + wide * self.size.element_sum());
-            edges.push(Plane { rounding, ..plane });
-        }
-        let parts: &[[usize; 3]] = if n == 4 { &[[0, 1, 3], [1, 2, 3]] } else { &[[0, 1, 2]] };
-        let mut behind = Vec::with_capacity(parts.len());
-        for part in parts {
+                + f64::from(ROUNDING) * (farthest + wide * self.size.element_sum());
+            Some(Plane { rounding, ..plane })
+        };
+        (0..n).map(edge).collect()
+    }
+
+    /// Planes of the one or two triangles; `None` for a sliver.
+    fn behind(&self, outline: &Outline) -> Option<Vec<Plane>> {
+        let &Outline { at, map, depths: [first, last], farthest, along, corner, .. } = outline;
+        let triangle = |part: &[usize; 3]| {
             let [a, b, c] = part.map(|i| map[i]);
             let height =
                 (b - a).perp_dot(c - a) / a.distance(b).max(b.distance(c)).max(c.distance(a));
-            let share = 3.0 * (corner + rounding * farthest) / height;
+            let share = 3.0 * (corner + f64::from(ROUNDING) * farthest) / height;
             if !(share > 0.0 && share <= WORST_SHARE) {
                 return None;
             }
@@ -338,11 +378,10 @@ impl Frame {
             } else {
                 (self.plane(normal / normal.z, -height / normal.z), along)
             };
-            if !plane.normal.is_finite() {
-                return None;
-            }
-            behind.push(Plane { rounding, ..plane });
-        }
-        Some(Occluder { behind, edges, area })
+            plane.normal.is_finite().then_some(Plane { rounding, ..plane })
+        };
+        let parts: &[[usize; 3]] =
+            if outline.count == 4 { &[[0, 1, 3], [1, 2, 3]] } else { &[[0, 1, 2]] };
+        parts.iter().map(triangle).collect()
     }
 }

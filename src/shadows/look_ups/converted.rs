@@ -4,8 +4,10 @@ use crate::{
     error::{Error, Input},
     frame::Commands,
     gpu::{Allocator, Memory, Shelf, Timeline, allocated},
+    model::View,
     records::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT},
     stage::import,
+    view::atlas::MapSlot,
 };
 use glam::Mat4;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
@@ -21,6 +23,17 @@ pub enum FilterFormat {
     Rgba8Unorm,
     /// No alpha: relative precision 1/128 for red and green, 1/64 for blue.
     Rg11b10Ufloat,
+}
+
+impl FilterFormat {
+    /// The texture's format, and its number in the kernel.
+    fn texels(self) -> (TextureFormat, u32) {
+        match self {
+            Self::Rgba16Float => (TextureFormat::Rgba16Float, FORMAT_RGBA16FLOAT),
+            Self::Rgba8Unorm => (TextureFormat::Rgba8Unorm, FORMAT_RGBA8UNORM),
+            Self::Rg11b10Ufloat => (TextureFormat::Rg11b10Ufloat, FORMAT_RG11B10UFLOAT),
+        }
+    }
 }
 
 /// Layout of maps that a host's receivers read.
@@ -44,6 +57,45 @@ impl<'a> MapLayout<'a> {
     #[must_use]
     pub fn depth_in_alpha(self, clip_from_world: &'a [[[f32; 4]; 4]]) -> Self {
         Self { cameras: Some(clip_from_world), ..self }
+    }
+
+    fn check(&self, view_count: usize) -> Result<(), Error> {
+        let Some(cameras) = self.cameras else { return Ok(()) };
+        let invalid = |problem| Err(Input::MapLayout.invalid(0, problem));
+        if self.format == FilterFormat::Rg11b10Ufloat {
+            return invalid("its format has no alpha for the depth");
+        }
+        if cameras.len() != view_count {
+            return invalid("it must have a matrix for each view");
+        }
+        Ok(())
+    }
+
+    /// Parameters of a view's conversion. `width`: of the maps [texels].
+    fn params(
+        &self,
+        index: usize,
+        view: &View,
+        slot: MapSlot,
+        width: u32,
+    ) -> Result<ConvertParams, Error> {
+        let columns = self.cameras.map(|cameras| &cameras[index]);
+        let camera = columns.map_or_else(|| view.clip_from_world(), Mat4::from_cols_array_2d);
+        let invalid = |problem| Input::MapLayout.invalid(index, problem);
+        let camera = HostCamera::new(&camera, view).map_err(invalid)?;
+        Ok(ConvertParams {
+            clip_from_view: camera.clip_from_view.as_mat4(),
+            size: view.size.as_vec2(),
+            scale: view.scale,
+            perspective: camera.perspective(),
+            near: view.near,
+            far: view.far,
+            origin: slot.origin,
+            layer: slot.layer,
+            width,
+            has_depth: u32::from(columns.is_some()),
+            empty: camera.empty(),
+        })
     }
 }
 
@@ -74,22 +126,9 @@ impl Prepared {
         shelf: Option<&Shelf>,
     ) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
-        let invalid = |index, problem| Input::MapLayout.invalid(index, problem);
-        let (format, number) = match layout.format {
-            FilterFormat::Rgba16Float => (TextureFormat::Rgba16Float, FORMAT_RGBA16FLOAT),
-            FilterFormat::Rgba8Unorm => (TextureFormat::Rgba8Unorm, FORMAT_RGBA8UNORM),
-            FilterFormat::Rg11b10Ufloat => (TextureFormat::Rg11b10Ufloat, FORMAT_RG11B10UFLOAT),
-        };
-        if let Some(cameras) = layout.cameras {
-            if number == FORMAT_RG11B10UFLOAT {
-                return Err(invalid(0, "its format has no alpha for the depth"));
-            }
-            if cameras.len() != self.views.len() {
-                return Err(invalid(0, "it must have a matrix for each view"));
-            }
-        }
-        let (device, queue) = self.device();
-        let maps = self.maps();
+        layout.check(self.views.len())?;
+        let (format, number) = layout.format.texels();
+        let (device, maps) = (self.device().0, self.maps());
         let size = maps.filters.size();
         let mut memory = Memory::default();
         let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
@@ -105,25 +144,8 @@ impl Prepared {
         let kernel = kernels.with_constants(&import::MAPS, &format)?;
         let mut layers = vec![Vec::new(); size.depth_or_array_layers as usize];
         for (index, (view, slot)) in self.views.iter().zip(&maps.slots).enumerate() {
-            let columns = layout.cameras.map(|cameras| &cameras[index]);
-            let camera = columns.map_or_else(|| view.clip_from_world(), Mat4::from_cols_array_2d);
-            let camera =
-                HostCamera::new(&camera, view).map_err(|problem| invalid(index, problem))?;
-            let values = ConvertParams {
-                clip_from_view: camera.clip_from_view.as_mat4(),
-                size: view.size.as_vec2(),
-                scale: view.scale,
-                perspective: camera.perspective(),
-                near: view.near,
-                far: view.far,
-                origin: slot.origin,
-                layer: slot.layer,
-                width: size.width,
-                has_depth: u32::from(columns.is_some()),
-                empty: camera.empty(),
-            };
-            let params = allocator.uniform::<ConvertParams>("convert_params");
-            queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+            let values = layout.params(index, view, *slot, size.width)?;
+            let params = allocator.uniform("convert_params", &values);
             let resources =
                 maps.resources().with("convert_params", &params).with("converted", &words);
             let groups = import::grid(view.size);

@@ -3,7 +3,7 @@ use crate::{
     error::Error,
     frame::{Commands, Kernels},
     gpu::{Allocator, KernelError, Resources},
-    records::{BLOCK_TEXELS, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
+    records::{BLOCK_TEXELS, GpuLight, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
     stage::{
         features::Features,
         levels::{self, GROUP_SIZE, LevelParams},
@@ -11,8 +11,7 @@ use crate::{
 };
 use glam::UVec2;
 use wgpu::{
-    BufferUsages, Extent3d, Origin3d, TexelCopyTextureInfo, Texture, TextureFormat::Rgba32Uint,
-    TextureUsages,
+    Extent3d, Origin3d, TexelCopyTextureInfo, Texture, TextureFormat::Rgba32Uint, TextureUsages,
 };
 
 /// Levels of all maps of area lights.
@@ -46,10 +45,12 @@ impl AreaLevels {
         if records.areas.is_empty() {
             return Ok(None);
         }
-        if records.areas.len() > MAX_AREAS {
-            let (have, need) = (MAX_AREAS as u64, records.areas.len() as u64);
-            let remedy = "remove the source of some lights";
-            return Err(Error::Limit { limit: "lights that have a source", have, need, remedy });
+        let viewpoints: usize =
+            records.lights.iter().filter(|it| it.area().is_some()).map(GpuLight::viewpoints).sum();
+        if viewpoints > MAX_AREAS {
+            let (have, need) = (MAX_AREAS as u64, viewpoints as u64);
+            let remedy = "remove the source of some lights, or give them fewer viewpoints";
+            return Err(Error::Limit { limit: "viewpoints of sources", have, need, remedy });
         }
         let ends = &records.level_ends;
         let firsts: Vec<u32> = std::iter::once(0).chain(ends.iter().copied()).collect();
@@ -67,7 +68,7 @@ impl AreaLevels {
         for (level, (&first, &end)) in (1..).zip(firsts.iter().zip(ends)) {
             const LABEL: &str = "gobo levels";
             let values = LevelParams { level, first_block: first, pad_0: 0, pad_1: 0 };
-            let params = allocator.filled("level_params", &[values], BufferUsages::UNIFORM);
+            let params = allocator.uniform("level_params", &values);
             let desc = if level == 1 { &levels::FIRST } else { &levels::NEXT };
             let resources = resources
                 .clone()

@@ -89,7 +89,7 @@ impl Prepared {
         chosen: &[usize],
         points: &PointBuffers<'_>,
     ) -> Result<LightPoints, Error> {
-        let ((device, queue), maps) = (self.device(), self.maps());
+        let (device, maps) = (self.device().0, self.maps());
         let mut memory = Memory::default();
         let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
         let source = self.light_source(&mut allocator, lights, chosen, true, None)?;
@@ -102,8 +102,7 @@ impl Prepared {
             has_normals: u32::from(points.normals.is_some()),
             list: NO_LIST,
         };
-        let batch_buffer = allocator.uniform::<PointBatch>("point_batch");
-        queue.write_buffer(&batch_buffer, 0, bytemuck::bytes_of(&batch));
+        let batch_buffer = allocator.uniform("point_batch", &batch);
         let resources = source
             .resources(maps)
             .with("point_batch", &batch_buffer)

@@ -62,7 +62,6 @@ impl Prepared {
         let of_light = chosen.iter().map(|&index| (index, &lights[index]));
         let records = LightRecords::new(of_light, &self.views, self.gpu_views(), &self.settings);
         let lights = light_texture(allocator, queue, &records)?;
-        let params = allocator.uniform::<PictureParams>("picture_params");
         let values = PictureParams {
             light_count: chosen.len() as u32,
             colored: u32::from(maps.colored.is_some()),
@@ -73,7 +72,7 @@ impl Prepared {
             first_slice: 1.0,
             ..PictureParams::zeroed()
         };
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&values));
+        let params = allocator.uniform("picture_params", &values);
         let resources =
             maps.look_up_resources().with("lights", &lights).with("picture_params", &params);
         let features = Features::of_maps(maps.nodes, maps.gain);

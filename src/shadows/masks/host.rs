@@ -5,9 +5,7 @@ use crate::{
     frame::Commands,
     gpu::{Allocator, HostText, Kernel, KernelError, Memory, Shelf, Tier, Timeline, allocated},
     model::{Light, MaskSettings},
-    records::{
-        ALL_LIGHTS, COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds,
-    },
+    records::{ALL_LIGHTS, COLORED_BIT, FormerSlots, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds},
     shadows::{
         Prepared, Shadows, batch::context::view_uniform, look_ups::light_source::LightSource,
     },
@@ -62,10 +60,10 @@ impl Shadows {
         let (device, tier) = self.device();
         let (label, wgsl) = (label.to_owned(), wgsl.to_owned());
         let made = Mutex::default();
-        let own =
+        let function =
             ShadowFunction(Arc::new(Text { label, wgsl, layout: layout.clone(), tier, made }));
-        own.kernel(device, Features::NONE)?;
-        Ok(own)
+        function.kernel(device, Features::NONE)?;
+        Ok(function)
     }
 }
 
@@ -151,9 +149,9 @@ impl LightMasks {
         settings: &MaskSettings,
     ) -> Result<(), Error> {
         let (device, queue) = prepared.device();
-        let own = self.shelf.take().filter(|(of, _)| of == device);
+        let kept = self.shelf.take().filter(|(of, _)| of == device);
         let (_, shelf) =
-            self.shelf.insert(own.unwrap_or_else(|| (device.clone(), Shelf::new(queue))));
+            self.shelf.insert(kept.unwrap_or_else(|| (device.clone(), Shelf::new(queue))));
         shelf.turn();
         let shelf = Some(&*shelf);
         let camera = view.camera(shelf)?;
@@ -161,9 +159,9 @@ impl LightMasks {
         let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut bytes) };
         let source =
             prepared.light_source(&mut allocator, lights, chosen, true, Some(&camera.view))?;
-        let own: Vec<&Light> = chosen.iter().map(|&index| &lights[index]).collect();
+        let lights: Vec<&Light> = chosen.iter().map(|&index| &lights[index]).collect();
         let joins = |index: &usize| view.joined.is_some_and(|it| it.lights.contains(index));
-        let wants: Vec<_> = own
+        let wants: Vec<_> = lights
             .iter()
             .zip(chosen)
             .map(|(light, index)| {
@@ -173,9 +171,9 @@ impl LightMasks {
                 bounds.map(|bounds| (bounds, colored))
             })
             .collect();
-        let names: Vec<_> = own.iter().map(|light| light.name.as_str()).collect();
+        let names: Vec<_> = lights.iter().map(|light| light.name.as_str()).collect();
         let slots = MaskSlots::assign(&wants, &names, settings.limit, &self.former);
-        self.former = slots.former(own.iter().copied());
+        self.former = slots.former(lights.iter().copied());
         self.former.remove("");
         let size = camera.view.size;
         // Frees the bindings of the previous frame.
@@ -260,8 +258,7 @@ impl Inputs<'_> {
         let (maps, (_, queue)) = (prepared.maps(), prepared.device());
         let gpu_view = camera.view.to_gpu(0, glam::UVec2::ZERO, 0);
         let views = view_uniform(allocator, &[gpu_view]);
-        let params = allocator.uniform::<HostView>("host_view");
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&camera.params));
+        let params = allocator.uniform("host_view", &camera.params);
         let copied = TextureUsages::COPY_DST | TextureUsages::STORAGE_BINDING;
         let clusters = allocator.records("clusters", R32Uint, 2, copied)?;
         let all = bytemuck::cast_slice(&[ALL_LIGHTS, 0]).to_vec();

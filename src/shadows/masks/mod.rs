@@ -7,7 +7,7 @@ pub use host::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 use crate::{
     error::Error,
     frame::{Dispatch, HostBindings, Kernels},
-    gpu::{Allocator, KernelDesc, Memory, Resources, write_records},
+    gpu::{Allocator, KernelDesc, Memory, Resources, reused, write_records},
     model::MaskSettings,
     records::{MaskParams, MaskSlots, mask_size},
     stage::{
@@ -60,21 +60,22 @@ impl MaskTextures {
         let mut memory = Memory::default();
         let allocator = &mut Allocator::new(device, &mut memory);
         let storage = TextureUsages::STORAGE_BINDING;
-        let own = mask_size(size, half);
+        let mask_size = mask_size(size, half);
         let extent = |size: UVec2, layers| [u64::from(size.x), u64::from(size.y), layers];
         let mut surfaces =
             |name, size| allocator.texture(name, Rgba32Uint, extent(size, 1), storage);
         let whole = surfaces("mask_surfaces", size)?;
-        let half_surfaces = half.then(|| surfaces("half_surfaces", own)).transpose()?;
-        let points = surfaces("mask_points", own)?;
+        let half_surfaces = half.then(|| surfaces("half_surfaces", mask_size)).transpose()?;
+        let points = surfaces("mask_points", mask_size)?;
         let usage = storage | TextureUsages::COPY_SRC;
         let mut of_size =
             |size| allocator.texture("masks", Rgba8Unorm, extent(size, masks.into()), usage);
-        let made = [of_size(own)?, of_size(own)?];
+        let made = [of_size(mask_size)?, of_size(mask_size)?];
         let enlarged = half.then(|| of_size(size)).transpose()?;
         let read = storage | TextureUsages::COPY_DST;
         let slot_table = allocator.records("mask_slots", R32Uint, lights.into(), read)?;
-        let params = std::array::from_fn(|_| allocator.uniform::<MaskParams>("mask_params"));
+        let params =
+            std::array::from_fn(|_| allocator.rewritten_uniform::<MaskParams>("mask_params"));
         Ok(Self {
             size,
             half,
@@ -91,10 +92,6 @@ impl MaskTextures {
         })
     }
 
-    fn suffices(&self, size: UVec2, half: bool, masks: u32, lights: u32) -> bool {
-        (self.size, self.half) == (size, half) && self.masks >= masks && self.lights >= lights
-    }
-
     /// `former`, or new textures if it is shared or too small.
     pub(crate) fn take(
         former: &mut Option<Arc<Self>>,
@@ -104,13 +101,12 @@ impl MaskTextures {
         slots: &MaskSlots,
     ) -> Result<Arc<Self>, Error> {
         let (masks, lights) = (slots.count.max(1), slots.of_lights.len() as u32);
-        let own = former.take().filter(|own| Arc::strong_count(own) == 1);
-        let own = match own {
-            Some(own) if own.suffices(size, half, masks, lights) => own,
-            _ => Arc::new(Self::new(device, size, half, masks, lights)?),
+        let suffices = |former: &Self| {
+            (former.size, former.half) == (size, half)
+                && former.masks >= masks
+                && former.lights >= lights
         };
-        *former = Some(Arc::clone(&own));
-        Ok(own)
+        reused(former, suffices, || Self::new(device, size, half, masks, lights))
     }
 }
 
@@ -158,12 +154,12 @@ impl MaskMemory {
     /// Resources for readers of the masks, and for the kernel that fills `mask_surfaces`.
     pub(crate) fn resources(&self) -> Resources<'_> {
         let MaskTextures { surfaces, half_surfaces, points, slot_table, .. } = &*self.textures;
-        let own = Resources::new()
+        let resources = Resources::new()
             .with("mask_surfaces", surfaces)
             .with("mask_points", points)
             .with("mask_slots", slot_table)
             .with("light_masks", self.masks());
-        half_surfaces.iter().fold(own, |own, half| own.with("half_surfaces", half))
+        half_surfaces.iter().fold(resources, |all, half| all.with("half_surfaces", half))
     }
 
     pub(crate) fn memory(&self) -> &Memory {

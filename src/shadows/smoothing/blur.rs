@@ -32,7 +32,6 @@ pub(in crate::shadows) struct Blur {
 impl Blur {
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         maps: &Maps,
         radius: u32,
     ) -> Result<Self, Error> {
@@ -41,10 +40,9 @@ impl Blur {
         let near_around = texture_like(allocator, "near_around", Rgba32Float, filters, 1)?;
         let mut curves = || texture_like(allocator, "row_curves", Rgba32Uint, &maps.curves, 1);
         let row_curves = (maps.nodes > 0).then(&mut curves).transpose()?;
-        let params = allocator.uniform::<BlurParams>("blur_params");
         let scale = -0.5 * (BLUR_DEVIATIONS / radius as f32).powi(2);
         let value = BlurParams { radius: radius as i32, scale, ..BlurParams::default() };
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
+        let params = allocator.uniform("blur_params", &value);
         Ok(Self { radius, rows, near_around, row_curves, params })
     }
 

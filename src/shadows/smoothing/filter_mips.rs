@@ -36,7 +36,7 @@ pub(in crate::shadows) fn filter_mips(
     let mut dispatches = Vec::new();
     for (level, pair) in (1..).zip(levels.windows(2)) {
         let value = BlurParams { level, ..BlurParams::default() };
-        let params = allocator.filled("blur_params", &[value], wgpu::BufferUsages::UNIFORM);
+        let params = allocator.uniform("blur_params", &value);
         for some in all.chunks(MAX_VIEWS) {
             let views = view_uniform(allocator, some);
             let resources = maps

@@ -27,16 +27,14 @@ impl Soften {
     /// [`crate::model::dither::window`].
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         raw: Maps,
         window: u32,
     ) -> Result<(Maps, Self), Error> {
         let soft = raw.softened(allocator)?;
         let layers = soften::run_layers(raw.colored.is_some(), raw.nodes);
         let rows = texture_like(allocator, "soften_rows", Rgba32Float, &raw.filters, layers)?;
-        let params = allocator.uniform::<SoftenParams>("soften_params");
         let value = SoftenParams { radius: (window / 2) as i32, ..SoftenParams::default() };
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&value));
+        let params = allocator.uniform("soften_params", &value);
         Ok((soft, Self { raw, window, rows, params }))
     }
 

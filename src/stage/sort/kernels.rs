@@ -16,73 +16,48 @@ const RANKS: Choice =
 /// Replaces `RANKS` where subgroups have more lanes than it reads.
 pub const SHARED_RANKS: Choice = Choice::new("ranks", "sort/ranks_shared.wgsl");
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
-    name: "sort_serial_count",
-    entry: "sort_serial_count",
-    root: "sort/sort_serial_count.wgsl",
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("sort_serial_count", "sort/sort_serial_count.wgsl")
 };
 
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
-    name: "sort_serial_scan",
-    entry: "sort_serial_scan",
-    root: "sort/sort_serial_scan.wgsl",
-    with: &[],
     constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("sort_serial_scan", "sort/sort_serial_scan.wgsl")
 };
 
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_serial_scatter",
-    entry: "sort_serial_scatter",
-    root: "sort/sort_serial_scatter.wgsl",
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("sort_serial_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
 pub const LONG_COUNT: KernelDesc = KernelDesc {
-    name: "sort_long_count",
     entry: "sort_serial_count",
-    root: "sort/sort_serial_count.wgsl",
     with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("sort_long_count", "sort/sort_serial_count.wgsl")
 };
 
 pub const LONG_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_long_scatter",
     entry: "sort_serial_scatter",
-    root: "sort/sort_serial_scatter.wgsl",
     with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
-    tiers: &[Tier::Core],
+    ..KernelDesc::new("sort_long_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
-pub const WIDE_COUNT: KernelDesc = KernelDesc {
-    name: "sort_wide_count",
-    entry: "sort_wide_count",
-    root: "sort/sort_wide_count.wgsl",
-    with: &[],
-    constants: &[],
-    tiers: &[Tier::Core],
-};
+pub const WIDE_COUNT: KernelDesc = KernelDesc::new("sort_wide_count", "sort/sort_wide_count.wgsl");
 
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
-    name: "sort_wide_scan",
-    entry: "sort_wide_scan",
-    root: "sort/sort_wide_scan.wgsl",
     with: &[SCAN],
     constants: WIDE_CONSTANTS,
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("sort_wide_scan", "sort/sort_wide_scan.wgsl")
 };
 
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
-    name: "sort_wide_scatter",
-    entry: "sort_wide_scatter",
-    root: "sort/sort_wide_scatter.wgsl",
     with: &[RANKS, SCAN],
     constants: WIDE_CONSTANTS,
     tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("sort_wide_scatter", "sort/sort_wide_scatter.wgsl")
 };

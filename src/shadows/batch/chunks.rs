@@ -1,0 +1,74 @@
+//! Chunks of a list's casters, and their projection.
+use crate::shadows::batch::{
+    context::{ChunkBuffers, Context},
+    host_chunks::HostChunks,
+    list_plan::ListPlan,
+};
+use crate::shadows::casters::host_kinds::HostKinds;
+use crate::{
+    error::Error,
+    frame::{Commands, Kernels},
+    gpu::Resources,
+    stage::{
+        features::Features,
+        project::{GAUSSIANS, PARTICLES, TRIANGLES, grid},
+    },
+};
+use wgpu::Buffer;
+
+/// Chunks of a list.
+#[derive(Debug)]
+pub(crate) struct Chunks {
+    /// Of Gaussians, particles and triangles.
+    pub uploaded: [Option<ChunkBuffers>; 3],
+    /// Of host casters, whose number is known on the device only.
+    pub host: Option<HostChunks>,
+}
+
+impl Chunks {
+    pub(super) fn new(context: &mut Context<'_, '_>, plan: &ListPlan) -> Result<Self, Error> {
+        let uploaded = [
+            context.chunk_buffers(plan, &plan.gaussian_chunks)?,
+            context.chunk_buffers(plan, &plan.particle_chunks)?,
+            context.chunk_buffers(plan, &plan.triangle_chunks)?,
+        ];
+        let host = plan.host.as_ref().zip(context.casters.host());
+        let host = host.map(|host| HostChunks::new(context, plan, host)).transpose()?;
+        Ok(Self { uploaded, host })
+    }
+
+    /// Culls the host's chunks, then projects all. `counts`: the parameters of bin and the count of the sort
+    /// by depth, which take the number of footprints.
+    pub(super) fn project(
+        &self,
+        kernels: &Kernels,
+        features: Features,
+        resources: &Resources<'_>,
+        [bin_params, sort_count]: [&Buffer; 2],
+    ) -> Result<Commands, Error> {
+        let mut commands = Commands::new();
+        if let Some(host) = &self.host {
+            commands.append(host.cull(kernels.shelf(), bin_params, sort_count));
+        }
+        let [gaussians, particles, triangles] = self.uploaded.each_ref().map(Option::as_ref);
+        let host = |is_there: fn(&HostKinds) -> bool| {
+            let host = self.host.as_ref().filter(|host| is_there(&host.kinds));
+            host.map(|host| &host.buffers)
+        };
+        let all = [
+            (&GAUSSIANS, gaussians),
+            (&PARTICLES, particles),
+            (&TRIANGLES, triangles),
+            // Of the host's chunks, each kernel takes those of its kind.
+            (&GAUSSIANS, host(|kinds| kinds.gaussians)),
+            (&PARTICLES, host(|kinds| kinds.particles)),
+        ];
+        let there = all.into_iter().filter_map(|(desc, chunks)| Some((desc, chunks?)));
+        let project = |(desc, chunks): (_, &ChunkBuffers)| {
+            let resources = resources.clone().and(&chunks.resources());
+            kernels.dispatch(desc, features, &resources, grid(chunks.count))
+        };
+        commands.pass("gobo project", there.map(project).collect::<Result<Vec<_>, _>>()?);
+        Ok(commands)
+    }
+}
