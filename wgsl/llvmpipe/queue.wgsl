@@ -17,10 +17,14 @@ override DENSE: bool = true;
 
 const QUEUE: u32 = 8u; // lanes of the subgroup
 
-struct Queue {
+struct Collected {
     footprints: vec3<u32>, // per lane: of the next casters, of those behind them, and so on
     count: u32,            // of all lanes' casters
-    base: u32,             // first pair that no lane has fetched
+}
+
+struct Queue {
+    collected: Collected,
+    base: u32, // first pair that no lane has fetched
 }
 
 // Caster of a lane of the queue.
@@ -48,12 +52,34 @@ fn nth_lane(ranks: u32, n: u32) -> u32 {
     return (((before >> 3u) * 0x01111111u) >> 24u) & 7u;
 }
 
+// Adds footprints of two pairs of each lane, marked by the first two bits of the lane's digit.
+fn collect(old: Collected, a: u32, b: u32, marked: u32, lane: u32) -> Collected {
+    let ranks_a = ranks(marked & 0x11111111u);
+    let ranks_b = ranks((marked >> 1u) & 0x11111111u);
+    let count_a = old.count + (ranks_a >> 28u);
+    // Lanes before `count` have one; the others take the next ones, and the rest starts again at
+    // the first lane.
+    let next_a = subgroupShuffle(a, nth_lane(ranks_a, (lane - old.count) & 7u));
+    let next_b = subgroupShuffle(b, nth_lane(ranks_b, (lane - count_a) & 7u));
+    let first = select(next_b, next_a, lane < count_a);
+    let footprints = vec3(
+        select(first, old.footprints.x, lane < old.count),
+        select(next_b, next_a, lane + QUEUE < count_a),
+        next_b,
+    );
+    return Collected(footprints, count_a + (ranks_b >> 28u));
+}
+
+fn without_eight(old: Collected) -> Collected {
+    return Collected(old.footprints.yzz, max(old.count, QUEUE) - QUEUE);
+}
+
 fn pair_footprint(pair: u32, end: u32) -> u32 {
     return textureLoad(pairs, record_texel(min(pair, end - 1u))).g;
 }
 
 fn needs_more(queue: Queue, end: u32) -> bool {
-    return (queue.count < QUEUE) & (queue.base < end);
+    return (queue.collected.count < QUEUE) & (queue.base < end);
 }
 
 fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
@@ -70,20 +96,7 @@ fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
             let touches_b = pair + QUEUE < end && plain_touches(view, load_footprint(b), low, high);
             let marked =
                 join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
-            let ranks_a = ranks(marked & 0x11111111u);
-            let ranks_b = ranks((marked >> 1u) & 0x11111111u);
-            let count_a = queue.count + (ranks_a >> 28u);
-            // Lanes before `count` have one; the others take the next ones, and the rest starts again at
-            // the first lane.
-            let next_a = subgroupShuffle(a, nth_lane(ranks_a, (block.lane - queue.count) & 7u));
-            let next_b = subgroupShuffle(b, nth_lane(ranks_b, (block.lane - count_a) & 7u));
-            let first = select(next_b, next_a, block.lane < count_a);
-            queue.footprints = vec3(
-                select(first, queue.footprints.x, block.lane < queue.count),
-                select(next_b, next_a, block.lane + QUEUE < count_a),
-                next_b,
-            );
-            queue.count = count_a + (ranks_b >> 28u);
+            queue.collected = collect(queue.collected, a, b, marked, block.lane);
             queue.base += 2u * QUEUE;
         }
         if !needs_more(queue, end) {
@@ -99,10 +112,6 @@ fn prepare_lane(view: GpuView, id: u32, waits: bool) -> Prepared {
     return Prepared(plain, key_depth(subgroupShuffle(footprint_key(footprint), QUEUE - 1u)));
 }
 
-fn without_eight(old: Queue) -> Queue {
-    return Queue(old.footprints.yzz, max(old.count, QUEUE) - QUEUE, old.base);
-}
-
 const CHANGES: u32 = 1u; // some texel can still change
 const SEEKS: u32 = 2u;   // some nearest depth may still change
 
@@ -111,7 +120,7 @@ fn wants(front: f32, lane: u32) -> u32 {
 }
 
 fn goes_on(queue: Queue, end: u32, wanted: u32, needed: u32) -> bool {
-    let is_left = (queue.base < end) | (queue.count > 0u);
+    let is_left = (queue.base < end) | (queue.collected.count > 0u);
     return is_left & ((wanted & needed) == needed);
 }
 
@@ -127,7 +136,7 @@ fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32)
     loop {
         if goes_on(crowd.queue, end, crowd.wanted, needed) {
             let queue = fill(view, crowd.queue, end, block);
-            let eight = prepare_lane(view, queue.footprints.x, block.lane < queue.count);
+            let eight = prepare_lane(view, queue.collected.footprints.x, block.lane < queue.collected.count);
             visit_plain(view, broadcast(eight.plain, 0u), seeks);
             visit_plain(view, broadcast(eight.plain, 1u), seeks);
             visit_plain(view, broadcast(eight.plain, 2u), seeks);
@@ -136,7 +145,7 @@ fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32)
             visit_plain(view, broadcast(eight.plain, 5u), seeks);
             visit_plain(view, broadcast(eight.plain, 6u), seeks);
             visit_plain(view, broadcast(eight.plain, 7u), seeks);
-            crowd = Crowd(without_eight(queue), wants(eight.front, block.lane));
+            crowd = Crowd(Queue(without_eight(queue.collected), queue.base), wants(eight.front, block.lane));
         }
         if !goes_on(crowd.queue, end, crowd.wanted, needed) {
             break;
@@ -146,7 +155,7 @@ fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32)
 }
 
 fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
-    let crowd = Crowd(Queue(vec3(0u), 0u, first), CHANGES | SEEKS);
+    let crowd = Crowd(Queue(Collected(vec3(0u), 0u), first), CHANGES | SEEKS);
     if !SEEKS_APART {
         _ = visit_crowd(view, crowd, end, block, CHANGES);
         return;

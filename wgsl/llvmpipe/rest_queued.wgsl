@@ -7,7 +7,7 @@ import package::curve::list::must_merge;
 import package::curve::slab::{is_within, next_slab};
 import package::curve::visit_discs::{touches, visit_disc};
 import package::hit::disc::{broadcast_disc, prepare_disc};
-import package::llvmpipe::queue::{QUEUE, join_lanes, nth_lane, ranks};
+import package::llvmpipe::queue::{Collected, QUEUE, collect, join_lanes, without_eight};
 import package::records::footprint::{Footprint, footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
@@ -18,9 +18,8 @@ import choice::rows::any_row;
 
 // Discs of a slab, as in queue.wgsl.
 struct SlabQueue {
-    footprints: vec3<u32>, // per lane: of the next discs, of those behind them, and so on
-    count: u32,            // of all lanes' discs
-    whole: bool,           // no pair of the slab is left
+    collected: Collected,
+    whole: bool, // no pair of the slab is left
 }
 
 fn leaves_rest() -> bool {
@@ -28,7 +27,7 @@ fn leaves_rest() -> bool {
 }
 
 fn needs_discs(queue: SlabQueue) -> bool {
-    return (queue.count < QUEUE) & !queue.whole;
+    return (queue.collected.count < QUEUE) & !queue.whole;
 }
 
 // Bits of a pair: the slab has it, and its disc touches the block.
@@ -49,18 +48,7 @@ fn fill_slab(view: GpuView, old: SlabQueue, end: u32, block: Block) -> SlabQueue
             let bits_b = pair_bits(view, load_footprint(b), pair + QUEUE < end, block);
             let digit = bits_a.y | (bits_b.y << 1u) | (bits_a.x << 2u) | (bits_b.x << 3u);
             let marked = join_lanes(digit << (4u * block.lane), block.lane);
-            let ranks_a = ranks(marked & 0x11111111u);
-            let ranks_b = ranks((marked >> 1u) & 0x11111111u);
-            let count_a = queue.count + (ranks_a >> 28u);
-            let next_a = subgroupShuffle(a, nth_lane(ranks_a, (block.lane - queue.count) & 7u));
-            let next_b = subgroupShuffle(b, nth_lane(ranks_b, (block.lane - count_a) & 7u));
-            let first = select(next_b, next_a, block.lane < count_a);
-            queue.footprints = vec3(
-                select(first, queue.footprints.x, block.lane < queue.count),
-                select(next_b, next_a, block.lane + QUEUE < count_a),
-                next_b,
-            );
-            queue.count = count_a + (ranks_b >> 28u);
+            queue.collected = collect(queue.collected, a, b, marked, block.lane);
             let pair_count = countOneBits(marked & 0xccccccccu);
             base += pair_count;
             queue.whole = pair_count < 2u * QUEUE;
@@ -73,8 +61,8 @@ fn fill_slab(view: GpuView, old: SlabQueue, end: u32, block: Block) -> SlabQueue
 }
 
 fn visit_eight(view: GpuView, queue: SlabQueue, lane: u32) {
-    var disc = prepare_disc(view, load_footprint(queue.footprints.x));
-    let share = select(0.0, 1.0, lane < queue.count);
+    var disc = prepare_disc(view, load_footprint(queue.collected.footprints.x));
+    let share = select(0.0, 1.0, lane < queue.collected.count);
     disc.slope *= share;
     disc.absorbed *= share;
     _ = visit_disc(view, broadcast_disc(disc, 0u));
@@ -88,13 +76,12 @@ fn visit_eight(view: GpuView, queue: SlabQueue, lane: u32) {
 }
 
 fn visit_rest_slab(view: GpuView, end: u32, block: Block) {
-    var queue = SlabQueue(vec3(0u), 0u, false);
+    var queue = SlabQueue(Collected(vec3(0u), 0u), false);
     loop {
         queue = fill_slab(view, queue, end, block);
         visit_eight(view, queue, block.lane);
-        queue.footprints = queue.footprints.yzz;
-        queue.count = max(queue.count, QUEUE) - QUEUE;
-        if queue.whole & (queue.count == 0u) {
+        queue.collected = without_eight(queue.collected);
+        if queue.whole & (queue.collected.count == 0u) {
             break;
         }
     }
