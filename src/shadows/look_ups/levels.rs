@@ -45,11 +45,9 @@ impl AreaLevels {
         if records.areas.is_empty() {
             return Ok(None);
         }
-        if records.areas.len() > MAX_AREAS {
-            let (have, need) = (MAX_AREAS as u64, records.areas.len() as u64);
-            let remedy = "remove the source of some lights";
-            return Err(Error::Limit { limit: "lights that have a source", have, need, remedy });
-        }
+        let (have, need) = (MAX_AREAS as u64, records.areas.len() as u64);
+        let remedy = "remove the source of some lights";
+        Error::check_limit("lights that have a source", have, need, remedy)?;
         let ends = &records.level_ends;
         let firsts: Vec<u32> = std::iter::once(0).chain(ends.iter().copied()).collect();
         let texels = |blocks: u32| u64::from(blocks) * u64::from(BLOCK_TEXELS);
