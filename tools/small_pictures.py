@@ -17,6 +17,7 @@ LARGE = ("convoy", "depth", "fur", "market", "pool", "screens")
 WORDS = {
     "depth": ("0.31,0.96,by the curve", "0.69,0.96,by the nearest depth"),
     "failures": ("0.9,0.225,one body", "0.9,0.37,nearest depth", "0.9,0.61,gobo: curve"),
+    "seams": ("0.27,0.86,by the nearest depth", "0.78,0.86,by the curve"),
     "halves": ("0.25,0.93,cut out", "0.75,0.93,semitransparent"),
 }
 

@@ -149,7 +149,7 @@ impl<'a> Arrays<'a> {
 }
 
 fn describe<'a>(view: &'a View, light: &Light, name: &'a str, origin: Vec3) -> ViewEntry<'a> {
-    let shadow = light.all_shadows().nth(view.shadow_index());
+    let shadow = light.all_shadows().nth(view.shadow_index(light));
     let (kind, position, direction) = match shadow.map_or(light.kind, |shadow| shadow.kind) {
         LightKind::Directional { direction } => ("directional", None, Some(direction)),
         LightKind::Spot { position, .. } => ("spot", Some(position), None),

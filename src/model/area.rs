@@ -1,7 +1,7 @@
 //! Area of a light: the surface that its rays leave.
 use super::LightKind;
-use glam::Vec3;
-use std::f32::consts::PI;
+use glam::{Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
 
 /// The surface that a light's rays leave, of uniform emission. The light at a receiver is the mean over the
 /// points of the surface that the receiver sees. A source of size 0 is the same as none.
@@ -41,6 +41,8 @@ pub enum Source {
 pub const MAX_SOURCE_SIZE: f32 = 1e4;
 /// Largest angle of a sun [radians].
 pub const MAX_SUN_ANGLE: f32 = PI / 3.0;
+/// Most parts of a source that have maps of their own.
+pub const MAX_VIEWPOINTS: u32 = 9;
 
 impl Source {
     /// Whether it has no size.
@@ -69,6 +71,58 @@ impl Source {
         [right * sizes[0], right.cross(along) * sizes[1]]
     }
 
+    /// One of `count` equal parts.
+    pub(crate) fn part(&self, count: u32) -> Self {
+        let smaller = 1.0 / (count as f32).sqrt();
+        match *self {
+            Self::Sphere { radius } => Self::Sphere { radius: radius * smaller },
+            Self::Disc { radius, direction } => Self::Disc { radius: radius * smaller, direction },
+            Self::Rect { width, height, direction } => {
+                let [columns, rows] = grid(width, height, count).map(|parts| parts as f32);
+                Self::Rect { width: width / columns, height: height / rows, direction }
+            }
+            Self::Sun { angle } => {
+                Self::Sun { angle: 2.0 * ((0.5 * angle).tan() * smaller).atan() }
+            }
+        }
+    }
+
+    /// Middle of one of `count` parts, in [`Self::half_axes`] of the source. Those of a round source are a ring, from six
+    /// parts on around one more: together they have the area and the variance of the whole.
+    pub(super) fn part_middle(&self, count: u32, index: u32) -> Vec2 {
+        if let Self::Rect { width, height, .. } = *self {
+            let [columns, rows] = grid(width, height, count);
+            let along =
+                |i: u32, parts: u32| 0.75f32.sqrt() * ((2 * i + 1) as f32 / parts as f32 - 1.0);
+            return Vec2::new(along(index % columns, columns), along(index / columns, rows));
+        }
+        let inner = u32::from(count > 5);
+        let ring = (count - inner) as f32;
+        let variance = 0.25 * (1.0 - 1.0 / count as f32);
+        let radius = (2.0 * variance * count as f32 / ring).sqrt();
+        let angle = TAU * ((index + 1 - inner) as f32 - 0.75) / ring;
+        if index < inner { Vec2::ZERO } else { Vec2::from_angle(angle) * radius }
+    }
+
+    /// A sphere as the disc that a spot's receivers see; others are as they are.
+    pub(super) fn facing(&self, direction: Vec3) -> Self {
+        match *self {
+            Self::Sphere { radius } => Self::Disc { radius, direction },
+            source => source,
+        }
+    }
+
+    pub(crate) fn parts_problem(&self, kind: &LightKind, count: u32) -> Option<&'static str> {
+        let is_round = !matches!(self, Self::Rect { .. });
+        match (kind, count) {
+            (_, 1) => None,
+            _ if !(1..=MAX_VIEWPOINTS).contains(&count) => Some("it must have 1 to 9 viewpoints"),
+            (LightKind::Point { .. }, _) => Some("a point light can have one viewpoint only"),
+            (_, 2) if is_round => Some("a round source must have 1 or 3 to 9 viewpoints"),
+            _ => None,
+        }
+    }
+
     pub(super) fn problem(&self, kind: &LightKind) -> Option<&'static str> {
         let is_sun = matches!(self, Self::Sun { .. });
         if is_sun != matches!(kind, LightKind::Directional { .. }) {
@@ -93,4 +147,15 @@ impl Source {
             Self::Sphere { .. } | Self::Sun { .. } => None,
         }
     }
+}
+
+/// Columns and rows of `count` equal parts of a rectangle, whose edges differ least.
+fn grid(width: f32, height: f32, count: u32) -> [u32; 2] {
+    let length = |columns: &u32| {
+        let (x, y) = (width / *columns as f32, height / (count / columns) as f32);
+        x.max(y)
+    };
+    let columns = (1..=count).filter(|columns| count.is_multiple_of(*columns));
+    let best = columns.min_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(1);
+    [best, count / best]
 }

@@ -1,6 +1,6 @@
 //! Lights as a scene describes them.
-use super::{LookUp, Source};
-use glam::{DVec3, Vec3};
+use super::{LookUp, MAX_VIEWPOINTS, Source};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Kind of a light, with its position and direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,6 +164,10 @@ pub struct Light {
     pub shafts: bool,
     /// Emitting surface of an area light, which gives penumbrae. Default `None`: a point.
     pub source: Option<Source>,
+    /// Equal parts of the source, each of which has maps of its own, seen from its middle (Heckbert and Herf 1997), and
+    /// penumbrae of its own size: 1..=[`MAX_VIEWPOINTS`], of round sources 1 or 3 and more, of point lights 1. What they let
+    /// through is averaged. Maps and look-ups cost that many times as much. Default 1.
+    pub viewpoints: u32,
     /// How receivers read its maps. Default: as [`ShadowSettings`](super::ShadowSettings) says.
     pub look_up: LookUp,
 }
@@ -184,6 +188,7 @@ impl Default for Light {
             shadows: Vec::new(),
             shafts: true,
             source: None,
+            viewpoints: 1,
             look_up: LookUp::default(),
         }
     }
@@ -228,7 +233,9 @@ impl Light {
         let kinds =
             std::iter::once(&self.kind).chain(self.shadows.iter().map(|shadow| &shadow.kind));
         let of_source = self.source.iter().filter_map(|source| source.problem(&self.kind));
-        let problems = kinds.filter_map(LightKind::problem).chain(of_source);
+        let of_viewpoints =
+            self.source.iter().filter_map(|it| it.parts_problem(&self.kind, self.viewpoints));
+        let problems = kinds.filter_map(LightKind::problem).chain(of_source).chain(of_viewpoints);
         let problem = problems.chain(self.look_up.problem()).next();
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }
@@ -246,12 +253,38 @@ impl Light {
         }
     }
 
-    /// Its own shadow, then the further ones; none if the light casts no shadows.
+    /// Its own shadow, one for each of its source's parts, then the further ones; none if the light casts no shadows.
     pub fn all_shadows(&self) -> impl Iterator<Item = Shadow> + '_ {
-        let Self { kind, near, far, size, cascades, .. } = *self;
-        let shadow = Shadow { kind, near, far, size, cascades };
-        let all = std::iter::once(shadow).chain(self.shadows.iter().copied());
-        all.take(if self.casts { MAX_SHADOWS } else { 0 })
+        let Self { near, far, size, cascades, .. } = *self;
+        let count = self.viewpoint_count();
+        let shadow = move |index| Shadow { kind: self.viewpoint(index), near, far, size, cascades };
+        let all = (0..count).map(shadow).chain(self.shadows.iter().copied());
+        all.take(if self.casts { count as usize + MAX_SHADOWS - 1 } else { 0 })
+    }
+
+    /// Parts of its source that have shadows of their own; 1 without a source.
+    pub fn viewpoint_count(&self) -> u32 {
+        self.area().map_or(1, |_| self.viewpoints.clamp(1, MAX_VIEWPOINTS))
+    }
+
+    /// The light from the middle of a part of its source, or, of a sun, its direction.
+    fn viewpoint(&self, index: u32) -> LightKind {
+        let Some(source) = self.area().filter(|_| self.viewpoint_count() > 1) else {
+            return self.kind;
+        };
+        let Vec2 { x, y } = source.part_middle(self.viewpoint_count(), index);
+        match self.kind.with_unit_direction() {
+            LightKind::Directional { direction } => {
+                let (right, up) = direction.any_orthonormal_pair();
+                let slope = source.half_axes()[0].x;
+                LightKind::Directional { direction: direction + (right * x + up * y) * slope }
+            }
+            LightKind::Spot { position, direction, angle } => {
+                let [right, up] = source.facing(direction).half_axes();
+                LightKind::Spot { position: position + right * x + up * y, direction, angle }
+            }
+            point @ LightKind::Point { .. } => point,
+        }
     }
 
     /// Shadow views that the light needs.

@@ -29,7 +29,7 @@ mod vertex_color;
 mod view;
 pub mod volume;
 
-pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, Source};
+pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, MAX_VIEWPOINTS, Source};
 pub use black_body::black_body;
 pub use bounds::Bounds;
 pub(crate) use bounds::FARTHEST;

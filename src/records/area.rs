@@ -4,7 +4,8 @@
 //! around them: of a cube's face, those of its neighbours. A block holds the mean of its texels' light
 //! as a function of depth.
 use super::{
-    FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, ROLE_FACE, ROW, SHAFTS_BIT, VIEW_TEXELS,
+    AREA_SHIFT, FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, ROLE_FACE, ROW, VIEW_TEXELS,
+    VIEWPOINTS_SHIFT,
 };
 use crate::model::{Light, ShadowSettings, Source, View};
 use bytemuck::{Pod, Zeroable};
@@ -25,7 +26,7 @@ const _: () = assert!(size_of::<GpuArea>() == AREA_TEXELS as usize * 16);
 /// Texels of a [`LeveledView`]. WGSL: `wgsl/records/area.wgsl`.
 pub const LEVELED_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<LeveledView>() == LEVELED_TEXELS as usize * 16);
-/// Most area lights: a point that evaluates all of them stays below the 65,535 iterations that llvmpipe
+/// Most area lights, each of their viewpoints counted: a point that evaluates all of them stays below the 65,535 iterations that llvmpipe
 /// allows an invocation.
 pub const MAX_AREAS: usize = 64;
 
@@ -38,7 +39,7 @@ pub const AREA_SUN: u32 = 2;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GpuArea {
-    /// First of [`Source::half_axes`], world space [m]; for a sun its x is a slope.
+    /// First of [`Source::half_axes`] of a part of the source, world space [m]; for a sun its x is a slope.
     pub right: Vec3,
     pub kind: u32,
     pub up: Vec3,
@@ -123,12 +124,14 @@ impl LightRecords {
         for (index, light) in lights {
             let of_light = by_light.get(index).cloned().unwrap_or_default();
             let mut gpu_light = GpuLight::new(light, of_light, settings);
+            let viewpoints = light.viewpoint_count();
             if let Some(source) = light.area().filter(|_| gpu_light.view_count > 0) {
                 // Area lights filter by their spots.
                 gpu_light.taps = FILTER_SPLINE;
                 let first = records.leveled.len() as u32;
-                records.areas.push(GpuArea::new(&source, first));
-                gpu_light.traits |= (records.areas.len() as u32 * 2) & !SHAFTS_BIT;
+                records.areas.push(GpuArea::new(&source.part(viewpoints), first));
+                gpu_light.traits |= (records.areas.len() as u32) << AREA_SHIFT;
+                gpu_light.traits |= (viewpoints - 1) << VIEWPOINTS_SHIFT;
                 for i in 0..gpu_light.view_count {
                     records.add_view(gpu_light.first_view + i);
                 }

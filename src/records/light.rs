@@ -35,8 +35,11 @@ pub const SPLINE_REACH: f32 = 1.5;
 /// iterations that llvmpipe allows an invocation.
 pub const MAX_TAPS: u32 = 40_960;
 
-/// Flag of [`GpuLight::traits`].
+/// Fields of [`GpuLight::traits`].
 pub const SHAFTS_BIT: u32 = 1;
+pub const AREA_SHIFT: u32 = 1;
+pub const AREA_MASK: u32 = 0xff;
+pub const VIEWPOINTS_SHIFT: u32 = 9;
 
 /// WGSL: `wgsl/records/light.wgsl`.
 #[repr(C)]
@@ -57,7 +60,8 @@ pub struct GpuLight {
     pub cone_inner: f32,
     /// Reciprocal square of the range [1/m^2]; 0 if the light has no end.
     pub per_range2: f32,
-    /// [`SHAFTS_BIT`] if the air scatters its light; above it the index of its area plus 1, 0 for none.
+    /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1, 0 for none; from
+    /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one.
     pub traits: u32,
     /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
     /// radius [1/256 texel].
@@ -134,9 +138,14 @@ impl GpuLight {
         }
     }
 
+    /// Parts of its source that have views of their own.
+    pub fn viewpoints(&self) -> usize {
+        (self.traits >> VIEWPOINTS_SHIFT) as usize + 1
+    }
+
     /// Index of its area; `None` for a point source.
     pub fn area(&self) -> Option<usize> {
-        (self.traits as usize / 2).checked_sub(1)
+        ((self.traits >> AREA_SHIFT & AREA_MASK) as usize).checked_sub(1)
     }
 }
 

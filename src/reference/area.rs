@@ -42,16 +42,20 @@ pub(super) fn mean_over_points(
     fit: Fit<'_>,
     evaluate: impl Fn(&LightPoints<'_>) -> Vec<Vec3>,
 ) -> Vec<Vec3> {
-    let centers = LightPoints::centers(scene, views, maps);
     let has_area = |view: &View| view.light.is_some_and(|i| scene.lights[i].area().is_some());
     if !views.iter().any(has_area) {
-        return evaluate(&centers);
+        return evaluate(&LightPoints::centers(scene, views, maps));
     }
-    let records = SceneRecords::new(scene.casters(), &scene.shadow);
+    let (views, maps): (Vec<_>, Vec<_>) =
+        views.iter().cloned().zip(maps).filter(|(view, _)| !is_of_viewpoint(view, scene)).unzip();
     let mut moved = scene.clone();
+    moved.lights.iter_mut().for_each(|light| light.viewpoints = 1);
+    let centers = LightPoints { lights: moved.lights.clone(), views, maps };
+    let (views, lights) = (&centers.views, &centers.lights);
+    let records = SceneRecords::new(scene.casters(), &scene.shadow);
     let mut sum = Vec::new();
     for i in 0..POINTS {
-        let lights = (0..).zip(&scene.lights);
+        let lights = (0..).zip(lights);
         moved.lights =
             lights.map(|(index, light)| light_at(light, index, scene, views, i)).collect();
         let mut points = LightPoints { lights: moved.lights.clone(), ..centers.clone() };
@@ -68,6 +72,14 @@ pub(super) fn mean_over_points(
         sum.iter_mut().zip(light).for_each(|(sum, light)| *sum += light);
     }
     sum.iter().map(|sum| *sum / POINTS as f32).collect()
+}
+
+/// Whether a view is of a viewpoint beyond the first.
+fn is_of_viewpoint(view: &View, scene: &Scene) -> bool {
+    view.light.is_some_and(|index| {
+        let light = &scene.lights[index];
+        (1..light.viewpoint_count() as usize).contains(&view.shadow_index(light))
+    })
 }
 
 /// A light, or point `i` of an area light.

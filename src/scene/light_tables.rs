@@ -2,7 +2,7 @@
 use super::{SceneError, keys::Keys, tables};
 use crate::model::{
     Cascades, Light, LightKind, LookUp, MAX_CASCADES, MAX_SHADOWS, MAX_SOURCE_SIZE, MAX_SUN_ANGLE,
-    Shadow, Source,
+    MAX_VIEWPOINTS, Shadow, Source,
 };
 use serde::Deserialize;
 use toml::Spanned;
@@ -39,6 +39,7 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
     }
     let light = |key| keys.three(key, 0.0..=f32::MAX, "0 or more");
     let intensity = keys.number("intensity", 0.0..=f32::MAX, "0 or more")?;
+    let source = keys.one("source", |of| source(of, keys, kind))?.map(Spanned::into_inner);
     Ok(Light {
         name: keys.given("name")?.unwrap_or_else(|| format!("light{index}")),
         kind,
@@ -50,7 +51,8 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
         casts: keys.value("casts", true)?,
         cascades,
         shafts: keys.value("shafts", true)?,
-        source: keys.one("source", |of| source(of, keys, kind))?.map(Spanned::into_inner),
+        source: source.map(|(source, _)| source),
+        viewpoints: source.map_or(1, |(_, viewpoints)| viewpoints),
         look_up: LookUp {
             filter: tables::filter(keys)?,
             bias: keys.bias("bias")?,
@@ -61,8 +63,20 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
     })
 }
 
-/// Area of a light: the surface that its rays leave; `light`: keys of the light.
-fn source(keys: &Keys<'_>, light: &Keys<'_>, kind: LightKind) -> Result<Source, SceneError> {
+/// Area of a light, the surface that its rays leave, and its viewpoints; `light`: keys of the light.
+fn source(keys: &Keys<'_>, light: &Keys<'_>, kind: LightKind) -> Result<(Source, u32), SceneError> {
+    let source = source_shape(keys, light, kind)?;
+    let help = format!("1 to {MAX_VIEWPOINTS} viewpoints");
+    let viewpoints = keys.whole("viewpoints", 1, 1..=MAX_VIEWPOINTS, &help)?;
+    match source.parts_problem(&kind, viewpoints) {
+        Some(problem) => {
+            Err(keys.fault("viewpoints", problem, "give it another number, or leave it out"))
+        }
+        None => Ok((source, viewpoints)),
+    }
+}
+
+fn source_shape(keys: &Keys<'_>, light: &Keys<'_>, kind: LightKind) -> Result<Source, SceneError> {
     let shape = keys.required("kind")?;
     let is_sun = shape == KindOfSource::Sun;
     if is_sun != matches!(kind, LightKind::Directional { .. }) {

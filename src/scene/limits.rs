@@ -9,7 +9,7 @@ use std::path::Path;
 pub enum Limit {
     /// Lights of files and tables together.
     Lights,
-    /// Lights with a source, that is area lights, that cast shadows.
+    /// Viewpoints of lights with a source, that is area lights, that cast shadows.
     Sources,
     /// Materials, which are in a uniform array on every device.
     Materials,
@@ -79,7 +79,7 @@ impl Limit {
     pub const fn noun(self) -> &'static str {
         match self {
             Self::Lights => "lights",
-            Self::Sources => "lights with a source",
+            Self::Sources => "viewpoints of sources",
             Self::Materials => "materials",
             Self::Textures => "textures",
             Self::Texels => "texels of textures",
@@ -98,9 +98,7 @@ impl Limit {
     const fn remedy(self) -> &'static str {
         match self {
             Self::Lights => "remove lights, or put those that are close together into one",
-            Self::Sources => {
-                "remove the source of some lights, or put those that are close together into one"
-            }
+            Self::Sources => "remove the source of some lights, or give them fewer viewpoints",
             Self::Materials => "share materials that are alike",
             Self::Textures => "share textures, or paint several into one",
             Self::Texels => "make the textures smaller",

@@ -178,8 +178,9 @@ impl<'a> Loader<'a> {
                 return Err(self.error(&table.span(), "name", &message, help));
             }
             if light.area().is_some() {
-                self.check_limit(Limit::Sources, sources, 1, (&table.span(), "source"))?;
-                sources += 1;
+                let viewpoints = light.viewpoint_count() as usize;
+                self.check_limit(Limit::Sources, sources, viewpoints, (&table.span(), "source"))?;
+                sources += viewpoints;
             }
             self.scene.lights.push(light.clone());
         }

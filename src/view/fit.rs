@@ -1,7 +1,9 @@
 //! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
 use super::{Projection, Receivers, View, ViewRole, cascades, cover::Cover, importance};
 use crate::{
-    model::{Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, Scene, Shadow},
+    model::{
+        Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, MAX_VIEWPOINTS, Scene, Shadow,
+    },
     view::{
         atlas::{AtlasLimits, Wish, shrink_to_fit},
         window::{Extent, stepped},
@@ -42,28 +44,45 @@ const CUBE: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Ve
 
 /// Names of a shadow's cube faces, and of its cascades.
 type Names = ([&'static str; 6], [&'static str; 6]);
-/// Names of a light's shadows; the first is its own.
-const NAMES: [Names; MAX_SHADOWS] = [
-    (["px", "nx", "py", "ny", "pz", "nz"], ["0", "1", "2", "3", "4", "5"]),
-    (
-        ["s1_px", "s1_nx", "s1_py", "s1_ny", "s1_pz", "s1_nz"],
-        ["s1_0", "s1_1", "s1_2", "s1_3", "s1_4", "s1_5"],
-    ),
-    (
-        ["s2_px", "s2_nx", "s2_py", "s2_ny", "s2_pz", "s2_nz"],
-        ["s2_0", "s2_1", "s2_2", "s2_3", "s2_4", "s2_5"],
-    ),
-    (
-        ["s3_px", "s3_nx", "s3_py", "s3_ny", "s3_pz", "s3_nz"],
-        ["s3_0", "s3_1", "s3_2", "s3_3", "s3_4", "s3_5"],
-    ),
-];
+/// Shadows that have names: a light's own, the further ones, and those of its source's other parts.
+const NAMED: usize = MAX_SHADOWS + MAX_VIEWPOINTS as usize - 1;
+
+macro_rules! names {
+    ($($prefix:literal)*) => {[$((
+        [
+            concat!($prefix, "px"), concat!($prefix, "nx"), concat!($prefix, "py"),
+            concat!($prefix, "ny"), concat!($prefix, "pz"), concat!($prefix, "nz"),
+        ],
+        [
+            concat!($prefix, "0"), concat!($prefix, "1"), concat!($prefix, "2"),
+            concat!($prefix, "3"), concat!($prefix, "4"), concat!($prefix, "5"),
+        ],
+    )),*]};
+}
+
+#[rustfmt::skip]
+const NAMES: [Names; NAMED] = names!(
+    "" "s1_" "s2_" "s3_" "p1_" "p2_" "p3_" "p4_" "p5_" "p6_" "p7_" "p8_"
+);
+
+/// Index into [`NAMES`] of a shadow of a light; `number`: its index among [`Light::all_shadows`].
+fn names_of(light: &Light, number: usize) -> usize {
+    let count = light.viewpoint_count() as usize;
+    match number {
+        0 => 0,
+        _ if number < count => MAX_SHADOWS + number - 1,
+        _ => number - count + 1,
+    }
+}
 
 impl View {
-    /// Index of its shadow among its light's; see [`Light::all_shadows`].
-    pub fn shadow_index(&self) -> usize {
-        let has = |names: &Names| names.0.contains(&self.name) || names.1.contains(&self.name);
-        NAMES.iter().position(has).unwrap_or(0)
+    /// Index of its shadow among those of its light; see [`Light::all_shadows`].
+    pub fn shadow_index(&self, light: &Light) -> usize {
+        let has = |number: usize| {
+            let (faces, numbers) = &NAMES[names_of(light, number)];
+            faces.contains(&self.name) || numbers.contains(&self.name)
+        };
+        (0..light.all_shadows().count()).find(|&number| has(number)).unwrap_or(0)
     }
 }
 
@@ -138,19 +157,36 @@ fn views_of(
 ) -> Vec<View> {
     let mut views = Vec::with_capacity(light.view_count());
     let mut first = 0;
-    for (number, shadow) in light.all_shadows().enumerate() {
+    let viewpoints = light.viewpoint_count() as usize;
+    for (number, mut shadow) in light.all_shadows().enumerate() {
         let size_of = |i: usize| size_of(first + i);
-        // Only a light's own shadow covers all of its light.
+        if viewpoints > 1 && number < viewpoints {
+            shadow.kind = wider(shadow.kind, &light.kind, &cover.all);
+        }
+        // Only a light's own shadows cover all of its light.
         let role = match shadow.kind {
-            _ if number == 0 => ViewRole::Whole,
+            _ if number < viewpoints => ViewRole::Whole,
             LightKind::Directional { .. } => ViewRole::Window { index: 0, count: 1, fade: 0.0 },
             _ => ViewRole::Window { index: 0, count: 1, fade: EDGE_FADE },
         };
-        let owner = Owner { light: index, names: &NAMES[number], role };
+        let owner = Owner { light: index, names: &NAMES[names_of(light, number)], role };
         views.extend(owner.shadow_views(&shadow, &size_of, camera, cover));
         first += shadow.view_count();
     }
     views
+}
+
+/// A cone from a point of a light's source, as wide as the whole light's cone is where the scene is.
+fn wider(kind: LightKind, light: &LightKind, bounds: &Bounds) -> LightKind {
+    let (LightKind::Spot { position, direction, angle }, LightKind::Spot { position: middle, .. }) =
+        (kind, light)
+    else {
+        return kind;
+    };
+    let away = (bounds.center() - position).dot(direction.normalize());
+    let slope = (angle * 0.5).tan();
+    let wider = 1.0 + (position.distance(*middle) / (away * slope).abs().max(1e-6)).min(1.0);
+    LightKind::Spot { position, direction, angle: 2.0 * (slope * wider).atan() }
 }
 
 /// Light and names of the views being fitted.

@@ -26,7 +26,7 @@ fn lights_with_a_source_are_as_many_as_devices_evaluate() {
     let lamp = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nsource = { kind = \"sphere\", radius = 0.1 }\n";
     let (line, message) = refused(&lamp.repeat(65));
     assert_eq!(line, 64 * 4 + 4, "{message}");
-    assert!(message.contains("65 lights with a source") && message.contains("64"), "{message}");
+    assert!(message.contains("65 viewpoints of sources") && message.contains("64"), "{message}");
     // Without shadows, or without a size, a source is none.
     let others = [lamp.replace("0.1", "0"), lamp.to_owned() + "casts = false\n"].concat();
     assert_eq!(read(&(lamp.repeat(64) + &others.repeat(2))).unwrap().lights.len(), 68);

@@ -26,3 +26,4 @@ mod soften;
 mod soften_alone;
 mod soften_curves;
 mod sort;
+mod viewpoints;

@@ -3,12 +3,12 @@
 
 import package::bind::sampled::{levels, lights};
 import package::bind::uniform::picture_params;
-import package::records::light::GpuLight;
+import package::records::light::{AREA_MASK, AREA_SHIFT, GpuLight};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 
 struct GpuArea {
-    right: vec3<f32>,   // half axes, world space [m]; for a sun the x is a slope
+    right: vec3<f32>,   // half axes of a part of the source, world space [m]; for a sun the x is a slope
     kind: u32,
     up: vec3<f32>,
     first_leveled: u32, // index of the light's first view among the leveled views
@@ -28,7 +28,7 @@ fn has_area(light: GpuLight) -> bool {
 }
 
 fn area_of(light: GpuLight) -> GpuArea {
-    let at = picture_params.first_area + (light.traits / 2u - 1u) * AREA_TEXELS;
+    let at = picture_params.first_area + (((light.traits >> AREA_SHIFT) & AREA_MASK) - 1u) * AREA_TEXELS;
     let right = textureLoad(lights, record_texel(at), 0);
     let up = textureLoad(lights, record_texel(at + 1u), 0);
     return GpuArea(bitcast<vec3<f32>>(right.xyz), right.w, bitcast<vec3<f32>>(up.xyz), up.w);

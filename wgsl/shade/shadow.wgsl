@@ -2,7 +2,7 @@
 
 import choice::aside::{aside, lay_aside};
 import choice::source::receive_light;
-import package::records::light::{GpuLight, light_record, shadow_role, shadow_view};
+import package::records::light::{GpuLight, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view};
 import package::records::view::{GpuView, ROLE_FACE, ROLE_WINDOW};
 import package::shade::asides::{
     ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, ASIDE_SUM, ASIDE_VIEWS, bits_of, floats_of,
@@ -14,10 +14,12 @@ import package::shade::taps::{SPLINE_REACH, beyond_spline};
 // Least cosine of a slope: 86 degrees.
 const MIN_INCIDENCE: f32 = 0.0625;
 
-// With the index of a shadow's last view: whether it is complete, and whether it is that of the light itself.
+// With the index of a shadow's last view: whether it is complete, and the number of the viewpoint of its light, from 1 on;
+// 0 for a further shadow.
 const WHOLE_BIT: u32 = 0x80000000u;
-const LIGHT_BIT: u32 = 0x40000000u;
-const INDEX_MASK: u32 = 0x3fffffffu;
+const VIEWPOINT_SHIFT: u32 = 27u;
+const VIEWPOINT_MASK: u32 = 0xfu;
+const INDEX_MASK: u32 = 0x7ffffffu;
 
 // Weight of a window at a point: it falls towards the border, and is 0 outside.
 fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
@@ -33,7 +35,7 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     return min(border / max(view.fade, 1e-3), 1.0);
 }
 
-// Least light that any shadow of the light `number` lets through, per channel. `normal` is on the light's side,
+// Least light that the light's viewpoints on average, or any further shadow of the light `number`, let through, per channel. `normal` is on the light's side,
 // zero without a surface; `reach`: distance that a caster in the maps may be off the point [m]. Where branches
 // cost what they skip, one loop reads fewer maps than a branch for each kind.
 fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
@@ -47,7 +49,7 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
     lay_aside(ASIDE_LEAST, bits_of(vec3(1.0), slope));
     var light = source;
     var index = source.first_view;
-    var of_light = true; // a further shadow can only take light
+    var viewpoint = 1u;
     if source.view_count > 0u {
         loop {
             let kept = floats_of(aside(ASIDE_POINT));
@@ -68,7 +70,7 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
                 index += 1u;
             }
             let is_whole = index == last || view.role == ROLE_FACE;
-            let flags = select(0u, WHOLE_BIT, is_whole) | select(0u, LIGHT_BIT, of_light);
+            let flags = select(0u, WHOLE_BIT, is_whole) | (viewpoint << VIEWPOINT_SHIFT);
             lay_aside(ASIDE_VIEWS, vec4(index, last | flags, bitcast<u32>(share), number));
             let received = receive_light(light, index, view, lifted);
             let views = aside(ASIDE_VIEWS);
@@ -78,14 +80,17 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
             let sum = so_far.xyz + received * (so_far.w * part);
             let rest = so_far.w * (1.0 - part);
             let is_done = rest <= 0.0 || (views.y & WHOLE_BIT) != 0u;
-            of_light = (views.y & LIGHT_BIT) != 0u;
+            viewpoint = (views.y >> VIEWPOINT_SHIFT) & VIEWPOINT_MASK;
             let passed = sum / max(1.0 - rest, 1e-6);
-            let less = mix(least.xyz, select(min(least.xyz, passed), passed, of_light), 1.0 - rest);
+            // Beyond the last view there is light. A further shadow can only take some.
+            let own = mix(least.xyz, mix(vec3(1.0), passed, 1.0 - rest), 1.0 / f32(max(viewpoint, 1u)));
+            let less = select(mix(least.xyz, min(least.xyz, passed), 1.0 - rest), own, viewpoint > 0u);
             lay_aside(ASIDE_LEAST, bits_of(select(least.xyz, less, is_done), least.w));
             lay_aside(ASIDE_SUM, bits_of(select(sum, vec3(0.0), is_done), select(rest, 1.0, is_done)));
-            of_light = of_light && !is_done;
             index = select(views.x, views.y & INDEX_MASK, is_done) + 1u;
             light = light_record(views.w);
+            let next = select(0u, viewpoint + 1u, viewpoint > 0u && viewpoint <= light.traits >> VIEWPOINTS_SHIFT);
+            viewpoint = select(viewpoint, next, is_done);
             if index >= light.first_view + light.view_count {
                 break;
             }

@@ -219,7 +219,7 @@ impl Lighting<'_> {
         first + face..first + view.role_count as usize
     }
 
-    /// Least light that any shadow of a light lets through, per channel. `normal` is on the light's side;
+    /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel. `normal` is on the light's side;
     /// `reach`: distance that a caster in the maps may be off the point [m].
     pub fn shadow(
         &self,
@@ -241,10 +241,14 @@ impl Lighting<'_> {
         let tangent = normal.length_squared() * sine / cosine.max(MIN_INCIDENCE);
         let slant = Slant { sine, tangent, reach };
         let first = light.first_view as usize;
-        let views = self.views_of(first, light, point);
-        let (through, share) = self.through_shadow(views.clone(), light, surface, slant, receiver);
-        let mut passed = Vec3::ONE.lerp(through, share);
-        let mut next = views.end;
+        let mut passed = Vec3::ONE;
+        let mut next = first;
+        for viewpoint in 1..=light.viewpoints() {
+            let views = self.views_of(next, light, point);
+            next = views.end;
+            let (through, share) = self.through_shadow(views, light, surface, slant, receiver);
+            passed = passed.lerp(Vec3::ONE.lerp(through, share), 1.0 / viewpoint as f32);
+        }
         while next < first + light.view_count as usize {
             let views = self.views_of(next, light, point);
             next = views.end;

@@ -3,7 +3,7 @@ use crate::{
     error::Error,
     frame::{Commands, Kernels},
     gpu::{Allocator, KernelError, Resources},
-    records::{BLOCK_TEXELS, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
+    records::{BLOCK_TEXELS, GpuLight, LightRecords, MAX_AREAS, ROW, SKIRT, level_size},
     stage::{
         features::Features,
         levels::{self, GROUP_SIZE, LevelParams},
@@ -45,9 +45,11 @@ impl AreaLevels {
         if records.areas.is_empty() {
             return Ok(None);
         }
-        let (have, need) = (MAX_AREAS as u64, records.areas.len() as u64);
-        let remedy = "remove the source of some lights";
-        Error::check_limit("lights that have a source", have, need, remedy)?;
+        let viewpoints: usize =
+            records.lights.iter().filter(|it| it.area().is_some()).map(GpuLight::viewpoints).sum();
+        let (have, need) = (MAX_AREAS as u64, viewpoints as u64);
+        let remedy = "remove the source of some lights, or give them fewer viewpoints";
+        Error::check_limit("viewpoints of sources", have, need, remedy)?;
         let ends = &records.level_ends;
         let firsts: Vec<u32> = std::iter::once(0).chain(ends.iter().copied()).collect();
         let texels = |blocks: u32| u64::from(blocks) * u64::from(BLOCK_TEXELS);

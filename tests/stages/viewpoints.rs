@@ -1,0 +1,127 @@
+//! Lights whose sources are seen from several points.
+use super::soft::{ground, on_gpu, sheet, spot};
+use crate::common::{files::read, scenes::material};
+use gobo::{
+    Light, LightKind, Material, Transfer,
+    glam::{Vec3, Vec4},
+    internals::view::shadow_views,
+    model::{ReceiverPoint, Shadow, Source},
+    scene::SceneError,
+};
+
+/// Offsets of the viewpoints from the light, along two axes of its source [m].
+fn offsets(light: &Light, axes: [Vec3; 2]) -> Vec<[f32; 2]> {
+    let at = |kind| match kind {
+        LightKind::Spot { position, .. } => position,
+        _ => panic!("{kind:?}"),
+    };
+    let offset = |shadow: Shadow| axes.map(|axis| axis.dot(at(shadow.kind) - at(light.kind)));
+    light.all_shadows().map(offset).collect()
+}
+
+/// The middles of equal parts have the variance of the whole, less that of a part.
+#[test]
+fn parts_have_the_mean_and_variance_of_the_source() {
+    let direction = Vec3::NEG_Y;
+    let axes = [Vec3::X, Vec3::Z];
+    let sources = [
+        (Source::Rect { width: 0.9, height: 0.2, direction }, [0.81 / 12.0, 0.04 / 12.0]),
+        (Source::Disc { radius: 0.4, direction }, [0.04; 2]),
+        (Source::Sphere { radius: 0.4 }, [0.04; 2]),
+    ];
+    for (source, whole) in sources {
+        for count in 1..=9_u32 {
+            let at = spot(Vec3::Y * 3.0, |_| source);
+            let light = Light { viewpoints: count, ..at };
+            if light.check(0).is_err() {
+                assert_eq!((count, matches!(source, Source::Rect { .. })), (2, false));
+                continue;
+            }
+            let offsets = offsets(&light, axes);
+            assert_eq!(offsets.len(), count as usize);
+            let mean = |of: &dyn Fn(&[f32; 2]) -> f32| {
+                offsets.iter().map(of).sum::<f32>() / offsets.len() as f32
+            };
+            let apart = offsets.iter().enumerate().all(|(i, a)| !offsets[..i].contains(a));
+            assert!(apart, "{source:?}, {count}: {offsets:?}");
+            let variances = [0, 1].map(|axis| mean(&|at| at[axis] * at[axis]));
+            for axis in [0, 1] {
+                assert!(mean(&|at| at[axis]).abs() < 1e-5, "{source:?}, {count}");
+                // Of a rectangle's parts, whole / parts along the axis squared; of discs, whole / count.
+                let part = match source {
+                    Source::Rect { width, height, .. } => {
+                        let edge = [width, height][axis];
+                        let parts = (1.0 - 12.0 * variances[axis] / (edge * edge)).powf(-0.5);
+                        assert!((parts - parts.round()).abs() < 1e-2, "{count}: {parts}");
+                        whole[axis] / (parts * parts)
+                    }
+                    _ => whole[axis] / count as f32,
+                };
+                let sum = variances[axis] + part;
+                assert!((sum - whole[axis]).abs() < 1e-5, "{source:?}, {count}: {sum}");
+            }
+        }
+    }
+}
+
+/// A further shadow can only take light from what the viewpoints let through, whatever their number.
+#[test]
+fn further_shadows_follow_the_viewpoints() {
+    let mut scene = ground();
+    let tint = |r, g, b| Material { tint: Vec4::new(r, g, b, 1.0), ..material(Transfer::Filter) };
+    scene.materials.extend([tint(0.5, 1.0, 0.5), tint(1.0, 0.5, 0.25)]);
+    let pane = |y, index| sheet(Vec3::new(-3.0, y, -3.0), Vec3::X * 6.0, Vec3::Z * 6.0, index);
+    let lower = scene.materials.len() as u32 - 2;
+    scene.triangles.extend(pane(1.0, lower));
+    scene.triangles.extend(pane(2.5, lower + 1));
+    let (position, direction) = (Vec3::Y * 3.0, Vec3::NEG_Y);
+    let at = spot(position, |direction| Source::Disc { radius: 0.3, direction });
+    // The light's maps begin behind the upper pane, the further one's before it.
+    let narrow = LightKind::Spot { position, direction, angle: 0.2 };
+    let upper = Shadow { kind: narrow, near: Some(0.1), far: None, size: Some(64), cascades: None };
+    let point = |x| ReceiverPoint { position: Vec3::new(x, 0.0, 0.0), normal: Vec3::Y };
+    let points = [point(0.0), point(0.8)];
+    for viewpoints in [1, 3, 9] {
+        let further = vec![upper, upper];
+        let lamp = Light { near: Some(1.0), viewpoints, ..at.clone() };
+        scene.lights = vec![Light { shadows: further, ..lamp }];
+        let views = shadow_views(&scene);
+        let names: Vec<_> = views.iter().map(|view| view.name).collect();
+        let numbers: Vec<_> = views.iter().map(|it| it.shadow_index(&scene.lights[0])).collect();
+        let all = ["0", "p1_0", "p2_0", "p3_0", "p4_0", "p5_0", "p6_0", "p7_0", "p8_0"];
+        let of_light = &all[..viewpoints as usize];
+        assert_eq!(names, [of_light, &["s1_0", "s2_0"]].concat());
+        assert_eq!(numbers, (0..names.len()).collect::<Vec<_>>());
+        let expected = [Vec3::new(0.5, 0.5, 0.125), Vec3::new(0.5, 1.0, 0.5)];
+        for (found, expected) in on_gpu(&scene, &points).into_iter().zip(expected) {
+            let error = (found - expected).abs().max_element();
+            assert!(error < 4e-3, "{viewpoints}: {found}, not {expected}");
+        }
+    }
+}
+
+fn fault(text: &str, words: &[&str]) {
+    let error: SceneError = read(text).unwrap_err();
+    let error = format!("{error} {error:?}");
+    assert!(words.iter().all(|word| error.contains(word)), "{error}");
+}
+
+#[test]
+fn the_scene_file_gives_viewpoints() {
+    let lamp = "[[light]]\nkind = 'spot'\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\n";
+    let disc = |more: &str| format!("{lamp}source = {{ kind = 'disc', radius = 0.1{more} }}\n");
+    assert_eq!(read(&disc("")).unwrap().lights[0].viewpoints, 1);
+    assert_eq!(read(&disc(", viewpoints = 7")).unwrap().lights[0].viewpoint_count(), 7);
+    let nothing = "source = { kind = 'disc', radius = 0, viewpoints = 7 }\n";
+    assert_eq!(read(&format!("{lamp}{nothing}")).unwrap().lights[0].viewpoint_count(), 1);
+    fault(&disc(", viewpoints = 10"), &["5:", "1 to 9 viewpoints"]);
+    fault(&disc(", viewpoints = 2"), &["5:", "viewpoints", "1 or 3 to 9"]);
+    let point = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\nsource = { kind = 'sphere', radius = 0.1, viewpoints = 4 }\n";
+    fault(point, &["4:", "viewpoints", "point light"]);
+    let many: String = (0..10)
+        .map(|i| {
+            disc(", viewpoints = 7").replace("[[light]]", &format!("[[light]]\nname = 'l{i}'"))
+        })
+        .collect();
+    fault(&many, &["70 viewpoints of sources", "64"]);
+}
