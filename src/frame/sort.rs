@@ -47,14 +47,8 @@ impl Sort {
             SortCount::FromBuffer { counts, index, capacity } => (counts.clone(), index, capacity),
         };
         let limit = pair_limit(device);
-        if capacity > limit {
-            return Err(Error::Limit {
-                limit: "pairs to sort",
-                have: limit.into(),
-                need: capacity.into(),
-                remedy: "lower the pair budget or the number of casters",
-            });
-        }
+        let remedy = "lower the pair budget or the number of casters";
+        Error::check_limit("pairs to sort", limit.into(), capacity.into(), remedy)?;
         let partitions = shape.partition_limit(capacity);
         // Few sizes, so that frames of about as much find each other's.
         let [width, height] = histogram_size(partitions.next_power_of_two());

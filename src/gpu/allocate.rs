@@ -207,11 +207,8 @@ impl<'a> Allocator<'a> {
 }
 
 fn check(limit: &'static str, have: u64, need: u64) -> Result<(), Error> {
-    if need <= have {
-        return Ok(());
-    }
     let remedy = "use fewer casters, views or pairs, smaller maps or another adapter";
-    Err(Error::Limit { limit, have, need, remedy })
+    Error::check_limit(limit, have, need, remedy)
 }
 
 /// Writes `bytes` from the first texel on; the last row that they begin is padded with zeros.

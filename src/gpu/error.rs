@@ -84,6 +84,18 @@ pub enum Error {
     Lost(String),
 }
 
+impl Error {
+    /// An error if more is needed than a limit allows.
+    pub(crate) fn check_limit(
+        limit: &'static str,
+        have: u64,
+        need: u64,
+        remedy: &'static str,
+    ) -> Result<(), Self> {
+        if need > have { Err(Self::Limit { limit, have, need, remedy }) } else { Ok(()) }
+    }
+}
+
 /// Kind of an input that cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]

@@ -40,9 +40,14 @@ impl Clusters {
         camera: &View,
         records: &LightRecords,
     ) -> Result<Self, Error> {
-        limit("lights of a picture", MAX_LIGHTS, scene.lights.len())?;
-        limit("texels that a point compares", MAX_TAPS as usize, records.taps())?;
-        limit("shadow views of a picture", MAX_SHADOW_VIEWS, records.views.len())?;
+        for (limit, have, need) in [
+            ("lights of a picture", MAX_LIGHTS, scene.lights.len()),
+            ("texels that a point compares", MAX_TAPS as usize, records.taps()),
+            ("shadow views of a picture", MAX_SHADOW_VIEWS, records.views.len()),
+        ] {
+            let remedy = "use fewer lights, or filters of fewer taps";
+            Error::check_limit(limit, have as u64, need as u64, remedy)?;
+        }
         let light_count = scene.lights.len();
         let grid = Grid::new(&scene.clusters, camera, light_count);
         let params = grid.params(&scene.clusters, light_count);
@@ -107,12 +112,4 @@ impl Clusters {
         };
         Ok(headers.map(list).collect())
     }
-}
-
-fn limit(limit: &'static str, have: usize, need: usize) -> Result<(), Error> {
-    if need <= have {
-        return Ok(());
-    }
-    let remedy = "use fewer lights, or filters of fewer taps";
-    Err(Error::Limit { limit, have: have as u64, need: need as u64, remedy })
 }

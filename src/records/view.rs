@@ -101,14 +101,6 @@ impl GpuView {
         (distance - self.near) / self.distance_span()
     }
 
-    /// Light depth along the ray through `texel` (view's map) at the distance key `key`.
-    pub fn depth_of_key(&self, texel: Vec2, key: f32) -> f32 {
-        let slope = (texel - self.size * 0.5) / self.scale;
-        let along =
-            (self.near + key * self.distance_span()) / (1.0 + slope.length_squared()).sqrt();
-        (along - self.near) / (self.far - self.near)
-    }
-
     fn distance_span(&self) -> f32 {
         let corner = self.size * 0.5 / self.scale;
         self.far * (1.0 + corner.length_squared()).sqrt() - self.near

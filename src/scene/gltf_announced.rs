@@ -3,9 +3,9 @@
 //! Never more than [`super::gltf::load`] makes: a texture that is stored once for bodies and once for
 //! surfaces is counted once.
 use super::{
-    gltf,
     gltf_file::File,
     gltf_mesh::{corners, triangle_count},
+    gltf_nodes,
     gltf_texture::MAX_SIDE,
     images,
     limits::Limit,
@@ -28,7 +28,7 @@ pub(super) fn announced(file: &File) -> Announced {
     let mut uses = 0_u64;
     let mut is_whole = HashMap::new();
     let mut seen = vec![false; file.document.nodes().len()];
-    let mut waiting = gltf::roots(&file.document);
+    let mut waiting = gltf_nodes::roots(&file.document);
     while let Some(node) = waiting.pop() {
         // A damaged file, or one past the limit of nodes, is refused when it is read.
         if std::mem::replace(&mut seen[node.index()], true) || uses > Limit::Nodes.most() {
@@ -38,7 +38,7 @@ pub(super) fn announced(file: &File) -> Announced {
             waiting.extend(node.children());
             continue;
         };
-        let instances = gltf::instances(file, &node).map_or(0, |places| places.len() as u64);
+        let instances = gltf_nodes::instances(file, &node).map_or(0, |places| places.len() as u64);
         uses += instances * mesh.primitives().len().max(1) as u64;
         for primitive in mesh.primitives() {
             let Some(corners) = corners(&primitive) else { continue };

@@ -1,8 +1,9 @@
 //! Splats in glTF: `KHR_gaussian_splatting`.
 use super::{
-    SceneError, gltf,
+    SceneError,
     gltf_file::File,
     gltf_items::Items,
+    gltf_nodes::{PlacedNode, instances, placed_nodes},
     gltf_splat_json::SplatPrimitive,
     limits::Limit,
     splats::{Cloud, HARMONIC},
@@ -45,22 +46,12 @@ pub(super) fn read(path: &Path) -> Result<Cloud, SceneError> {
 /// Meshes of all nodes, with their transforms. World space = transform * the mesh's space.
 fn meshes(file: &File) -> Result<Vec<(usize, Mat4)>, SceneError> {
     let mut found = Vec::new();
-    let mut seen = vec![false; file.document.nodes().len()];
-    let roots = gltf::roots(&file.document).into_iter();
-    let mut waiting: Vec<_> = roots.rev().map(|node| (node, Mat4::IDENTITY)).collect();
-    while let Some((node, parent)) = waiting.pop() {
-        if std::mem::replace(&mut seen[node.index()], true) {
-            let message = format!("node {} has two parents, or is its own ancestor", node.index());
-            return Err(file.invalid(message, "export the file again"));
-        }
-        let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+    for PlacedNode { node, world, .. } in placed_nodes(file, Mat4::IDENTITY)? {
         if let Some(mesh) = node.mesh() {
-            for instance in gltf::instances(file, &node)? {
+            for instance in instances(file, &node)? {
                 found.push((mesh.index(), world * instance));
             }
         }
-        let children: Vec<_> = node.children().map(|child| (child, world)).collect();
-        waiting.extend(children.into_iter().rev());
     }
     Ok(found)
 }

@@ -178,9 +178,8 @@ fn load_all(
     if is_alone && is_usual && !is_aimed {
         defaults::aim_sun(&mut scene.lights[0], &usual);
     }
-    for moving in animate(&source, &document, placed, &mut scene)? {
-        still.push(Arc::new(moving));
-    }
+    let moving = animate(&source, &document, placed, &mut scene)?;
+    still.extend(moving.into_iter().map(|moving| Arc::new(moving) as _));
     scene.recentre();
     place_again(&mut scene, still);
     scene.motions.extend(resting.map(|resting| resting.moved(-scene.origin).unwrap_or(resting)));

@@ -25,6 +25,7 @@ mod gltf_json;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_meshopt;
+mod gltf_nodes;
 mod gltf_splat_json;
 mod gltf_splats;
 mod gltf_texture;

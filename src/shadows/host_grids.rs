@@ -129,14 +129,8 @@ pub(super) fn with_bricks(grids: &[HostGrid<'_>]) -> Result<Vec<Grid>, Error> {
         let bricks = grid.bricks().to_array().map(u64::from);
         count = count.saturating_add(bricks.into_iter().fold(1, u64::saturating_mul));
     }
-    if count > MAX_BRICKS {
-        return Err(Error::Limit {
-            limit: "bricks of the host's grids",
-            have: MAX_BRICKS,
-            need: count,
-            remedy: "make the grids smaller or coarser",
-        });
-    }
+    let remedy = "make the grids smaller or coarser";
+    Error::check_limit("bricks of the host's grids", MAX_BRICKS, count, remedy)?;
     // One for all frames, which compare by it.
     static EMPTY: LazyLock<Voxels> = LazyLock::new(|| Voxels::from_bits([0; BRICK_VALUES]));
     Ok(grids.iter().map(|grid| grid.with_bricks(&EMPTY)).collect())

@@ -9,7 +9,7 @@ use super::{
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
-    walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels},
+    walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -47,19 +47,15 @@ pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");
 pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/ordered.wgsl");
 const STORED: Choice = Choice::new("maps", "accumulator/maps_stored.wgsl");
 
-pub const TILES: KernelDesc = KernelDesc {
-    entry: "walk_tile",
-    with: &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, LANE_CASTER],
-    tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("accumulate_tiles", "entry/tile.wgsl")
-};
+pub const TILES: KernelDesc = walk::tiles(
+    "accumulate_tiles",
+    &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, LANE_CASTER],
+);
 
-pub const SEGMENTS: KernelDesc = KernelDesc {
-    entry: "walk_segment",
-    with: &[FILTER, INVOCATION_ROWS, WAITING, MAPS, WALK, LANE_CASTER, SUMS],
-    tiers: Tier::ALL,
-    ..KernelDesc::new("accumulate_segments", "entry/segment.wgsl")
-};
+pub const SEGMENTS: KernelDesc = walk::segments(
+    "accumulate_segments",
+    &[FILTER, INVOCATION_ROWS, WAITING, MAPS, WALK, LANE_CASTER, SUMS],
+);
 
 /// Replaces [`SEGMENTS`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
@@ -77,26 +73,17 @@ pub const TINY: KernelDesc = KernelDesc {
     ..KernelDesc::new("accumulate_tiny", "entry/tiny.wgsl")
 };
 
-pub const OVERFLOW: KernelDesc = KernelDesc {
-    entry: "scatter_overflow",
-    with: &[MAPS, SUMS],
-    tiers: Tier::BY_ATOMICS,
-    ..KernelDesc::new("accumulate_overflow", "entry/overflow.wgsl")
-};
+pub const OVERFLOW: KernelDesc = walk::overflow("accumulate_overflow", &[MAPS, SUMS]);
 
-pub const DISC_TILES: KernelDesc = KernelDesc {
-    entry: "walk_tile",
-    with: &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
-    tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("accumulate_disc_tiles", "entry/tile.wgsl")
-};
+pub const DISC_TILES: KernelDesc = walk::tiles(
+    "accumulate_disc_tiles",
+    &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
+);
 
-pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
-    entry: "walk_segment",
-    with: &[PLAIN, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
-    tiers: Tier::ALL,
-    ..KernelDesc::new("accumulate_disc_segments", "entry/segment.wgsl")
-};
+pub const DISC_SEGMENTS: KernelDesc = walk::segments(
+    "accumulate_disc_segments",
+    &[PLAIN, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
+);
 
 /// Kernels for casters that filter light.
 pub fn kernels(features: Features) -> WalkKernels {

@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
-use super::walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
+use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Size of one segment's record in `partials` [bytes]. `changes`: some caster adds light or is a volume. WGSL:
@@ -44,89 +44,88 @@ pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
 pub const TILES: KernelDesc = KernelDesc {
-    entry: "walk_tile",
-    with: &[
-        IN_ORDER,
-        CURVES,
-        INVOCATION_ROWS,
-        OPEN_NODES,
-        HITS,
-        WAITING,
-        TILE,
-        PAIRS,
-        WALK,
-        REST,
-        LANE_CASTER,
-        SUMS,
-    ],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
-    ..KernelDesc::new("accumulate_curve_tiles", "entry/tile.wgsl")
+    ..walk::tiles(
+        "accumulate_curve_tiles",
+        &[
+            IN_ORDER,
+            CURVES,
+            INVOCATION_ROWS,
+            OPEN_NODES,
+            HITS,
+            WAITING,
+            TILE,
+            PAIRS,
+            WALK,
+            REST,
+            LANE_CASTER,
+            SUMS,
+        ],
+    )
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
-    entry: "walk_segment",
-    with: &[
-        CURVES,
-        INVOCATION_ROWS,
-        OPEN_NODES,
-        HITS,
-        WAITING,
-        SEGMENT,
-        PAIRS,
-        WALK,
-        REST,
-        LANE_CASTER,
-    ],
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
-    tiers: Tier::ALL,
-    ..KernelDesc::new("accumulate_curve_segments", "entry/segment.wgsl")
+    ..walk::segments(
+        "accumulate_curve_segments",
+        &[
+            CURVES,
+            INVOCATION_ROWS,
+            OPEN_NODES,
+            HITS,
+            WAITING,
+            SEGMENT,
+            PAIRS,
+            WALK,
+            REST,
+            LANE_CASTER,
+        ],
+    )
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
-    entry: "walk_tile",
-    with: &[
-        IN_ORDER,
-        CURVES,
-        INVOCATION_ROWS,
-        OPEN_NODES,
-        DISCS,
-        WAITING,
-        TILE,
-        PAIRS,
-        WALK,
-        REST,
-        DISC_LANE_CASTER,
-        SUMS,
-    ],
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
-    ..KernelDesc::new("accumulate_curve_disc_tiles", "entry/tile.wgsl")
+    ..walk::tiles(
+        "accumulate_curve_disc_tiles",
+        &[
+            IN_ORDER,
+            CURVES,
+            INVOCATION_ROWS,
+            OPEN_NODES,
+            DISCS,
+            WAITING,
+            TILE,
+            PAIRS,
+            WALK,
+            REST,
+            DISC_LANE_CASTER,
+            SUMS,
+        ],
+    )
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
-    entry: "walk_segment",
-    with: &[
-        CURVES,
-        INVOCATION_ROWS,
-        OPEN_NODES,
-        DISCS,
-        WAITING,
-        SEGMENT,
-        PAIRS,
-        WALK,
-        REST,
-        DISC_LANE_CASTER,
-    ],
     constants: &[("NODES", 8.0)],
-    tiers: Tier::ALL,
-    ..KernelDesc::new("accumulate_curve_disc_segments", "entry/segment.wgsl")
+    ..walk::segments(
+        "accumulate_curve_disc_segments",
+        &[
+            CURVES,
+            INVOCATION_ROWS,
+            OPEN_NODES,
+            DISCS,
+            WAITING,
+            SEGMENT,
+            PAIRS,
+            WALK,
+            REST,
+            DISC_LANE_CASTER,
+        ],
+    )
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
-    entry: "resolve_tile",
-    with: &[CURVES, INVOCATION_ROWS, OPEN_NODES, NODES, RESOLVED, SUMS],
     constants: &[("NODES", 8.0)],
-    tiers: Tier::BY_ATOMICS,
-    ..KernelDesc::new("resolve_curve", "entry/resolve.wgsl")
+    ..walk::resolve("resolve_curve", &[CURVES, INVOCATION_ROWS, OPEN_NODES, NODES, RESOLVED, SUMS])
 };

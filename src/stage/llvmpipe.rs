@@ -5,7 +5,7 @@ use super::{
     curve,
     features::Simple,
     levels::IN_REGISTERS,
-    walk::{IN_ORDER, INVOCATION_ROWS, SUMS, WAITING},
+    walk::{self, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING},
 };
 use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
@@ -33,18 +33,14 @@ const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
 /// Replaces [`DISC_TILES`](super::accumulate::DISC_TILES) where discs are collected in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
-    entry: "walk_tile",
-    with: &[INTERLEAVED, PLAIN, DISCS, MAPS, FETCHED, QUEUE],
     tiers: &[Tier::Native],
-    ..KernelDesc::new("accumulate_disc_queue_tiles", "entry/tile.wgsl")
+    ..walk::tiles("accumulate_disc_queue_tiles", &[INTERLEAVED, PLAIN, DISCS, MAPS, FETCHED, QUEUE])
 };
 
 /// Replaces [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs are collected in a queue.
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
-    entry: "walk_segment",
-    with: &[PLAIN, DISCS, MAPS, QUEUE, SUMS],
     tiers: &[Tier::Native],
-    ..KernelDesc::new("accumulate_disc_queue_segments", "entry/segment.wgsl")
+    ..walk::segments("accumulate_disc_queue_segments", &[PLAIN, DISCS, MAPS, QUEUE, SUMS])
 };
 
 /// Splats that are collected in a queue; elsewhere they take the kernels of any casters.

@@ -6,9 +6,9 @@ use super::{
     features::{Features, Flags},
     project::CHUNK_SIZE,
     resolve,
-    walk::{IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels},
+    walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels},
 };
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc};
 
 pub(super) const DEPTH: Choice = Choice::new("accumulator", "accumulator/depth.wgsl");
 /// State for opaque triangles only.
@@ -23,34 +23,19 @@ pub const SMALL: KernelDesc = KernelDesc {
     ..KernelDesc::new("occlude_small", "entry/small.wgsl")
 };
 
-pub const TILES: KernelDesc = KernelDesc {
-    entry: "walk_tile",
-    with: &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER],
-    tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("occlude_tiles", "entry/tile.wgsl")
-};
+pub const TILES: KernelDesc =
+    walk::tiles("occlude_tiles", &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER]);
 
 /// Tiles of opaque triangles only.
-pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
-    entry: "walk_tile",
-    with: &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
-    tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("occlude_triangle_tiles", "entry/tile.wgsl")
-};
+pub const TRIANGLE_TILES: KernelDesc = walk::tiles(
+    "occlude_triangle_tiles",
+    &[IN_ORDER, TRIANGLES, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
+);
 
-pub const SEGMENTS: KernelDesc = KernelDesc {
-    entry: "walk_segment",
-    with: &[DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER, SUMS],
-    tiers: Tier::ALL,
-    ..KernelDesc::new("occlude_segments", "entry/segment.wgsl")
-};
+pub const SEGMENTS: KernelDesc =
+    walk::segments("occlude_segments", &[DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER, SUMS]);
 
-pub const OVERFLOW: KernelDesc = KernelDesc {
-    entry: "scatter_overflow",
-    with: &[DEPTHS, SUMS],
-    tiers: Tier::BY_ATOMICS,
-    ..KernelDesc::new("occlude_overflow", "entry/overflow.wgsl")
-};
+pub const OVERFLOW: KernelDesc = walk::overflow("occlude_overflow", &[DEPTHS, SUMS]);
 
 /// Kernels for casters that block light.
 pub fn kernels(features: Features) -> WalkKernels {

@@ -1,4 +1,4 @@
-//! Choices shared by kernels of several stages.
+//! Entry points and choices shared by kernels of several stages.
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Kernels that walk the pairs of a list of casters.
@@ -42,3 +42,43 @@ pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
 /// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
+
+/// Walks a tile that is one segment.
+pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {
+    KernelDesc {
+        name,
+        with,
+        tiers: Tier::BY_SUBGROUPS,
+        ..KernelDesc::new("walk_tile", "entry/tile.wgsl")
+    }
+}
+
+/// Walks a segment of a longer tile.
+pub(super) const fn segments(name: &'static str, with: &'static [Choice]) -> KernelDesc {
+    KernelDesc {
+        name,
+        with,
+        tiers: Tier::ALL,
+        ..KernelDesc::new("walk_segment", "entry/segment.wgsl")
+    }
+}
+
+/// Scatters casters whose pairs did not fit.
+pub(super) const fn overflow(name: &'static str, with: &'static [Choice]) -> KernelDesc {
+    KernelDesc {
+        name,
+        with,
+        tiers: Tier::BY_ATOMICS,
+        ..KernelDesc::new("scatter_overflow", "entry/overflow.wgsl")
+    }
+}
+
+/// Makes the maps of a tile that several workgroups added to.
+pub(super) const fn resolve(name: &'static str, with: &'static [Choice]) -> KernelDesc {
+    KernelDesc {
+        name,
+        with,
+        tiers: Tier::BY_ATOMICS,
+        ..KernelDesc::new("resolve_tile", "entry/resolve.wgsl")
+    }
+}

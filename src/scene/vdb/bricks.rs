@@ -167,13 +167,8 @@ impl Tree {
     /// Gives bricks with voxels the tree's temperatures, `kelvin` for a value of 1, at most what halves hold. Returns the
     /// numbers of negative and not finite values, which count as 0.
     pub(in crate::scene) fn heat(mut self, bricks: &mut [Brick], kelvin: f32) -> [u64; 2] {
-        let mut wrong = [0; 2];
-        let tiles = self.tiles.iter_mut().map(|tile| &mut tile.value);
-        for value in self.values.iter_mut().chain(tiles) {
-            if !value.is_finite() || *value < 0.0 {
-                wrong[usize::from(!value.is_finite())] += 1;
-                *value = 0.0;
-            }
+        let wrong = self.clear_wrong();
+        for value in self.values_mut() {
             *value = (*value * kelvin).min(f16::MAX.to_f32());
         }
         let lookup = VoxelSources::new(&self, 0.0);
@@ -185,26 +180,32 @@ impl Tree {
         wrong
     }
 
+    /// Values of voxels, then of tiles.
+    fn values_mut(&mut self) -> impl Iterator<Item = &mut f32> {
+        self.values.iter_mut().chain(self.tiles.iter_mut().map(|tile| &mut tile.value))
+    }
+
+    /// Sets negative and not finite values to 0, and returns their numbers.
+    fn clear_wrong(&mut self) -> [u64; 2] {
+        let mut wrong = [0; 2];
+        for value in self.values_mut().filter(|value| !value.is_finite() || **value < 0.0) {
+            wrong[usize::from(!value.is_finite())] += 1;
+            *value = 0.0;
+        }
+        wrong
+    }
+
     /// Makes all values densities that halves can hold. Returns the density per value, and the numbers of negative and
     /// not finite ones.
     fn make_halves(&mut self) -> (f32, [u64; 2]) {
         /// Densities up to here are as precise as larger ones.
         const LEAST: f32 = 1.0 / 64.0;
-        let mut wrong = [0; 2];
-        let mut most = 0f32;
-        let tiles = self.tiles.iter_mut().map(|tile| &mut tile.value);
-        for value in self.values.iter_mut().chain(tiles) {
-            if !value.is_finite() || *value < 0.0 {
-                wrong[usize::from(!value.is_finite())] += 1;
-                *value = 0.0;
-            }
-            most = most.max(*value);
-        }
+        let wrong = self.clear_wrong();
+        let most = self.values_mut().fold(0f32, |most, value| most.max(*value));
         let fits = most == 0.0 || (LEAST..=65504.0).contains(&most);
         // A power of two changes no value but those that are 0 beside the largest one.
         let scale = if fits { 1.0 } else { most.log2().floor().max(-120.0).exp2() };
-        let tiles = self.tiles.iter_mut().map(|tile| &mut tile.value);
-        for value in self.values.iter_mut().chain(tiles) {
+        for value in self.values_mut() {
             *value = f16::from_f32(*value / scale).to_f32();
         }
         self.tiles.retain(|tile| tile.value != 0.0);

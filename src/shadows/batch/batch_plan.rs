@@ -90,13 +90,9 @@ pub(crate) fn batches(
     for pending in views {
         let PendingView { view, slot, groups, .. } = *pending;
         let listed = [0, 1].map(|i| count(casters, groups, &Class::LISTS[i]) + host(i));
-        if let Some(&need) = listed.iter().find(|&&listed| listed > most_footprints) {
-            return Err(Error::Limit {
-                limit: "casters of one class in a view",
-                have: most_footprints,
-                need,
-                remedy: "split the scene",
-            });
+        for need in listed {
+            let limit = "casters of one class in a view";
+            Error::check_limit(limit, most_footprints, need, "split the scene")?;
         }
         let tiles = view.tiles().element_product();
         let mut gpu_view = view.to_gpu(tile_count, slot.origin, slot.layer);

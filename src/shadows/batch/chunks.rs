@@ -27,14 +27,11 @@ pub(crate) struct Chunks {
 
 impl Chunks {
     pub(super) fn new(context: &mut Context<'_, '_>, plan: &ListPlan) -> Result<Self, Error> {
-        let uploaded = [
-            context.chunk_buffers(plan, &plan.gaussian_chunks)?,
-            context.chunk_buffers(plan, &plan.particle_chunks)?,
-            context.chunk_buffers(plan, &plan.triangle_chunks)?,
-        ];
+        let [gaussians, particles, triangles] =
+            plan.chunks.each_ref().map(|chunks| context.chunk_buffers(plan, chunks));
         let host = plan.host.as_ref().zip(context.casters.host());
         let host = host.map(|host| HostChunks::new(context, plan, host)).transpose()?;
-        Ok(Self { uploaded, host })
+        Ok(Self { uploaded: [gaussians?, particles?, triangles?], host })
     }
 
     /// Culls the host's chunks, then projects all. `counts`: the parameters of bin and the count of the sort

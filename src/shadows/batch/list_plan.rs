@@ -29,11 +29,10 @@ pub(crate) struct ListPlan {
     /// Whether it is a list of the camera.
     pub camera: bool,
     pub features: Features,
-    pub gaussian_chunks: Vec<Chunk>,
-    pub particle_chunks: Vec<Chunk>,
-    /// Those of `particle_chunks` that may have particles on the scatter path.
+    /// Of Gaussians, particles and triangles.
+    pub chunks: [Vec<Chunk>; 3],
+    /// Those of particles that may have some on the scatter path.
     pub tiny_chunks: Vec<Chunk>,
-    pub triangle_chunks: Vec<Chunk>,
     /// Host casters, whose number is known on the device only.
     pub host: Option<HostList>,
     /// Footprints of Gaussians, of particles, of triangles, then the capacity of the host's casters.
@@ -71,23 +70,19 @@ impl ListPlan {
             }
             chunks
         };
-        let [gaussian_chunks, particle_chunks, triangle_chunks] =
-            [Kind::Gaussians, Kind::Particles, Kind::Triangles].map(&mut chunks_of);
-        let count = |chunks: &[Chunk]| chunks.iter().map(|chunk| chunk.count).sum::<u32>();
-        let gaussian_count = count(&gaussian_chunks);
-        let first_setup = gaussian_count + count(&particle_chunks);
+        let chunks = [Kind::Gaussians, Kind::Particles, Kind::Triangles].map(&mut chunks_of);
+        let count = |chunks: &Vec<Chunk>| chunks.iter().map(|chunk| chunk.count).sum::<u32>();
+        let [gaussian_count, particle_count, _] = chunks.each_ref().map(count);
         Self {
             filters: *list == Class::FILTERING,
             camera: false,
             features,
-            gaussian_chunks,
-            particle_chunks,
+            chunks,
             tiny_chunks: Vec::new(),
-            triangle_chunks,
             host: None,
             footprint_count,
             gaussian_count,
-            first_setup,
+            first_setup: gaussian_count + particle_count,
             bound: PairBound::default(),
         }
     }
@@ -108,7 +103,8 @@ impl ListPlan {
                 })
                 .map(|group| &group.extent)
         });
-        let chunks = self.particle_chunks.iter().zip(extents);
+        let [_, particles, _] = &self.chunks;
+        let chunks = particles.iter().zip(extents);
         chunks
             .filter(|(chunk, extent)| extent.may_be_tiny(&views[chunk.view as usize]))
             .map(|(chunk, _)| *chunk)
@@ -120,14 +116,15 @@ impl ListPlan {
         &mut self,
         is_taken: impl FnMut(&Chunk) -> bool,
     ) -> Vec<Chunk> {
+        let [.., triangles] = &mut self.chunks;
         let (taken, mut rest): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.triangle_chunks).into_iter().partition(is_taken);
+            std::mem::take(triangles).into_iter().partition(is_taken);
         self.footprint_count = self.first_setup;
         for chunk in &mut rest {
             chunk.first_footprint = self.footprint_count;
             self.footprint_count += chunk.count;
         }
-        self.triangle_chunks = rest;
+        *triangles = rest;
         taken
     }
 
@@ -141,14 +138,9 @@ impl ListPlan {
     ) -> bool {
         let (shape, capacity) = (profile.shape, scratch.pair_capacity);
         let decided = |list: &Self| {
-            let chunks = [
-                &list.gaussian_chunks,
-                &list.particle_chunks,
-                &list.tiny_chunks,
-                &list.triangle_chunks,
-            ];
+            let chunk_counts = (list.chunks.each_ref().map(Vec::len), list.tiny_chunks.len());
             (
-                (list.filters, list.camera, list.features, chunks.map(Vec::len)),
+                (list.filters, list.camera, list.features, chunk_counts),
                 (list.footprint_count, list.gaussian_count, list.first_setup),
                 list.has_segments(profile),
                 (list.may_overflow(shape, capacity), list.may_part(shape, capacity)),

@@ -68,8 +68,7 @@ impl BatchInputs {
         };
         write(queue, &self.views, &plan.views);
         for (inputs, list) in self.lists.iter().zip(&plan.lists) {
-            let all = [&list.gaussian_chunks, &list.particle_chunks, &list.triangle_chunks];
-            inputs.chunks.iter().zip(all).for_each(|(to, all)| chunks(to, all));
+            inputs.chunks.iter().zip(&list.chunks).for_each(|(to, all)| chunks(to, all));
             if let Some((planes, host)) = inputs.planes.as_ref().zip(list.host.as_ref()) {
                 write(queue, planes, &host.planes);
             }

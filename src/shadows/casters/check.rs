@@ -13,14 +13,9 @@ impl Casters<'_> {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
             self;
-        if materials.len() > MAX_MATERIALS {
-            return Err(Error::Limit {
-                limit: "materials of a scene",
-                have: MAX_MATERIALS as u64,
-                need: materials.len() as u64,
-                remedy: "merge materials that are alike",
-            });
-        }
+        let (have, need) = (MAX_MATERIALS as u64, materials.len() as u64);
+        let remedy = "merge materials that are alike";
+        Error::check_limit("materials of a scene", have, need, remedy)?;
         find(Input::Particle, particles, |particle| particle_problem(particle, materials))?;
         find(Input::Strand, strands, |strand| {
             let Some(material) = materials.get(strand.material as usize) else {

@@ -116,16 +116,9 @@ pub(super) fn upload_images(
     let size = [width, height, textures.len().max(1) as u32].map(u64::from);
     // A layer is as wide as the widest image, and as high as the highest.
     let need = size.iter().product();
-    if need > MAX_TEXELS {
-        let remedy =
-            "make the textures smaller, or alike in size: each takes the largest width and height";
-        return Err(Error::Limit {
-            limit: "texels of all textures",
-            have: MAX_TEXELS,
-            need,
-            remedy,
-        });
-    }
+    let remedy =
+        "make the textures smaller, or alike in size: each takes the largest width and height";
+    Error::check_limit("texels of all textures", MAX_TEXELS, need, remedy)?;
     // Maps read level 0 alone.
     let largest = UVec2::new(width, height);
     let levels = if cfg!(feature = "picture") { image_level_count(largest) } else { 1 };

@@ -47,11 +47,9 @@ impl AreaLevels {
         }
         let viewpoints: usize =
             records.lights.iter().filter(|it| it.area().is_some()).map(GpuLight::viewpoints).sum();
-        if viewpoints > MAX_AREAS {
-            let (have, need) = (MAX_AREAS as u64, viewpoints as u64);
-            let remedy = "remove the source of some lights, or give them fewer viewpoints";
-            return Err(Error::Limit { limit: "viewpoints of sources", have, need, remedy });
-        }
+        let (have, need) = (MAX_AREAS as u64, viewpoints as u64);
+        let remedy = "remove the source of some lights, or give them fewer viewpoints";
+        Error::check_limit("viewpoints of sources", have, need, remedy)?;
         let ends = &records.level_ends;
         let firsts: Vec<u32> = std::iter::once(0).chain(ends.iter().copied()).collect();
         let texels = |blocks: u32| u64::from(blocks) * u64::from(BLOCK_TEXELS);

@@ -1,5 +1,6 @@
 //! Camera of a host: its depths and normals, checked and in the form that kernels read.
 use super::host::ShadowFunction;
+use crate::shadows::views::host_depths::{depth_aspect, layer_view};
 use crate::{
     error::{Error, Input},
     gpu::Shelf,
@@ -153,17 +154,8 @@ fn depth_view(
     layer: u32,
     shelf: Option<&Shelf>,
 ) -> Result<TextureView, &'static str> {
-    use TextureFormat::{
-        Depth16Unorm, Depth24Plus, Depth24PlusStencil8, Depth32Float, Depth32FloatStencil8,
-        R32Float,
-    };
-    let aspect = match texture.format() {
-        R32Float => TextureAspect::All,
-        Depth16Unorm | Depth24Plus | Depth24PlusStencil8 | Depth32Float | Depth32FloatStencil8 => {
-            TextureAspect::DepthOnly
-        }
-        _ => return Err("the format of its depths must be one of depth, or r32float"),
-    };
+    let aspect = depth_aspect(texture.format())
+        .ok_or("the format of its depths must be one of depth, or r32float")?;
     check(texture)?;
     if layer >= texture.depth_or_array_layers() {
         return Err("its depths have no such layer");
@@ -198,16 +190,6 @@ fn flat_view(
     layer: u32,
     shelf: Option<&Shelf>,
 ) -> TextureView {
-    let made = || {
-        texture.create_view(&wgpu::TextureViewDescriptor {
-            label: Some("host_depths"),
-            dimension: Some(wgpu::TextureViewDimension::D2),
-            aspect,
-            mip_level_count: Some(1),
-            base_array_layer: layer,
-            array_layer_count: Some(1),
-            ..Default::default()
-        })
-    };
+    let made = || layer_view(texture, aspect, layer);
     shelf.map_or_else(made, |shelf| shelf.view(texture, aspect, layer, made))
 }

@@ -8,7 +8,7 @@ use crate::{
 use bytemuck::Zeroable as _;
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec2};
 use std::collections::HashMap;
-use wgpu::{Texture, TextureFormat, TextureUsages, TextureView};
+use wgpu::{Texture, TextureAspect, TextureFormat, TextureUsages, TextureView};
 
 /// Depth map of the host for a view.
 #[derive(Clone, Debug)]
@@ -59,17 +59,9 @@ impl DepthInput {
         view: &View,
         known: Option<TextureView>,
     ) -> Result<Self, &'static str> {
-        use TextureFormat::{
-            Depth16Unorm, Depth24Plus, Depth24PlusStencil8, Depth32Float, Depth32FloatStencil8,
-            R32Float,
-        };
         let texture = depth.texture;
-        let aspect = match texture.format() {
-            R32Float => wgpu::TextureAspect::All,
-            Depth16Unorm | Depth24Plus | Depth24PlusStencil8 | Depth32Float
-            | Depth32FloatStencil8 => wgpu::TextureAspect::DepthOnly,
-            _ => return Err("its format must be one of depth, or r32float"),
-        };
+        let aspect =
+            depth_aspect(texture.format()).ok_or("its format must be one of depth, or r32float")?;
         if texture.dimension() != wgpu::TextureDimension::D2 || texture.sample_count() != 1 {
             return Err("it must have two dimensions and one sample a texel");
         }
@@ -80,20 +72,41 @@ impl DepthInput {
             return Err("it has no such layer");
         }
         let params = params(depth, view)?;
-        let made = || {
-            texture.create_view(&wgpu::TextureViewDescriptor {
-                label: Some("host_depths"),
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                aspect,
-                mip_level_count: Some(1),
-                base_array_layer: depth.layer,
-                array_layer_count: Some(1),
-                ..Default::default()
-            })
-        };
-        let texture = known.unwrap_or_else(made);
+        let texture = known.unwrap_or_else(|| layer_view(texture, aspect, depth.layer));
         Ok(Self { texture, params, instead: depth.instead, version: depth.version })
     }
+}
+
+/// The part of a texture that a depth is read from; `None` of one without depths.
+pub(in crate::shadows) fn depth_aspect(format: TextureFormat) -> Option<TextureAspect> {
+    use TextureFormat::{
+        Depth16Unorm, Depth24Plus, Depth24PlusStencil8, Depth32Float, Depth32FloatStencil8,
+        R32Float,
+    };
+    match format {
+        R32Float => Some(TextureAspect::All),
+        Depth16Unorm | Depth24Plus | Depth24PlusStencil8 | Depth32Float | Depth32FloatStencil8 => {
+            Some(TextureAspect::DepthOnly)
+        }
+        _ => None,
+    }
+}
+
+/// A layer of a host's texture.
+pub(in crate::shadows) fn layer_view(
+    texture: &Texture,
+    aspect: TextureAspect,
+    layer: u32,
+) -> TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        label: Some("host_depths"),
+        dimension: Some(wgpu::TextureViewDimension::D2),
+        aspect,
+        mip_level_count: Some(1),
+        base_array_layer: layer,
+        array_layer_count: Some(1),
+        ..Default::default()
+    })
 }
 
 /// A host's camera whose rays coincide with those of a view. In `f64`, because far from the origin matrices
