@@ -1,6 +1,7 @@
-//! Rows of data/gallery/failures.toml against the chords of two spheres.
+//! Scenes that show where other systems fail: data/gallery/failures.toml against the chords of two spheres, and seams.toml.
+use crate::common::{TIERS, gpu};
 use gobo::{
-    View,
+    Receiver, Renderer, View,
     glam::{DVec2, UVec2, Vec3},
     internals::{records::ViewMaps, reference, view::shadow_views},
     model::ReceiverPoint,
@@ -90,4 +91,25 @@ fn rows_fail_as_they_say_and_ours_does_not() {
     // Behind the cloud there is no difference.
     let [ground, ours] = seen(&failures, 2.0);
     assert!((ground - ours).abs().max_element() < 0.05 * ours.x, "{ground} {ours}");
+}
+
+/// data/gallery/seams.toml: light between clear spheres and the dust behind them.
+#[test]
+fn dust_behind_clear_spheres_has_a_hole_by_the_nearest_depth_only() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/seams.toml");
+    let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+    let sun = Vec3::new(0.8, -0.42, -0.75).normalize();
+    let center = Vec3::new(-4.13, 2.30, 1.64) - scene.origin;
+    let behind = ReceiverPoint { position: center + sun * 0.6, normal: Vec3::ZERO };
+    // Through the middle of a sphere of 0.9 m.
+    let formula = Vec3::new(0.95, 0.88, 0.8).powf(0.9 / 1.5);
+    let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
+    let mut light = |receiver| {
+        scene.shadow.receiver = receiver;
+        Vec3::from(renderer.light_points(&scene, &[behind]).unwrap()[0])
+    };
+    let by_curve = light(Receiver::Curve);
+    assert!((by_curve - formula).abs().max_element() < 5e-3, "{by_curve}, not {formula}");
+    let by_nearest = light(Receiver::Nearest);
+    assert!(by_nearest.max_element() < 0.2, "{by_nearest}");
 }
