@@ -76,7 +76,7 @@ fn a_sun_is_soft_where_its_penumbra_is_wider_than_texels() {
         let kind = LightKind::Directional { direction: Vec3::new(-0.5, -1.0, -0.4) };
         let source = Some(Source::Sun { angle: degrees(0.53) });
         scene.lights = vec![Light { source, viewpoints, size: Some(1024), ..light(kind) }];
-        let mut points = grid(160, 0.65);
+        let mut points = grid(110, 0.65);
         points.iter_mut().for_each(|p| p.position -= Vec3::new(0.5, 0.0, 0.4) * height);
         let error = error_in_penumbrae(&scene, &points);
         println!("{height} m: {error:.4}");
