@@ -2,14 +2,14 @@
 use super::{
     bench::BenchArguments,
     values::{
-        BackendName, DebugName, Frames, Shard, SimulationName, Target, frame_rate, key_value, share,
+        DebugName, DeviceArguments, Frames, Shard, SimulationName, Target, frame_rate, key_value,
+        share,
     },
 };
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use gobo::{
-    internals::{gpu::Backend, picture::debug::DebugMode},
-    render::Renderer,
+    internals::picture::debug::DebugMode,
     scene::{Scene, Share},
 };
 use std::{ops::Range, path::PathBuf};
@@ -95,28 +95,7 @@ pub(crate) enum Command {
     },
 }
 
-// Options that several commands have: a comment for the help would replace that of the command.
-#[derive(Debug, Args)]
-pub(crate) struct DeviceArguments {
-    /// The interface to the hardware
-    #[arg(long, default_value = "auto")]
-    backend: BackendName,
-    /// Part of the adapter's name, as `gobo info` prints it
-    #[arg(long, value_name = "NAME")]
-    pub(crate) adapter: Option<String>,
-}
-
-impl DeviceArguments {
-    pub(crate) fn renderer(&self) -> Result<Renderer, gobo::Error> {
-        Renderer::new(self.backend(), self.adapter.as_deref())
-    }
-
-    pub(crate) fn backend(&self) -> Backend {
-        self.backend.into()
-    }
-}
-
-// A scene at a time.
+// A scene at a time: a comment for the help would replace that of the command.
 #[derive(Debug, Args)]
 pub(crate) struct MomentArguments {
     /// The time, as that of a frame

@@ -1,7 +1,8 @@
 //! Values of arguments.
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use gobo::{
     internals::{gpu::Backend, picture::debug::DebugMode},
+    render::Renderer,
     scene::Share,
 };
 use std::{ops::Range, str::FromStr};
@@ -26,6 +27,27 @@ impl From<BackendName> for Backend {
             BackendName::Gl => Self::Gl,
             BackendName::Cpu => Self::Cpu,
         }
+    }
+}
+
+// Options that several commands have: a comment for the help would replace that of the command.
+#[derive(Debug, Args)]
+pub(crate) struct DeviceArguments {
+    /// The interface to the hardware
+    #[arg(long, default_value = "auto")]
+    backend: BackendName,
+    /// Part of the adapter's name, as `gobo info` prints it
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+}
+
+impl DeviceArguments {
+    pub(crate) fn renderer(&self) -> Result<Renderer, gobo::Error> {
+        Renderer::new(self.backend(), self.adapter.as_deref())
+    }
+
+    pub(crate) fn backend(&self) -> Backend {
+        self.backend.into()
     }
 }
 

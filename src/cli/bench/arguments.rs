@@ -1,5 +1,5 @@
 //! Command line arguments of `gobo bench`.
-use crate::cli::{arguments::DeviceArguments, values::key_value};
+use crate::cli::values::{DeviceArguments, key_value};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
