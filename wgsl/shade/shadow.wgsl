@@ -35,9 +35,9 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     return min(border / max(view.fade, 1e-3), 1.0);
 }
 
-// Least light that the light's viewpoints on average, or any further shadow of the light `number`, let through, per channel. `normal` is on the light's side,
-// zero without a surface; `reach`: distance that a caster in the maps may be off the point [m]. Where branches
-// cost what they skip, one loop reads fewer maps than a branch for each kind.
+// Least light that the viewpoints of the light `number` on average, or any further shadow of it, let through, per
+// channel. `normal` is on the light's side, zero without a surface; `reach`: distance that a caster in the maps may be
+// off the point [m]. Where branches cost what they skip, one loop reads fewer maps than a branch for each kind.
 fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
