@@ -1,5 +1,5 @@
 //! A kernel with its resources and its work.
-use crate::gpu::{Kernel, KernelError, OwnedResource, Resources, Shelf};
+use crate::gpu::{Kernel, KernelError, Resource, Resources, Shelf};
 use std::{
     fmt,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -29,7 +29,7 @@ impl Work {
 #[derive(Debug)]
 pub struct Bound {
     group: wgpu::BindGroup,
-    resources: Vec<(&'static str, OwnedResource)>,
+    resources: Vec<(&'static str, Resource)>,
 }
 
 /// A bind group of the host, group 1, that it may replace between frames; then the one before, since hosts alternate
@@ -69,7 +69,7 @@ impl Dispatch {
     pub fn new(
         device: &wgpu::Device,
         kernel: Kernel,
-        resources: &Resources<'_>,
+        resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Self, KernelError> {
         let group = kernel.bind(device, resources)?;
@@ -80,22 +80,18 @@ impl Dispatch {
     pub fn on_shelf(
         shelf: &Shelf,
         kernel: Kernel,
-        resources: &Resources<'_>,
+        resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Self, KernelError> {
         let group = kernel.bind_on(shelf, resources)?;
         Ok(Self::bound(kernel, group, resources, work.into()))
     }
 
-    fn bound(
-        kernel: Kernel,
-        group: wgpu::BindGroup,
-        resources: &Resources<'_>,
-        work: Work,
-    ) -> Self {
-        let named = kernel.bindings().iter().filter_map(|binding| {
-            Some((binding.name, OwnedResource::of(resources.get(binding.name)?)))
-        });
+    fn bound(kernel: Kernel, group: wgpu::BindGroup, resources: &Resources, work: Work) -> Self {
+        let named = kernel
+            .bindings()
+            .iter()
+            .filter_map(|binding| Some((binding.name, resources.get(binding.name)?.clone())));
         let bound = Arc::new(Bound { group, resources: named.collect() });
         Self { kernel, bound, host: None, work }
     }
@@ -132,7 +128,7 @@ impl Dispatch {
 
 impl Bound {
     /// Resources by the names that the kernel binds them by.
-    pub fn resources(&self) -> &[(&'static str, OwnedResource)] {
+    pub fn resources(&self) -> &[(&'static str, Resource)] {
         &self.resources
     }
 }

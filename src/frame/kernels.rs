@@ -81,7 +81,7 @@ impl Kernels {
         &self,
         desc: &KernelDesc,
         features: Features,
-        resources: &Resources<'_>,
+        resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Dispatch, KernelError> {
         self.dispatch_of(self.get(desc, features)?, resources, work)
@@ -91,7 +91,7 @@ impl Kernels {
     pub fn dispatch_of(
         &self,
         kernel: Kernel,
-        resources: &Resources<'_>,
+        resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Dispatch, KernelError> {
         match &self.shelf {

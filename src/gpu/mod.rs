@@ -33,7 +33,7 @@ pub use kernel_error::KernelError;
 pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
-pub use resource::{Access, Binding, BindingKind, OwnedResource, Resource, Resources};
+pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use scope::allocated;
 pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};

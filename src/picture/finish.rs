@@ -31,7 +31,7 @@ pub(super) struct ToFinish<'a, 'b> {
     pub allocator: &'a mut Allocator<'b>,
     pub kernels: &'a Kernels,
     /// View, parameters and pixels.
-    pub resources: &'a Resources<'a>,
+    pub resources: &'a Resources,
 }
 
 impl ToFinish<'_, '_> {
@@ -57,14 +57,15 @@ impl ToFinish<'_, '_> {
     }
 
     /// One invocation per texel of `size`.
-    fn run<'r, R: Copy + Into<Resource<'r>>>(
-        &'r self,
+    fn run<R: Clone + Into<Resource>>(
+        &self,
         desc: &KernelDesc,
         size: UVec2,
         textures: &[(&'static str, R)],
     ) -> Result<Dispatch, Error> {
         let all = self.resources.clone();
-        let resources = textures.iter().fold(all, |all, &(name, texture)| all.with(name, texture));
+        let resources =
+            textures.iter().fold(all, |all, (name, texture)| all.with(name, texture.clone()));
         let groups = size.to_array().map(|texels| texels.div_ceil(bloom::GROUP_SIZE));
         let work = [groups[0], groups[1], 1];
         Ok(self.kernels.dispatch(desc, Features::NONE, &resources, work)?)
@@ -103,10 +104,11 @@ impl Finish {
     }
 
     /// `resources` and those that the bands write for the passes.
-    pub(super) fn with<'a>(&'a self, resources: Resources<'a>) -> Resources<'a> {
-        let all = self.ambients.iter().fold(resources, |all, it| all.with("ambients", it));
-        let behind = self.behind.iter();
-        behind.fold(all, |all, (behinds, bends)| all.with("behinds", behinds).with("bends", bends))
+    pub(super) fn with(&self, resources: Resources) -> Resources {
+        resources
+            .with_any("ambients", self.ambients.as_ref())
+            .with_any("behinds", self.behind.as_ref().map(|(behinds, _)| behinds))
+            .with_any("bends", self.behind.as_ref().map(|(_, bends)| bends))
     }
 
     fn refract(&mut self, to: &mut ToFinish<'_, '_>, size: UVec2) -> Result<(), Error> {
@@ -121,7 +123,7 @@ impl Finish {
             passes.push(to.run(&bloom::DOWN, image_level_size(size, level), &textures)?);
         }
         let whole = view(&behinds);
-        let textures: [(_, Resource<'_>); 4] = [
+        let textures: [(_, Resource); 4] = [
             ("behinds", (&whole).into()),
             ("bends", (&bends).into()),
             ("composited", (&self.radiance).into()),

@@ -172,8 +172,7 @@ impl Prepared {
             }
             _ => None,
         };
-        let resources = source.resources(self.maps());
-        let resources = none.iter().fold(resources, |all, none| all.with("levels", none));
+        let resources = source.resources.with_any("levels", none.as_ref());
         let Part { bindings, label, .. } = part(choice)?;
         let (layout, group) = bind_host_part(device, shelf, label, bindings, &resources)?;
         Ok(LightBindings { layout, group, memory, levels: source.levels })

@@ -104,7 +104,8 @@ impl Prepared {
         };
         let batch_buffer = allocator.uniform("point_batch", &batch);
         let resources = source
-            .resources(maps)
+            .resources
+            .clone()
             .with("point_batch", &batch_buffer)
             .with("point_positions", points.positions)
             .with("point_normals", points.normals.unwrap_or(points.positions))

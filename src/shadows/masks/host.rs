@@ -270,13 +270,14 @@ impl Inputs<'_> {
             Some(_) => None,
         };
         let resources = source
-            .resources(maps)
+            .resources
+            .clone()
             .with("views", &views)
             .with("host_view", &params)
             .with("clusters", &clusters)
             .with("host_depths", &camera.depths)
-            .with("host_normals", camera.normals.as_ref().unwrap_or(&camera.depths));
-        let resources = none.iter().fold(resources, |all, none| all.with("levels", none));
+            .with("host_normals", camera.normals.as_ref().unwrap_or(&camera.depths))
+            .with_any("levels", none.as_ref());
         let seen = if memory.is_half() { &mask::HALF_HOST_SURFACES } else { &mask::HOST_SURFACES };
         let [x, y] = camera.view.size.to_array().map(|size| size.div_ceil(mask::GROUP_SIZE));
         let of_host = resources.clone().and(&memory.resources());
