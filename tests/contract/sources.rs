@@ -7,31 +7,31 @@ use std::{
 use syn::visit::{self, Visit};
 
 /// A path of modules from the crate's root, or of a name in one.
-pub type Module = Vec<String>;
+pub(super) type Module = Vec<String>;
 
 /// What a file names of others.
 #[derive(Debug, Default)]
-pub struct Source {
+pub(super) struct Source {
     /// The file's module.
     module: Module,
     /// Paths from the root of what it uses.
-    pub used: Vec<Module>,
-    /// What others may name through it, as it imports it: a name (`*` for all), and the path from the root.
-    pub passed: Vec<(String, Module)>,
+    pub(super) used: Vec<Module>,
+    /// What others may name through it, as it imports it: a name, and the path from the root.
+    pub(super) passed: Vec<(String, Module)>,
     /// Modules of another folder, by `#[path]`.
-    pub elsewhere: Vec<String>,
+    pub(super) elsewhere: Vec<String>,
 }
 
 impl Source {
     /// Unit tests apart.
-    pub fn of(module: &[String], text: &str) -> Self {
+    pub(super) fn of(module: &[String], text: &str) -> Self {
         let mut source = Self { module: module.to_vec(), ..Self::default() };
         source.visit_file(&syn::parse_file(text).unwrap());
         source
     }
 
     /// Of a path's segments as they are written; `None`: of another crate, or of what a `use` named.
-    fn from_root(&self, path: &[String]) -> Option<Module> {
+    fn absolute(&self, path: &[String]) -> Option<Module> {
         let mut from = match path[0].as_str() {
             "crate" => Module::new(),
             "self" | "super" => self.module.clone(),
@@ -49,26 +49,25 @@ impl Source {
 
     fn visit_tree(&mut self, passes_on: bool, before: &[String], tree: &syn::UseTree) {
         let with = |ident: &syn::Ident| [before, &[ident.to_string()]].concat();
+        // The name that others know it by; none for all of a module.
         let (name, path) = match tree {
             syn::UseTree::Path(path) => {
                 return self.visit_tree(passes_on, &with(&path.ident), &path.tree);
             }
             syn::UseTree::Group(group) => {
-                return group
-                    .items
-                    .iter()
-                    .for_each(|tree| self.visit_tree(passes_on, before, tree));
+                let trees = group.items.iter();
+                return trees.for_each(|tree| self.visit_tree(passes_on, before, tree));
             }
-            syn::UseTree::Name(name) => (name.ident.to_string(), with(&name.ident)),
-            syn::UseTree::Rename(rename) => (rename.rename.to_string(), with(&rename.ident)),
-            syn::UseTree::Glob(_) => ("*".to_owned(), before.to_vec()),
+            syn::UseTree::Name(name) => (Some(&name.ident), with(&name.ident)),
+            syn::UseTree::Rename(rename) => (Some(&rename.rename), with(&rename.ident)),
+            syn::UseTree::Glob(_) => (None, before.to_vec()),
         };
         // `use child::Name` is of a module's own child.
-        let path = self.from_root(&path).unwrap_or_else(|| [&self.module[..], &path].concat());
-        if !passes_on {
-            self.used.push(path.clone());
+        let path = self.absolute(&path).unwrap_or_else(|| [&self.module[..], &path].concat());
+        self.passed.extend(name.map(|name| (name.to_string(), path.clone())));
+        if !passes_on || name.is_none() {
+            self.used.push(path);
         }
-        self.passed.push((name, path));
     }
 }
 
@@ -90,7 +89,7 @@ impl Visit<'_> for Source {
     fn visit_path(&mut self, path: &syn::Path) {
         let segments: Vec<_> =
             path.segments.iter().map(|segment| segment.ident.to_string()).collect();
-        self.used.extend(self.from_root(&segments));
+        self.used.extend(self.absolute(&segments));
         visit::visit_path(self, path);
     }
 
@@ -98,7 +97,7 @@ impl Visit<'_> for Source {
 }
 
 /// All files of `folder`.
-pub fn files(folder: &Path) -> Vec<PathBuf> {
+pub(super) fn files(folder: &Path) -> Vec<PathBuf> {
     if folder.is_file() {
         return vec![folder.to_owned()];
     }
@@ -107,7 +106,7 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The modules of `src/`.
-pub fn sources() -> BTreeMap<Module, Source> {
+pub(super) fn sources() -> BTreeMap<Module, Source> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let of_file = |file: PathBuf| {
         let inside = file.strip_prefix(&root).unwrap().with_extension("");
@@ -123,7 +122,7 @@ pub fn sources() -> BTreeMap<Module, Source> {
 }
 
 /// Files whose declarations each file names, also through `pub use`.
-pub fn arrows(sources: &BTreeMap<Module, Source>) -> BTreeMap<Module, BTreeSet<Module>> {
+pub(super) fn arrows(sources: &BTreeMap<Module, Source>) -> BTreeMap<Module, BTreeSet<Module>> {
     let declared_in = |path: &Module| -> Option<Module> {
         let mut path = path.clone();
         for _ in 0..8 {
