@@ -40,3 +40,4 @@ pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
 pub use timing::{Profiler, Timeline};
+pub(crate) use transfer::{read_back, staging};

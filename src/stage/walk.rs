@@ -43,11 +43,15 @@ pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_o
 /// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
+/// Choices of kernels that walk any casters.
+const WALKED: &[Choice] = &[IN_ORDER, WAITING, WALK, LANE_CASTER, SUMS];
+
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {
     KernelDesc {
         name,
         with,
+        shared: WALKED,
         tiers: Tier::BY_SUBGROUPS,
         ..KernelDesc::new("walk_tile", "entry/tile.wgsl")
     }
@@ -58,6 +62,7 @@ pub(super) const fn segments(name: &'static str, with: &'static [Choice]) -> Ker
     KernelDesc {
         name,
         with,
+        shared: WALKED,
         tiers: Tier::ALL,
         ..KernelDesc::new("walk_segment", "entry/segment.wgsl")
     }
@@ -68,6 +73,7 @@ pub(super) const fn overflow(name: &'static str, with: &'static [Choice]) -> Ker
     KernelDesc {
         name,
         with,
+        shared: WALKED,
         tiers: Tier::BY_ATOMICS,
         ..KernelDesc::new("scatter_overflow", "entry/overflow.wgsl")
     }
@@ -78,6 +84,7 @@ pub(super) const fn resolve(name: &'static str, with: &'static [Choice]) -> Kern
     KernelDesc {
         name,
         with,
+        shared: WALKED,
         tiers: Tier::BY_ATOMICS,
         ..KernelDesc::new("resolve_tile", "entry/resolve.wgsl")
     }
