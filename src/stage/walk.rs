@@ -48,44 +48,30 @@ const WALKED: &[Choice] = &[IN_ORDER, WAITING, WALK, LANE_CASTER, SUMS];
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        shared: WALKED,
-        tiers: Tier::BY_SUBGROUPS,
-        ..KernelDesc::new("walk_tile", "entry/tile.wgsl")
-    }
+    of_entry(name, with, Tier::BY_SUBGROUPS, KernelDesc::new("walk_tile", "entry/tile.wgsl"))
 }
 
 /// Walks a segment of a longer tile.
 pub(super) const fn segments(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        shared: WALKED,
-        tiers: Tier::ALL,
-        ..KernelDesc::new("walk_segment", "entry/segment.wgsl")
-    }
+    of_entry(name, with, Tier::ALL, KernelDesc::new("walk_segment", "entry/segment.wgsl"))
 }
 
 /// Scatters casters whose pairs did not fit.
 pub(super) const fn overflow(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        shared: WALKED,
-        tiers: Tier::BY_ATOMICS,
-        ..KernelDesc::new("scatter_overflow", "entry/overflow.wgsl")
-    }
+    let entry = KernelDesc::new("scatter_overflow", "entry/overflow.wgsl");
+    of_entry(name, with, Tier::BY_ATOMICS, entry)
 }
 
 /// Makes the maps of a tile that several workgroups added to.
 pub(super) const fn resolve(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        shared: WALKED,
-        tiers: Tier::BY_ATOMICS,
-        ..KernelDesc::new("resolve_tile", "entry/resolve.wgsl")
-    }
+    of_entry(name, with, Tier::BY_ATOMICS, KernelDesc::new("resolve_tile", "entry/resolve.wgsl"))
+}
+
+const fn of_entry(
+    name: &'static str,
+    with: &'static [Choice],
+    tiers: &'static [Tier],
+    entry: KernelDesc,
+) -> KernelDesc {
+    KernelDesc { name, with, tiers, shared: WALKED, ..entry }
 }
