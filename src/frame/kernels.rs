@@ -94,10 +94,11 @@ impl Kernels {
         resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Dispatch, KernelError> {
-        match &self.shelf {
-            Some(shelf) => Dispatch::on_shelf(shelf, kernel, resources, work),
-            None => Dispatch::new(&self.device, kernel, resources, work),
-        }
+        let group = match &self.shelf {
+            Some(shelf) => kernel.bind_on(shelf, resources)?,
+            None => kernel.bind(&self.device, resources)?,
+        };
+        Ok(Dispatch::new(kernel, group, resources, work))
     }
 
     /// A buffer with contents, for a frame.

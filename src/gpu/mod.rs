@@ -21,7 +21,7 @@ mod transfer;
 
 pub use adapter::{Backend, FETCH_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming};
 pub(crate) use allocate::reused;
-pub use allocate::{Allocator, Memory, array_view, view, write_records};
+pub use allocate::{Allocator, Memory, array_view, level_view, view, write_records};
 #[cfg(feature = "picture")]
 pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
@@ -40,3 +40,4 @@ pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
 pub use timing::{Profiler, Timeline};
+pub(crate) use transfer::{read_back, staging};

@@ -2,7 +2,7 @@
 use crate::{
     error::Error,
     frame::{Commands, Dispatch, Kernels},
-    gpu::{Allocator, KernelDesc, Resource, Resources, view},
+    gpu::{Allocator, KernelDesc, Resource, Resources, level_view, view},
     model::{Material, Occlusion, Scene},
     records::{bloom_sizes, image_level_size, refraction_levels},
     stage::{bloom, features::Features, occlusion, refraction, shade::composite},
@@ -11,7 +11,8 @@ use glam::UVec2;
 use wgpu::{
     Texture, TextureFormat,
     TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},
-    TextureUsages, TextureView, TextureViewDescriptor,
+    TextureUsages, TextureView,
+    TextureViewDimension::D2,
 };
 
 /// Passes over the whole picture, in order.
@@ -116,7 +117,8 @@ impl Finish {
         let behinds = to.texture_with_levels("behinds", Rgba16Float, size, count)?;
         let bends = to.texture("bends", Rgba32Uint, size)?;
         let radiance = to.texture("radiance", Rgba32Float, size)?;
-        let levels: Vec<TextureView> = (0..count).map(|level| one_level(&behinds, level)).collect();
+        let levels: Vec<TextureView> =
+            (0..count).map(|level| level_view(&behinds, level, D2)).collect();
         let mut passes = Vec::new();
         for (level, pair) in (1..).zip(levels.windows(2)) {
             let textures = [("bloom_from", &pair[0]), ("bloom_to", &pair[1])];
@@ -178,12 +180,4 @@ impl Finish {
         self.radiance = radiance;
         Ok(())
     }
-}
-
-fn one_level(texture: &Texture, level: u32) -> TextureView {
-    texture.create_view(&TextureViewDescriptor {
-        base_mip_level: level,
-        mip_level_count: Some(1),
-        ..TextureViewDescriptor::default()
-    })
 }

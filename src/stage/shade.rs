@@ -54,7 +54,7 @@ const FILTERS_IMAGES: Constant = ("FILTERS_IMAGES", 1.0);
 /// Translucent layers in front of a pixel's opaque surface.
 const LAYER_STATE: Choice = Choice::new("accumulator", "accumulator/layers.wgsl");
 /// Nearest opaque caster of a pixel.
-pub(super) const SEEN_STATE: Choice = Choice::new("accumulator", "accumulator/seen.wgsl");
+const SEEN_STATE: Choice = Choice::new("accumulator", "accumulator/seen.wgsl");
 
 const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
 const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
@@ -84,44 +84,33 @@ pub const LAYERS: KernelDesc = KernelDesc {
 
 /// A kernel over the pixels of a band, one invocation per pixel.
 pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { with: &[IN_ORDER, SEEN_STATE], ..KernelDesc::new(name, root) }
+    KernelDesc { shared: &[IN_ORDER, SEEN_STATE], ..KernelDesc::new(name, root) }
 }
 
-pub const SURFACES: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, NO_CATCHERS],
-    ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl")
-};
+pub const SURFACES: KernelDesc =
+    KernelDesc { with: &[NO_CATCHERS], ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl") };
 /// [`SURFACES`], some of which show the surroundings behind them.
-pub const CATCHING_SURFACES: KernelDesc = KernelDesc {
-    name: "shade_catching_surfaces",
-    with: &[IN_ORDER, SEEN_STATE, CATCHERS],
-    ..SURFACES
-};
+pub const CATCHING_SURFACES: KernelDesc =
+    KernelDesc { name: "shade_catching_surfaces", with: &[CATCHERS], ..SURFACES };
 /// The kernel that makes points of visible opaque surfaces; `catches`: whether some are catchers.
 pub fn surfaces(catches: bool) -> &'static KernelDesc {
     if catches { &CATCHING_SURFACES } else { &SURFACES }
 }
 
 pub const COMPOSITE: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, STRAIGHT],
+    with: &[AMBIENT_NONE, STRAIGHT],
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")
 };
 /// [`COMPOSITE`], which keeps the ambient light for [`occlusion`](super::occlusion).
-pub const COMPOSITE_AMBIENT: KernelDesc = KernelDesc {
-    name: "shade_composite_ambient",
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT, STRAIGHT],
-    ..COMPOSITE
-};
+pub const COMPOSITE_AMBIENT: KernelDesc =
+    KernelDesc { name: "shade_composite_ambient", with: &[AMBIENT_KEPT, STRAIGHT], ..COMPOSITE };
 /// [`COMPOSITE`], which keeps what is behind glass for [`refraction`](super::refraction).
-pub const COMPOSITE_BEHIND: KernelDesc = KernelDesc {
-    name: "shade_composite_behind",
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, REFRACTED],
-    ..COMPOSITE
-};
+pub const COMPOSITE_BEHIND: KernelDesc =
+    KernelDesc { name: "shade_composite_behind", with: &[AMBIENT_NONE, REFRACTED], ..COMPOSITE };
 /// [`COMPOSITE`], which keeps both.
 pub const COMPOSITE_BEHIND_AMBIENT: KernelDesc = KernelDesc {
     name: "shade_composite_behind_ambient",
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT, REFRACTED],
+    with: &[AMBIENT_KEPT, REFRACTED],
     ..COMPOSITE
 };
 /// The kernel that blends a picture; what it keeps: ambient light for [`occlusion`](super::occlusion), and what is behind
@@ -137,17 +126,15 @@ pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc
 
 /// A kernel over points or footprints, one invocation each.
 const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { constants: LANES, ..KernelDesc::new(name, root) }
+    KernelDesc { shared: &[IN_ORDER], constants: LANES, ..KernelDesc::new(name, root) }
 }
 
 pub const PANES: KernelDesc = KernelDesc {
-    with: &[IN_ORDER],
     constants: &[("WORKGROUP_SIZE", POINT_LANES as f64), FILTERS_IMAGES],
     ..of_points("shade_panes", "shade/shade_panes.wgsl")
 };
 /// One invocation per tile of a band.
-pub const LAYERED: KernelDesc =
-    KernelDesc { with: &[IN_ORDER], ..of_points("shade_layered", "shade/shade_layered.wgsl") };
+pub const LAYERED: KernelDesc = of_points("shade_layered", "shade/shade_layered.wgsl");
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
 pub const BRICKS: KernelDesc = of_points("shade_bricks", "shade/shade_bricks.wgsl");
 /// Light at the points that the picture shows.
