@@ -129,19 +129,7 @@ pub(super) fn load(
     first_id: u32,
     earlier: u64,
 ) -> Result<ParticleFile, SceneError> {
-    let rows = Rows {
-        material,
-        material_id,
-        first_id,
-        of_strands: false,
-        earlier,
-        storage: [Storage::Absent; NAMES.len()],
-        count: 0,
-        particles: Vec::new(),
-        skipped: Skipped::new(),
-        notes: Vec::new(),
-    };
-    rows.load(path, default_radius)
+    Rows { first_id, earlier, ..Rows::new(material, material_id) }.load(path, default_radius)
 }
 
 /// Loads a file of strands, with the columns of particles. `default_radius` [m] is for files without a radius column.
@@ -151,18 +139,7 @@ pub(super) fn load_strands(
     material_id: u32,
     default_radius: Option<f32>,
 ) -> Result<StrandFile, SceneError> {
-    let rows = Rows {
-        material,
-        material_id,
-        first_id: 0,
-        of_strands: true,
-        earlier: 0,
-        storage: [Storage::Absent; NAMES.len()],
-        count: 0,
-        particles: Vec::new(),
-        skipped: Skipped::new(),
-        notes: Vec::new(),
-    };
+    let rows = Rows { of_strands: true, ..Rows::new(material, material_id) };
     let ParticleFile { particles, skipped, notes } = rows.load(path, default_radius)?;
     let of_rows = particles.chunk_by(|a, b| a.id == b.id).map(|rows| Strand {
         vertices: rows
@@ -186,7 +163,22 @@ fn check_count(path: &Path, earlier: u64, count: u64) -> Result<(), SceneError> 
     Limit::Particles.grown_in(path, earlier, count).map(|_| ())
 }
 
-impl Rows<'_> {
+impl<'a> Rows<'a> {
+    fn new(material: &'a Material, material_id: u32) -> Self {
+        Self {
+            material,
+            material_id,
+            first_id: 0,
+            of_strands: false,
+            earlier: 0,
+            storage: [Storage::Absent; NAMES.len()],
+            count: 0,
+            particles: Vec::new(),
+            skipped: Skipped::new(),
+            notes: Vec::new(),
+        }
+    }
+
     fn load(
         mut self,
         path: &Path,
