@@ -9,7 +9,7 @@ use super::{
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
-    walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels},
+    walk::{self, FOURS, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -36,7 +36,7 @@ pub fn composed_texels(pair_capacity: u32) -> u64 {
 
 /// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter.wgsl");
-/// State of eight texels per lane, for casters of one simple kind: soft discs or splats, of the `filter` transfer.
+/// State of four or eight texels per lane, for casters of one simple kind: soft discs or splats, of the `filter` transfer.
 pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
 const PLAIN_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/plain.wgsl");
 /// That kind.
@@ -77,12 +77,12 @@ pub const OVERFLOW: KernelDesc = walk::overflow("accumulate_overflow", &[MAPS, S
 
 pub const DISC_TILES: KernelDesc = walk::tiles(
     "accumulate_disc_tiles",
-    &[IN_ORDER, PLAIN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
+    &[IN_ORDER, PLAIN, FOURS, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
 );
 
 pub const DISC_SEGMENTS: KernelDesc = walk::segments(
     "accumulate_disc_segments",
-    &[PLAIN, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
+    &[PLAIN, FOURS, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
 );
 
 /// Kernels for casters that filter light.

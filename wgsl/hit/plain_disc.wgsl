@@ -6,6 +6,7 @@ import package::hit::disc::{
 };
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
+import choice::fours::FOURS;
 
 alias Plain = Disc;
 
@@ -38,19 +39,28 @@ fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f3
     return disc_touches(view, footprint.bounds, lo, hi);
 }
 
-// Profiles of eight texels in a column; `first`: centre of the first.
-fn column_profile(view: GpuView, disc: Plain, first: vec2<f32>, opaque: array<vec4<f32>, 2>) -> array<Profile4, 2> {
+// Profiles of the fours of texels in a column. `first`: centre of the first of eight, which are rounded alike however
+// many an invocation has; `below`: [texels] from there to the first four.
+fn column_profile(
+    view: GpuView,
+    disc: Plain,
+    first: vec2<f32>,
+    below: f32,
+    opaque: array<vec4<f32>, FOURS>,
+) -> array<Profile4, FOURS> {
+    var met: array<Profile4, FOURS>;
+    met[0] = four_profile(view, disc, first, select(below, 0.0, FOURS > 1u), opaque[0]);
+    if FOURS > 1u {
+        met[FOURS - 1u] = four_profile(view, disc, first, 4.0, opaque[FOURS - 1u]);
+    }
+    return met;
+}
+
+fn four_profile(view: GpuView, disc: Plain, first: vec2<f32>, below: f32, opaque: vec4<f32>) -> Profile4 {
     let dx = first.x - disc.center.x;
     if PERSPECTIVE {
-        let ys = first.y + vec4(0.0, 1.0, 2.0, 3.0);
-        return array(
-            disc_profile(view, disc, dx, ys - disc.center.y, opaque[0]),
-            disc_profile(view, disc, dx, ys + 4.0 - disc.center.y, opaque[1]),
-        );
+        let ys = first.y + below + vec4(0.0, 1.0, 2.0, 3.0);
+        return disc_profile(view, disc, dx, ys - disc.center.y, opaque);
     }
-    let dy = first.y - disc.center.y;
-    return array(
-        rest_profile(disc, column_rest(disc, dx, dy), opaque[0]),
-        rest_profile(disc, column_rest(disc, dx, dy + 4.0), opaque[1]),
-    );
+    return rest_profile(disc, column_rest(disc, dx, first.y - disc.center.y + below), opaque);
 }

@@ -64,6 +64,8 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "ROUND_BIT",
     "ROWS",
     "ROW_COUNT",
+    "FOURS",
+    "LAST",
     "HIT_WORDS",
     "RING_SLOTS",
     "NODE_LANES",
