@@ -9,7 +9,9 @@ use super::{
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
-    walk::{self, FOURS, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels},
+    walk::{
+        self, COLUMN, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels,
+    },
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -77,12 +79,12 @@ pub const OVERFLOW: KernelDesc = walk::overflow("accumulate_overflow", &[MAPS, S
 
 pub const DISC_TILES: KernelDesc = walk::tiles(
     "accumulate_disc_tiles",
-    &[IN_ORDER, PLAIN, FOURS, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
+    &[IN_ORDER, PLAIN, COLUMN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
 );
 
 pub const DISC_SEGMENTS: KernelDesc = walk::segments(
     "accumulate_disc_segments",
-    &[PLAIN, FOURS, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
+    &[PLAIN, COLUMN, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
 );
 
 /// Kernels for casters that filter light.

@@ -18,13 +18,13 @@ pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// aside are registers.
 pub const COLUMNS: [Choice; 5] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),
-    EIGHT,
     Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
     Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl"),
     IN_REGISTERS,
+    EIGHT,
 ];
 /// Invocations hold eight texels of casters of one simple kind.
-const EIGHT: Choice = Choice::new("fours", "traversal/fours_two.wgsl");
+const EIGHT: Choice = Choice::new("column", "traversal/column_eight.wgsl");
 /// Loops over what lies in registers are written out.
 pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects casters until there is one for each lane.
@@ -37,7 +37,10 @@ const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 /// Replaces [`DISC_TILES`](super::accumulate::DISC_TILES) where discs are collected in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     tiers: &[Tier::Native],
-    ..walk::tiles("accumulate_disc_queue_tiles", &[INTERLEAVED, PLAIN, EIGHT, DISCS, MAPS, FETCHED, QUEUE])
+    ..walk::tiles(
+        "accumulate_disc_queue_tiles",
+        &[INTERLEAVED, PLAIN, EIGHT, DISCS, MAPS, FETCHED, QUEUE],
+    )
 };
 
 /// Replaces [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs are collected in a queue.

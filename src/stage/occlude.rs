@@ -6,7 +6,7 @@ use super::{
     features::{Features, Flags},
     project::CHUNK_SIZE,
     resolve,
-    walk::{self, FOURS, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels},
+    walk::{self, COLUMN, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels},
 };
 use crate::gpu::{Choice, KernelDesc};
 
@@ -29,7 +29,7 @@ pub const TILES: KernelDesc =
 /// Tiles of opaque triangles only.
 pub const TRIANGLE_TILES: KernelDesc = walk::tiles(
     "occlude_triangle_tiles",
-    &[IN_ORDER, TRIANGLES, FOURS, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
+    &[IN_ORDER, TRIANGLES, COLUMN, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
 );
 
 pub const SEGMENTS: KernelDesc =

@@ -40,13 +40,13 @@ pub(super) const FACED_LANE_CASTER: Choice =
 pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
-/// Fours of texels that an invocation holds where casters are all of one simple kind;
+/// Texels that an invocation holds where casters are all of one simple kind;
 /// [`Profile`](super::profile::Profile) may replace it.
-pub(super) const FOURS: Choice = Choice::by_tier(
-    "fours",
-    "traversal/fours_two.wgsl",
+pub(super) const COLUMN: Choice = Choice::by_tier(
+    "column",
+    "traversal/column_eight.wgsl",
     Tier::Subgroups,
-    "traversal/fours_one.wgsl",
+    "traversal/column_four.wgsl",
 );
 /// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");

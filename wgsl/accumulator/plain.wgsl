@@ -9,10 +9,10 @@ import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::faint::keep4;
 import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
-import choice::fours::FOURS;
+import choice::column::{COLUMN_TEXELS, FOURS};
 import choice::plain::{Plain, broadcast, column_profile, plain_touches, prepare, presence};
 
-const ROWS: u32 = 4u * FOURS; // texels that an invocation holds, in a column
+const ROWS: u32 = COLUMN_TEXELS; // texels that an invocation holds, in a column
 const LAST: u32 = FOURS - 1u; // of its fours
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map

@@ -5,9 +5,9 @@ import package::records::footprint::{Footprint, setup_of};
 import package::records::opaque_depth::whole_depths;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
-import choice::fours::FOURS;
+import choice::column::{COLUMN_TEXELS, FOURS};
 
-const ROWS: u32 = 4u * FOURS; // texels that an invocation holds, in a column
+const ROWS: u32 = COLUMN_TEXELS; // texels that an invocation holds, in a column
 const LAST: u32 = FOURS - 1u; // of its fours
 
 struct TriangleSetup {

@@ -6,7 +6,7 @@ import package::hit::disc::{
 };
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
-import choice::fours::FOURS;
+import choice::column::FOURS;
 
 alias Plain = Disc;
 
@@ -48,19 +48,22 @@ fn column_profile(
     below: f32,
     opaque: array<vec4<f32>, FOURS>,
 ) -> array<Profile4, FOURS> {
+    let dx = first.x - disc.center.x;
+    let dy = first.y - disc.center.y;
     var met: array<Profile4, FOURS>;
-    met[0] = four_profile(view, disc, first, select(below, 0.0, FOURS > 1u), opaque[0]);
-    if FOURS > 1u {
-        met[FOURS - 1u] = four_profile(view, disc, first, 4.0, opaque[FOURS - 1u]);
+    if FOURS == 1u {
+        met[0] = four_profile(view, disc, dx, first.y + below, dy + below, opaque[0]);
+    } else {
+        met[0] = four_profile(view, disc, dx, first.y, dy, opaque[0]);
+        met[FOURS - 1u] = four_profile(view, disc, dx, first.y + 4.0, dy + 4.0, opaque[FOURS - 1u]);
     }
     return met;
 }
 
-fn four_profile(view: GpuView, disc: Plain, first: vec2<f32>, below: f32, opaque: vec4<f32>) -> Profile4 {
-    let dx = first.x - disc.center.x;
+// `y`: of the first texel's centre; `dy`: from the disc's, rounded.
+fn four_profile(view: GpuView, disc: Plain, dx: f32, y: f32, dy: f32, opaque: vec4<f32>) -> Profile4 {
     if PERSPECTIVE {
-        let ys = first.y + below + vec4(0.0, 1.0, 2.0, 3.0);
-        return disc_profile(view, disc, dx, ys - disc.center.y, opaque);
+        return disc_profile(view, disc, dx, y + vec4(0.0, 1.0, 2.0, 3.0) - disc.center.y, opaque);
     }
-    return rest_profile(disc, column_rest(disc, dx, first.y - disc.center.y + below), opaque);
+    return rest_profile(disc, column_rest(disc, dx, dy), opaque);
 }

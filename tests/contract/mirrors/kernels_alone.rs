@@ -64,6 +64,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "ROUND_BIT",
     "ROWS",
     "ROW_COUNT",
+    "COLUMN_TEXELS",
     "FOURS",
     "LAST",
     "HIT_WORDS",

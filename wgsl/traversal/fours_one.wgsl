@@ -1,4 +1,0 @@
-// Fours of texels in a column of an invocation whose casters are all of one simple kind: one. A workgroup's 64
-// invocations fill a subgroup of any GPU, and smaller subgroups have smaller blocks and visit fewer casters.
-
-const FOURS: u32 = 1u;
