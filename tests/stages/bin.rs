@@ -105,9 +105,9 @@ fn emitted(
     let [count, emit] = bin::count_and_emit(shape).map(kernel);
     let scan = kernel(&bin::SCAN);
     let footprint_count = sorted.len() as u32;
-    let run_length = bin::run_length(shape, footprint_count);
+    let run_length = bin::run_length(footprint_count);
     let run_count = footprint_count.div_ceil(run_length);
-    let offset_count = run_count + run_count.div_ceil(bin::lanes(shape));
+    let offset_count = run_count + run_count.div_ceil(bin::block_runs(shape));
     assert!(offset_count <= bin::max_offsets(shape));
     let params = BinParams {
         footprint_count,
@@ -117,7 +117,7 @@ fn emitted(
         tile_count: 32,
         view_count: 2,
         segment_length: 1,
-        block_runs: bin::lanes(shape),
+        block_runs: bin::block_runs(shape),
     };
     let mut all_views = views.to_vec();
     all_views.resize(MAX_VIEWS, views[0]);
@@ -161,7 +161,7 @@ fn emitted(
         .with("pairs", &pairs);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-    let groups = [run_count.div_ceil(bin::lanes(shape)), 1, 1];
+    let groups = [run_count.div_ceil(bin::block_runs(shape)), 1, 1];
     for (kernel, groups) in [(&count, groups), (&scan, [1; 3]), (&emit, groups)] {
         let bindings = kernel.bind(&gpu.device, &resources).unwrap();
         kernel.record(&mut pass, &bindings, groups);
