@@ -25,7 +25,7 @@ pub const WIDE_DISC_SEGMENT: u32 = 1024;
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups, on software adapters: a subgroup of llvmpipe.
 const SERIAL_LANES: u32 = 8;
-/// Invocations of the other steps' workgroups, on GPUs.
+/// Invocations of the other steps' workgroups, on GPUs. `bin_emit_wide` bisects as many.
 const WIDE_LANES: &[Constant] = &[("SCAN_LANES", 64.0)];
 /// Invocations of a workgroup of `tiles`.
 pub const TILE_LANES: u32 = 64;

@@ -29,26 +29,31 @@ struct Taken {
 var<workgroup> taken: array<Taken, SCAN_LANES>;
 var<workgroup> ends: array<u32, SCAN_LANES>; // pairs of the lanes up to each
 
-// The lane that has pair `k` of them all: the first that ends behind it.
+// `lane`, or the one `step` further if the lanes in between end at or before pair `k`.
+fn further(lane: u32, step: u32, k: u32) -> u32 {
+    return lane + select(0u, step, ends[lane + step - 1u] <= k);
+}
+
+// The lane that has pair `k` of them all: the first that ends behind it. By bisection, without a loop, which costs more.
 fn lane_of(k: u32) -> u32 {
-    var lane = 0u;
-    for (var half = SCAN_LANES / 2u; half > 0u; half /= 2u) {
-        lane += select(0u, half, ends[lane + half - 1u] <= k);
-    }
-    return lane;
+    let lane = further(further(further(0u, 32u, k), 16u, k), 8u, k);
+    return further(further(further(lane, 4u, k), 2u, k), 1u, k);
+}
+
+// Place of a bit, and the set ones left to pass: `bits` further if fewer are set in between.
+fn passed(at: vec2<u32>, mask: u32, bits: u32) -> vec2<u32> {
+    let ones = countOneBits(extractBits(mask, at.x, bits));
+    return select(at, vec2(at.x + bits, at.y - ones), ones <= at.y);
 }
 
 // Tile `n` of a footprint's.
-fn nth_tile(from: Taken, n: u32) -> u32 {
-    if from.width > 0u {
-        return from.tile + n / from.width * from.tiles_x + n % from.width;
+fn nth_tile(source: Taken, n: u32) -> u32 {
+    if source.width > 0u {
+        return source.tile + n / source.width * source.tiles_x + n % source.width;
     }
-    var mask = from.mask;
-    for (var i = 0u; i < n; i += 1u) {
-        mask &= mask - 1u;
-    }
-    let bit = firstTrailingBit(mask);
-    return from.tile + (bit >> 2u) * from.tiles_x + (bit & 3u);
+    let mask = source.mask;
+    let bit = passed(passed(passed(passed(vec2(0u, n), mask, 8u), mask, 4u), mask, 2u), mask, 1u).x;
+    return source.tile + (bit >> 2u) * source.tiles_x + (bit & 3u);
 }
 
 @compute @workgroup_size(SCAN_LANES)
@@ -89,10 +94,10 @@ fn bin_emit_wide(
         }
         workgroupBarrier(); // all have taken one
         for (var k = lane; k < prefix.total; k += SCAN_LANES) {
-            let from = lane_of(k);
-            let source = taken[from];
+            let owner = lane_of(k);
+            let source = taken[owner];
             if source.tiles_x > 0u {
-                let before = select(0u, ends[max(from, 1u) - 1u], from > 0u);
+                let before = select(0u, ends[max(owner, 1u) - 1u], owner > 0u);
                 let pair = vec4(nth_tile(source, k - before), source.footprint, 0u, 0u);
                 textureStore(pairs, record_texel(offset + k), pair);
             }
