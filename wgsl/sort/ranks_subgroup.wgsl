@@ -22,8 +22,8 @@ fn share_of(lane: u32) -> Share {
 fn same_digit(lanes: vec2<u32>, digit: u32) -> vec2<u32> {
     var same = lanes;
     for (var bit = 0u; bit < MAX_BITS; bit += 1u) {
-        let own = 0u - ((digit >> bit) & 1u); // all bits like this one
-        same &= ~(subgroupBallot(own != 0u).xy ^ vec2(own));
+        let own = (digit >> bit) & 1u;
+        same &= subgroupBallot(own != 0u).xy ^ vec2(own - 1u);
     }
     return same;
 }
