@@ -1,5 +1,5 @@
-//! Queues that lavapipe collects discs in change no bit of a map, nor do columns of four texels, as on GPUs, instead of
-//! eight.
+//! Queues that lavapipe collects discs in change no bit of a map, nor do columns of four texels instead of eight, and
+//! pairs sorted and binned by workgroups, as on GPUs.
 use super::pipeline::lights;
 use crate::common::{
     gpu,
@@ -7,7 +7,7 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
-    internals::gpu::Tier,
+    internals::{gpu::Tier, stage::sort::Shape},
     model::{Receiver, Transfer, Triangle},
     render::{RenderOptions, Renderer},
     scene::Scene,
@@ -34,6 +34,7 @@ fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f
         renderer.configure(|config| {
             config.toggles.queued = queued;
             (config.profile.columns, config.profile.unrolled) = (columns, columns);
+            config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
         });
         let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
         renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
