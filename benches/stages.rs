@@ -56,7 +56,14 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
         let casters: Vec<_> =
             particles(count, footprint).iter().map(|p| Caster::new(p, &material)).collect();
         let project = |(caster, id): (&Caster, u32)| {
-            reference::project::project_particle(&gpu_view, 0, caster, id, &gpu_material, params)
+            reference::project::project_caster(
+                &gpu_view,
+                0,
+                (caster, id),
+                &gpu_material,
+                None,
+                params,
+            )
         };
         let mut group = criterion.benchmark_group("cpu");
         group.throughput(Throughput::Elements(count.into()));

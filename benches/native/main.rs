@@ -86,7 +86,7 @@ fn lists(casters: &[Caster]) -> Lists {
         .iter()
         .zip(0..)
         .map(|(caster, id)| {
-            reference::project::project_particle(&gpu_view, 0, caster, id, &material, params)
+            reference::project::project_caster(&gpu_view, 0, (caster, id), &material, None, params)
         })
         .collect();
     let rects: Vec<TileRect> = projected.iter().map(|projected| projected.rect).collect();

@@ -1,5 +1,6 @@
 //! Files that are written atomically, and output streams that may be closed.
 use super::failure::{Failure, harmless};
+use sha2::{Digest as _, Sha256};
 use std::{
     collections::HashMap,
     ffi::OsString,
@@ -130,6 +131,30 @@ pub(super) fn temporaries(dir: &Path, start: &str) -> Vec<PathBuf> {
 /// A digest in hexadecimal digits.
 pub(super) fn hex(bytes: impl AsRef<[u8]>) -> String {
     bytes.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A file with the digest of what is written to it.
+pub(super) struct Digesting<W> {
+    pub(super) file: W,
+    pub(super) digest: Sha256,
+}
+
+impl<W: io::Write> Digesting<W> {
+    pub(super) fn new(file: W) -> Self {
+        Self { file, digest: Sha256::new() }
+    }
+}
+
+impl<W: io::Write> io::Write for Digesting<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.digest.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
 }
 
 /// Writes warnings to standard error, a line each.

@@ -14,7 +14,7 @@ use gobo::{
     host::Input,
     internals::{
         frame::{Command, Commands, Dispatch, Work},
-        gpu::{Kernel, OwnedResource, Selection, Tier},
+        gpu::{Kernel, Resource, Selection, Tier},
         view::shadow_views,
     },
     model::Scene,
@@ -84,7 +84,7 @@ struct Recording<'a> {
     /// Entries of `frame.json`.
     resources: Vec<Value>,
     kernels: Vec<(Kernel, String, Value)>,
-    names: HashMap<OwnedResource, String>,
+    names: HashMap<Resource, String>,
     /// Number of resources and kernels by name, which are told apart by numbers.
     taken: HashMap<String, u32>,
 }
@@ -184,9 +184,9 @@ impl Recording<'_> {
         let mut bound = Map::new();
         for (name, resource) in dispatch.bound.resources() {
             let resource = match resource {
-                OwnedResource::Buffer(buffer) => self.buffer(name, buffer)?,
-                OwnedResource::Texture(texture) => self.texture(name, texture)?,
-                OwnedResource::View(view) => {
+                Resource::Buffer(buffer) => self.buffer(name, buffer)?,
+                Resource::Texture(texture) => self.texture(name, texture)?,
+                Resource::View(view) => {
                     if view.texture().mip_level_count() > 1 {
                         let problem =
                             "its maps have smaller levels, of which one is bound at a time";
@@ -242,7 +242,7 @@ impl Recording<'_> {
     }
 
     fn buffer(&mut self, name: &str, buffer: &Buffer) -> Result<String, Failure> {
-        let resource = OwnedResource::Buffer(buffer.clone());
+        let resource = Resource::Buffer(buffer.clone());
         if let Some(known) = self.names.get(&resource) {
             return Ok(known.clone());
         }
@@ -252,7 +252,7 @@ impl Recording<'_> {
     }
 
     fn texture(&mut self, name: &str, texture: &Texture) -> Result<String, Failure> {
-        let resource = OwnedResource::Texture(texture.clone());
+        let resource = Resource::Texture(texture.clone());
         if let Some(known) = self.names.get(&resource) {
             return Ok(known.clone());
         }
@@ -265,7 +265,7 @@ impl Recording<'_> {
     fn resource(
         &mut self,
         name: &str,
-        resource: OwnedResource,
+        resource: Resource,
         mut value: Value,
         bytes: &[u8],
     ) -> Result<String, Failure> {

@@ -6,7 +6,7 @@
 use super::{
     arguments::{MapsArguments, MomentArguments},
     failure::Failure,
-    files::{self, Pending},
+    files::{self, Digesting, Pending},
     maps,
     memory::Needs,
 };
@@ -17,7 +17,7 @@ use gobo::{
     scene::{self, LoadOptions, Scene},
 };
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
+use sha2::Digest as _;
 use std::{
     fs::File,
     io::{self, BufWriter, Read as _, Seek as _, SeekFrom, Write as _},
@@ -206,30 +206,6 @@ fn write(path: &Path, head: &Head, maps: &[ViewMaps]) -> Result<(), Failure> {
     let Digesting { mut file, digest } = out;
     file.write_all(&digest.finalize()).and_then(|()| file.flush()).map_err(failed)?;
     pending.finish()
-}
-
-/// A file with the digest of what is written to it.
-struct Digesting<W> {
-    file: W,
-    digest: Sha256,
-}
-
-impl<W: io::Write> Digesting<W> {
-    fn new(file: W) -> Self {
-        Self { file, digest: Sha256::new() }
-    }
-}
-
-impl<W: io::Write> io::Write for Digesting<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.file.write(bytes)?;
-        self.digest.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
 }
 
 /// A part that was written.

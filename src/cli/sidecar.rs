@@ -3,7 +3,7 @@
 use super::{
     arguments::RenderArguments,
     failure::Failure,
-    files::{self, hex},
+    files::{self, Digesting, hex},
 };
 use gobo::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -189,14 +189,9 @@ impl Contents {
         if file.metadata()?.len() != self.bytes {
             return Ok(false);
         }
-        let mut hash = Sha256::new();
-        let mut bytes = vec![0; 1 << 16];
-        loop {
-            match file.read(&mut bytes)? {
-                0 => return Ok(hex(hash.finalize()) == self.sha256),
-                count => hash.update(&bytes[..count]),
-            }
-        }
+        let mut all = Digesting::new(io::sink());
+        io::copy(&mut file, &mut all)?;
+        Ok(hex(all.digest.finalize()) == self.sha256)
     }
 }
 

@@ -1,5 +1,5 @@
 //! A kernel with its resources and its work.
-use crate::gpu::{Kernel, KernelError, OwnedResource, Resources, Shelf};
+use crate::gpu::{Kernel, Resource, Resources};
 use std::{
     fmt,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -29,7 +29,7 @@ impl Work {
 #[derive(Debug)]
 pub struct Bound {
     group: wgpu::BindGroup,
-    resources: Vec<(&'static str, OwnedResource)>,
+    resources: Vec<(&'static str, Resource)>,
 }
 
 /// A bind group of the host, group 1, that it may replace between frames; then the one before, since hosts alternate
@@ -65,39 +65,19 @@ pub struct Dispatch {
 }
 
 impl Dispatch {
-    /// Binds the resources that the kernel declares.
+    /// `group`: bind group of those of `resources` that the kernel declares.
     pub fn new(
-        device: &wgpu::Device,
-        kernel: Kernel,
-        resources: &Resources<'_>,
-        work: impl Into<Work>,
-    ) -> Result<Self, KernelError> {
-        let group = kernel.bind(device, resources)?;
-        Ok(Self::bound(kernel, group, resources, work.into()))
-    }
-
-    /// Like [`Self::new`], where the last frame may have bound the same.
-    pub fn on_shelf(
-        shelf: &Shelf,
-        kernel: Kernel,
-        resources: &Resources<'_>,
-        work: impl Into<Work>,
-    ) -> Result<Self, KernelError> {
-        let group = kernel.bind_on(shelf, resources)?;
-        Ok(Self::bound(kernel, group, resources, work.into()))
-    }
-
-    fn bound(
         kernel: Kernel,
         group: wgpu::BindGroup,
-        resources: &Resources<'_>,
-        work: Work,
+        resources: &Resources,
+        work: impl Into<Work>,
     ) -> Self {
-        let named = kernel.bindings().iter().filter_map(|binding| {
-            Some((binding.name, OwnedResource::of(resources.get(binding.name)?)))
-        });
+        let named = kernel
+            .bindings()
+            .iter()
+            .filter_map(|binding| Some((binding.name, resources.get(binding.name)?.clone())));
         let bound = Arc::new(Bound { group, resources: named.collect() });
-        Self { kernel, bound, host: None, work }
+        Self { kernel, bound, host: None, work: work.into() }
     }
 
     /// With a bind group of the host for the text that the kernel was linked with.
@@ -132,7 +112,7 @@ impl Dispatch {
 
 impl Bound {
     /// Resources by the names that the kernel binds them by.
-    pub fn resources(&self) -> &[(&'static str, OwnedResource)] {
+    pub fn resources(&self) -> &[(&'static str, Resource)] {
         &self.resources
     }
 }

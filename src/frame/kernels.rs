@@ -81,7 +81,7 @@ impl Kernels {
         &self,
         desc: &KernelDesc,
         features: Features,
-        resources: &Resources<'_>,
+        resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Dispatch, KernelError> {
         self.dispatch_of(self.get(desc, features)?, resources, work)
@@ -91,13 +91,14 @@ impl Kernels {
     pub fn dispatch_of(
         &self,
         kernel: Kernel,
-        resources: &Resources<'_>,
+        resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Dispatch, KernelError> {
-        match &self.shelf {
-            Some(shelf) => Dispatch::on_shelf(shelf, kernel, resources, work),
-            None => Dispatch::new(&self.device, kernel, resources, work),
-        }
+        let group = match &self.shelf {
+            Some(shelf) => kernel.bind_on(shelf, resources)?,
+            None => kernel.bind(&self.device, resources)?,
+        };
+        Ok(Dispatch::new(kernel, group, resources, work))
     }
 
     /// A buffer with contents, for a frame.

@@ -32,6 +32,8 @@ pub struct KernelDesc {
     pub root: &'static str,
     /// Files that the imports from `choice::` stand for.
     pub with: &'static [Choice],
+    /// The same of all kernels of its kind, which need not import each; `with` comes first.
+    pub shared: &'static [Choice],
     /// Overrides with defaults different from the WGSL's; [`Kernel::new`](super::Kernel::new) may replace them.
     pub constants: &'static [Constant],
     /// Tiers with a source of their own; those between have the source of the tier below.
@@ -71,7 +73,13 @@ impl Choice {
 impl KernelDesc {
     /// A kernel of one source for all tiers, whose entry point has its name.
     pub const fn new(name: &'static str, root: &'static str) -> Self {
-        Self { name, entry: name, root, with: &[], constants: &[], tiers: &[Tier::Core] }
+        let (with, shared, constants): (&[_], &[_], &[_]) = (&[], &[], &[]);
+        Self { name, entry: name, root, with, shared, constants, tiers: &[Tier::Core] }
+    }
+
+    /// Its choices; the first of a name counts.
+    pub fn choices(&self) -> impl Iterator<Item = &Choice> {
+        self.with.iter().chain(self.shared)
     }
 
     /// The whole source on a tier. A kernel that has no variant for it has the source of the tier below.
@@ -83,7 +91,7 @@ impl KernelDesc {
     pub fn link_with(&self, tier: Tier, others: &[Choice]) -> Result<Linked, KernelError> {
         let choices: Vec<_> = others
             .iter()
-            .chain(self.with)
+            .chain(self.choices())
             .map(|choice| (choice.name, choice.files[tier as usize]))
             .collect();
         Ok(Library::embedded()?.link(self.root, self.entry, &choices)?)

@@ -3,7 +3,7 @@ use super::{
     kernel::bind,
     kernel_error::KernelError,
     link::{Constant, Item, Linked, words},
-    resource::{Binding, OwnedResource, Resources},
+    resource::{Binding, Resources},
     shelf::Shelf,
 };
 use std::collections::HashSet;
@@ -50,7 +50,7 @@ pub fn bind_host_part(
     shelf: Option<&Shelf>,
     label: &'static str,
     bindings: &[Binding],
-    resources: &Resources<'_>,
+    resources: &Resources,
 ) -> Result<(wgpu::BindGroupLayout, wgpu::BindGroup), KernelError> {
     let layout = || {
         let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
@@ -67,7 +67,7 @@ pub fn bind_host_part(
     };
     let layout = shelf.layout(label, layout);
     let named = bindings.iter().filter_map(|binding| resources.get(binding.name));
-    let all = named.map(OwnedResource::of).collect();
+    let all = named.cloned().collect();
     let make = || bind(device, label, bindings, &layout, resources);
     Ok((layout.clone(), shelf.group(&layout, all, make)?))
 }

@@ -21,7 +21,7 @@ mod transfer;
 
 pub use adapter::{Backend, FETCH_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming};
 pub(crate) use allocate::reused;
-pub use allocate::{Allocator, Memory, array_view, view, write_records};
+pub use allocate::{Allocator, Memory, array_view, level_view, view, write_records};
 #[cfg(feature = "picture")]
 pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
@@ -33,10 +33,11 @@ pub use kernel_error::KernelError;
 pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, words};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
-pub use resource::{Access, Binding, BindingKind, OwnedResource, Resource, Resources};
+pub use resource::{Access, Binding, BindingKind, Resource, Resources};
 pub use scope::allocated;
 pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
 pub use timing::{Profiler, Timeline};
+pub(crate) use transfer::{read_back, staging};

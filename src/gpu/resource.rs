@@ -172,7 +172,7 @@ impl BindingKind {
     }
 
     /// Whether a resource fits this kind of binding.
-    pub(super) fn takes(self, resource: Resource<'_>) -> bool {
+    pub(super) fn takes(self, resource: &Resource) -> bool {
         use wgpu::{BufferUsages, TextureUsages};
         let texture = match resource {
             Resource::Buffer(buffer) => {
@@ -207,31 +207,13 @@ impl BindingKind {
     }
 }
 
-/// A resource that a kernel may bind.
-#[derive(Clone, Copy, Debug)]
-pub enum Resource<'a> {
-    Buffer(&'a wgpu::Buffer),
-    /// The whole texture but its smaller mip levels, as an array if the kernel reads one.
-    Texture(&'a wgpu::Texture),
-    View(&'a wgpu::TextureView),
-}
-
-/// A resource with a handle of its own.
+/// A resource that a kernel may bind. A clone is the same resource.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum OwnedResource {
+pub enum Resource {
     Buffer(wgpu::Buffer),
+    /// The whole texture but its smaller mip levels, as an array if the kernel reads one.
     Texture(wgpu::Texture),
     View(wgpu::TextureView),
-}
-
-impl OwnedResource {
-    pub fn of(resource: Resource<'_>) -> Self {
-        match resource {
-            Resource::Buffer(buffer) => Self::Buffer(buffer.clone()),
-            Resource::Texture(texture) => Self::Texture(texture.clone()),
-            Resource::View(view) => Self::View(view.clone()),
-        }
-    }
 }
 
 /// A resource in the form that a bind group takes.
@@ -241,8 +223,8 @@ pub(super) enum Bound<'a> {
     Made(wgpu::TextureView),
 }
 
-impl<'a> Resource<'a> {
-    pub(super) fn bound(self, kind: BindingKind) -> Bound<'a> {
+impl Resource {
+    pub(super) fn bound(&self, kind: BindingKind) -> Bound<'_> {
         match self {
             Self::Buffer(buffer) => Bound::Given(buffer.as_entire_binding()),
             Self::View(view) => Bound::Given(wgpu::BindingResource::TextureView(view)),
@@ -268,7 +250,7 @@ impl Bound<'_> {
     }
 }
 
-impl std::fmt::Display for Resource<'_> {
+impl std::fmt::Display for Resource {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Buffer(buffer) => write!(f, "a buffer ({:?})", buffer.usage()),
@@ -278,48 +260,57 @@ impl std::fmt::Display for Resource<'_> {
     }
 }
 
-impl<'a> From<&'a wgpu::Buffer> for Resource<'a> {
-    fn from(buffer: &'a wgpu::Buffer) -> Self {
-        Self::Buffer(buffer)
+impl From<&wgpu::Buffer> for Resource {
+    fn from(buffer: &wgpu::Buffer) -> Self {
+        Self::Buffer(buffer.clone())
     }
 }
 
-impl<'a> From<&'a wgpu::Texture> for Resource<'a> {
-    fn from(texture: &'a wgpu::Texture) -> Self {
-        Self::Texture(texture)
+impl From<&wgpu::Texture> for Resource {
+    fn from(texture: &wgpu::Texture) -> Self {
+        Self::Texture(texture.clone())
     }
 }
 
-impl<'a> From<&'a wgpu::TextureView> for Resource<'a> {
-    fn from(view: &'a wgpu::TextureView) -> Self {
-        Self::View(view)
+impl From<&wgpu::TextureView> for Resource {
+    fn from(view: &wgpu::TextureView) -> Self {
+        Self::View(view.clone())
     }
 }
 
 /// Resources by name. A kernel binds those that it declares.
 #[derive(Clone, Debug, Default)]
-pub struct Resources<'a>(HashMap<&'static str, Resource<'a>>);
+pub struct Resources(HashMap<&'static str, Resource>);
 
-impl<'a> Resources<'a> {
+impl Resources {
     pub fn new() -> Self {
         Self::default()
     }
 
     /// Adds a resource; it replaces an earlier one of that name.
     #[must_use]
-    pub fn with(mut self, name: &'static str, resource: impl Into<Resource<'a>>) -> Self {
+    pub fn with(mut self, name: &'static str, resource: impl Into<Resource>) -> Self {
         self.0.insert(name, resource.into());
         self
+    }
+
+    /// Adds a resource if there is one.
+    #[must_use]
+    pub fn with_any(self, name: &'static str, resource: Option<impl Into<Resource>>) -> Self {
+        match resource {
+            Some(resource) => self.with(name, resource),
+            None => self,
+        }
     }
 
     /// Union of both; for equal names those of `other`.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
-        self.0.extend(&other.0);
+        self.0.extend(other.0.iter().map(|(name, resource)| (*name, resource.clone())));
         self
     }
 
-    pub fn get(&self, name: &str) -> Option<Resource<'a>> {
-        self.0.get(name).copied()
+    pub fn get(&self, name: &str) -> Option<&Resource> {
+        self.0.get(name)
     }
 }

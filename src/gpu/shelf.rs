@@ -1,5 +1,5 @@
 //! Buffers, textures and bind groups that a frame takes over from the one before.
-use super::{kernel_error::KernelError, resource::OwnedResource};
+use super::{kernel_error::KernelError, resource::Resource};
 use std::{
     collections::HashMap,
     hash::Hash,
@@ -35,7 +35,7 @@ struct Contents {
     /// Views of single layers of the host's textures.
     views: HashMap<(Texture, TextureAspect, u32), (TextureView, bool)>,
     layouts: HashMap<&'static str, wgpu::BindGroupLayout>,
-    groups: HashMap<(wgpu::BindGroupLayout, Vec<OwnedResource>), (wgpu::BindGroup, bool)>,
+    groups: HashMap<(wgpu::BindGroupLayout, Vec<Resource>), (wgpu::BindGroup, bool)>,
     /// Whether buffers were written elsewhere since they were filled.
     is_overwritten: bool,
 }
@@ -200,7 +200,7 @@ impl Shelf {
     pub(super) fn group(
         &self,
         layout: &wgpu::BindGroupLayout,
-        resources: Vec<OwnedResource>,
+        resources: Vec<Resource>,
         make: impl FnOnce() -> Result<wgpu::BindGroup, KernelError>,
     ) -> Result<wgpu::BindGroup, KernelError> {
         let mut contents = self.contents();

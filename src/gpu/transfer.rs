@@ -109,10 +109,9 @@ impl Gpu {
         &self,
         buffer: &wgpu::Buffer,
     ) -> Result<Vec<T>, Error> {
-        let staging = self.staging(buffer.size());
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
-        let bytes = self.submit_and_map(encoder, &staging)?;
+        let bytes = self.read_back(buffer.size(), |encoder, to| {
+            encoder.copy_buffer_to_buffer(buffer, 0, to, 0, buffer.size());
+        })?;
         Ok(bytemuck::cast_slice(&bytes).to_vec())
     }
 
@@ -130,21 +129,16 @@ impl Gpu {
         let most = self.device.limits().max_buffer_size;
         for (origin, part) in parts(size, most / u64::from(padded)) {
             let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
-            let staging = self.staging(rows * u64::from(padded));
-            let mut encoder = self.device.create_command_encoder(&Default::default());
-            encoder.copy_texture_to_buffer(
-                wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
-                wgpu::TexelCopyBufferInfo {
-                    buffer: &staging,
-                    layout: wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row: Some(padded),
-                        rows_per_image: Some(part.height),
-                    },
-                },
-                part,
-            );
-            let bytes = self.submit_and_map(encoder, &staging)?;
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded),
+                rows_per_image: Some(part.height),
+            };
+            let bytes = self.read_back(rows * u64::from(padded), |encoder, buffer| {
+                let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+                let to = wgpu::TexelCopyBufferInfo { buffer, layout };
+                encoder.copy_texture_to_buffer(from, to, part);
+            })?;
             for line in bytes.chunks_exact(padded as usize) {
                 texels.extend_from_slice(bytemuck::cast_slice(&line[..row as usize]));
             }
@@ -152,30 +146,43 @@ impl Gpu {
         Ok(texels)
     }
 
-    fn staging(&self, size: u64) -> wgpu::Buffer {
-        self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    }
-
-    fn submit_and_map(
+    fn read_back(
         &self,
-        encoder: wgpu::CommandEncoder,
-        staging: &wgpu::Buffer,
+        size: u64,
+        copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
     ) -> Result<wgpu::BufferView, Error> {
-        let submission = self.queue.submit([encoder.finish()]);
-        // get_mapped_range returns the outcome.
-        staging.slice(..).map_async(wgpu::MapMode::Read, |_| ());
-        let answer = self
-            .device
-            .poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None });
+        let bytes = read_back(&self.device, &self.queue, size, copy);
         self.check()?;
-        answer.map_err(|error| Error::Lost(error.to_string()))?;
-        staging.get_mapped_range(..).map_err(|error| Error::Lost(error.to_string()))
+        bytes
     }
+}
+
+/// A buffer that the CPU reads what is copied to it from.
+pub(crate) fn staging(device: &wgpu::Device, label: &'static str, size: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// What `copy` copies to a buffer of a size [bytes], after all commands submitted before. Blocks.
+pub(crate) fn read_back(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    size: u64,
+    copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
+) -> Result<wgpu::BufferView, Error> {
+    let staging = staging(device, "readback", size);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    copy(&mut encoder, &staging);
+    let submission = queue.submit([encoder.finish()]);
+    // get_mapped_range returns the outcome.
+    staging.map_async(wgpu::MapMode::Read, .., |_| ());
+    let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
+    device.poll(wait).map_err(|error| Error::Lost(error.to_string()))?;
+    staging.get_mapped_range(..).map_err(|error| Error::Lost(error.to_string()))
 }
 
 /// Parts of a texture of at most `most` rows, in order: whole layers, or else rows of one layer.

@@ -19,7 +19,7 @@ pub(super) fn air(
     kernels: &Kernels,
     features: Features,
     scene: &Scene,
-    resources: &Resources<'_>,
+    resources: &Resources,
 ) -> Result<(Texture, Commands), Error> {
     let mut commands = Commands::new();
     let usage = TextureUsages::STORAGE_BINDING;

@@ -8,21 +8,20 @@ use crate::{
     },
 };
 use std::sync::Arc;
-use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages};
 
 /// Intermediate data of the pixels of a band.
 #[derive(Debug)]
 pub(super) struct BandMemory {
-    seen: Texture,
-    layers: Texture,
-    points: Texture,
-    lit: Texture,
-    point_lists: Buffer,
-    layered_tiles: Buffer,
-    carried: Buffer,
+    pub resources: Resources,
+    /// Lists of the points that are lit, with the workgroup counts of their dispatches.
+    pub point_lists: Buffer,
+    /// Tiles that have translucent casters, with the workgroup counts of a dispatch over them.
+    pub layered_tiles: Buffer,
     /// Capacity of a band [tiles].
     pub tiles: u32,
-    points_of_pixel: u32,
+    /// Points of one pixel.
+    pub points_of_pixel: u32,
     /// Whether data is carried from round to round.
     carries: bool,
     has_layers: bool,
@@ -49,22 +48,27 @@ impl BandMemory {
         let carries = rounds > 1;
         let carried = if carries { pixels * u64::from(CARRIED) } else { 1 };
         let layer_texels = if layers { pixels * u64::from(LAYER_TEXELS) } else { 1 };
+        let mut records = |name, texels| allocator.records(name, uint, texels, storage);
+        let seen = records("seen", pixels)?;
+        let layers_of_pixels = records("layers", layer_texels)?;
+        let points_of_band = records("points", points * u64::from(POINT_TEXELS))?;
+        let lit = allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?;
+        let mut list = |name, words| allocator.storage::<u32>(name, words, BufferUsages::INDIRECT);
+        let point_lists = list("point_lists", u64::from(LIST_COUNT * LIST_HEAD) + points)?;
+        let layered_tiles = list("layered_tiles", u64::from(LAYERED_HEAD + tiles))?;
+        let carried = allocator.storage::<[u32; 4]>("carried", carried, BufferUsages::empty())?;
+        let resources = Resources::new()
+            .with("seen_pixels", &seen)
+            .with("layers", &layers_of_pixels)
+            .with("points", &points_of_band)
+            .with("lit", &lit)
+            .with("point_lists", &point_lists)
+            .with("layered_tiles", &layered_tiles)
+            .with("carried", &carried);
         Ok(Self {
-            seen: allocator.records("seen", uint, pixels, storage)?,
-            layers: allocator.records("layers", uint, layer_texels, storage)?,
-            points: allocator.records("points", uint, points * u64::from(POINT_TEXELS), storage)?,
-            lit: allocator.records("lit", TextureFormat::Rgba32Float, points, storage)?,
-            point_lists: allocator.storage::<u32>(
-                "point_lists",
-                u64::from(LIST_COUNT * LIST_HEAD) + points,
-                BufferUsages::INDIRECT,
-            )?,
-            layered_tiles: allocator.storage::<u32>(
-                "layered_tiles",
-                u64::from(LAYERED_HEAD + tiles),
-                BufferUsages::INDIRECT,
-            )?,
-            carried: allocator.storage::<[u32; 4]>("carried", carried, BufferUsages::empty())?,
+            resources,
+            point_lists,
+            layered_tiles,
             tiles,
             points_of_pixel,
             carries,
@@ -90,31 +94,5 @@ impl BandMemory {
                 && former.has_layers >= layers
         };
         reused(former, suffices, || Self::new(device, rounds, tiles, layers, panes))
-    }
-
-    /// Points of one pixel.
-    pub(super) fn points_of_pixel(&self) -> u32 {
-        self.points_of_pixel
-    }
-
-    /// Lists of the points that are lit, with the workgroup counts of their dispatches.
-    pub(super) fn point_lists(&self) -> &Buffer {
-        &self.point_lists
-    }
-
-    /// Tiles that have translucent casters, with the workgroup counts of a dispatch over them.
-    pub(super) fn layered_tiles(&self) -> &Buffer {
-        &self.layered_tiles
-    }
-
-    pub(super) fn resources(&self) -> Resources<'_> {
-        Resources::new()
-            .with("seen_pixels", &self.seen)
-            .with("layers", &self.layers)
-            .with("points", &self.points)
-            .with("lit", &self.lit)
-            .with("point_lists", &self.point_lists)
-            .with("layered_tiles", &self.layered_tiles)
-            .with("carried", &self.carried)
     }
 }

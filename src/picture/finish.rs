@@ -2,7 +2,7 @@
 use crate::{
     error::Error,
     frame::{Commands, Dispatch, Kernels},
-    gpu::{Allocator, KernelDesc, Resource, Resources, view},
+    gpu::{Allocator, KernelDesc, Resource, Resources, level_view, view},
     model::{Material, Occlusion, Scene},
     records::{bloom_sizes, image_level_size, refraction_levels},
     stage::{bloom, features::Features, occlusion, refraction, shade::composite},
@@ -11,7 +11,8 @@ use glam::UVec2;
 use wgpu::{
     Texture, TextureFormat,
     TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},
-    TextureUsages, TextureView, TextureViewDescriptor,
+    TextureUsages, TextureView,
+    TextureViewDimension::D2,
 };
 
 /// Passes over the whole picture, in order.
@@ -31,7 +32,7 @@ pub(super) struct ToFinish<'a, 'b> {
     pub allocator: &'a mut Allocator<'b>,
     pub kernels: &'a Kernels,
     /// View, parameters and pixels.
-    pub resources: &'a Resources<'a>,
+    pub resources: &'a Resources,
 }
 
 impl ToFinish<'_, '_> {
@@ -57,14 +58,15 @@ impl ToFinish<'_, '_> {
     }
 
     /// One invocation per texel of `size`.
-    fn run<'r, R: Copy + Into<Resource<'r>>>(
-        &'r self,
+    fn run<R: Clone + Into<Resource>>(
+        &self,
         desc: &KernelDesc,
         size: UVec2,
         textures: &[(&'static str, R)],
     ) -> Result<Dispatch, Error> {
         let all = self.resources.clone();
-        let resources = textures.iter().fold(all, |all, &(name, texture)| all.with(name, texture));
+        let resources =
+            textures.iter().fold(all, |all, (name, texture)| all.with(name, texture.clone()));
         let groups = size.to_array().map(|texels| texels.div_ceil(bloom::GROUP_SIZE));
         let work = [groups[0], groups[1], 1];
         Ok(self.kernels.dispatch(desc, Features::NONE, &resources, work)?)
@@ -103,10 +105,11 @@ impl Finish {
     }
 
     /// `resources` and those that the bands write for the passes.
-    pub(super) fn with<'a>(&'a self, resources: Resources<'a>) -> Resources<'a> {
-        let all = self.ambients.iter().fold(resources, |all, it| all.with("ambients", it));
-        let behind = self.behind.iter();
-        behind.fold(all, |all, (behinds, bends)| all.with("behinds", behinds).with("bends", bends))
+    pub(super) fn with(&self, resources: Resources) -> Resources {
+        resources
+            .with_any("ambients", self.ambients.as_ref())
+            .with_any("behinds", self.behind.as_ref().map(|(behinds, _)| behinds))
+            .with_any("bends", self.behind.as_ref().map(|(_, bends)| bends))
     }
 
     fn refract(&mut self, to: &mut ToFinish<'_, '_>, size: UVec2) -> Result<(), Error> {
@@ -114,14 +117,15 @@ impl Finish {
         let behinds = to.texture_with_levels("behinds", Rgba16Float, size, count)?;
         let bends = to.texture("bends", Rgba32Uint, size)?;
         let radiance = to.texture("radiance", Rgba32Float, size)?;
-        let levels: Vec<TextureView> = (0..count).map(|level| one_level(&behinds, level)).collect();
+        let levels: Vec<TextureView> =
+            (0..count).map(|level| level_view(&behinds, level, D2)).collect();
         let mut passes = Vec::new();
         for (level, pair) in (1..).zip(levels.windows(2)) {
             let textures = [("bloom_from", &pair[0]), ("bloom_to", &pair[1])];
             passes.push(to.run(&bloom::DOWN, image_level_size(size, level), &textures)?);
         }
         let whole = view(&behinds);
-        let textures: [(_, Resource<'_>); 4] = [
+        let textures: [(_, Resource); 4] = [
             ("behinds", (&whole).into()),
             ("bends", (&bends).into()),
             ("composited", (&self.radiance).into()),
@@ -176,12 +180,4 @@ impl Finish {
         self.radiance = radiance;
         Ok(())
     }
-}
-
-fn one_level(texture: &Texture, level: u32) -> TextureView {
-    texture.create_view(&TextureViewDescriptor {
-        base_mip_level: level,
-        mip_level_count: Some(1),
-        ..TextureViewDescriptor::default()
-    })
 }

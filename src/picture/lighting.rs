@@ -15,13 +15,11 @@ use crate::{
     },
     stage::features::{Features, Flags},
 };
-use wgpu::Texture;
 
 #[derive(Debug)]
 pub(super) struct Lighting {
-    levels: Option<Texture>,
-    air: Texture,
-    environment: Texture,
+    /// Levels, air, masks and the environment.
+    pub resources: Resources,
     /// Masks, if lights have any.
     pub masks: Option<MaskMemory>,
     /// Mask slots; unmasked lights are counted there.
@@ -42,7 +40,7 @@ impl Lighting {
         request: &PictureRequest<'_>,
         kept: &mut Kept,
         records: &LightRecords,
-        resources: Resources<'_>,
+        resources: Resources,
     ) -> Result<Self, Error> {
         let &PictureRequest { scene, camera, prepared, .. } = request;
         let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
@@ -52,7 +50,7 @@ impl Lighting {
         let features = features.with(Flags::HAS_AREAS, levels.is_some());
         let (levels, mut before_lists) =
             levels.map_or_else(Default::default, |it| (Some(it.texture), it.commands));
-        let resources = levels.iter().fold(resources, |all, levels| all.with("levels", levels));
+        let resources = resources.with_any("levels", levels.as_ref());
         let (air, fill_air) = air(allocator, kernels, features, scene, &resources)?;
         before_lists.append(fill_air);
         let mask = scene.mask.as_ref();
@@ -71,13 +69,11 @@ impl Lighting {
             .with(Flags::HAS_MASKS, masks.is_some())
             .with(Flags::HAS_SHADOWS, !prepared.views().is_empty());
         let environment = environment_texture(allocator, queue, scene, &mut kept.environment)?;
-        Ok(Self { levels, air, environment, masks, slots, features, before_lists, masking })
-    }
-
-    /// `resources` and those of the lighting.
-    pub(super) fn with<'a>(&'a self, resources: Resources<'a>) -> Resources<'a> {
-        let resources = self.levels.iter().fold(resources, |all, it| all.with("levels", it));
-        let resources = self.masks.iter().fold(resources, |all, it| all.and(&it.resources()));
-        resources.with("air", &self.air).with("environment", &self.environment)
+        let resources = Resources::new()
+            .with_any("levels", levels.as_ref())
+            .with("air", &air)
+            .with("environment", &environment);
+        let resources = masks.iter().fold(resources, |all, it| all.and(&it.resources()));
+        Ok(Self { resources, masks, slots, features, before_lists, masking })
     }
 }

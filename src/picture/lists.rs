@@ -3,7 +3,7 @@ use super::bands::TileRect;
 use crate::{
     error::Error,
     frame::{Commands, Dispatch},
-    gpu::{Allocator, Resources, view},
+    gpu::{Allocator, view},
     shadows::{
         Shadows,
         batch::{batch_plan::BatchPlan, context::Context, list::List, scratch::Scratch},
@@ -78,9 +78,9 @@ impl CameraList {
             let features = Features::NONE.with(Flags::HAS_GAUSSIANS, gaussians);
             for part in parts {
                 let band = context.allocator.uniform("band", &part.band(0, 0));
-                let resources = Resources::new()
-                    .with("rects", &scratch.rects)
-                    .with("setups", &scratch.setups)
+                let resources = scratch
+                    .resources
+                    .clone()
                     .with("clipped_rects", clipped)
                     .with("point_batch", &batch)
                     .with("band", &band);

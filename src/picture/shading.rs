@@ -136,7 +136,7 @@ impl ToShade<'_, '_> {
         &self,
         desc: &KernelDesc,
         features: Features,
-        resources: &Resources<'_>,
+        resources: &Resources,
         work: impl Into<Work>,
     ) -> Result<Dispatch, Error> {
         Ok(self.shadows.kernels().dispatch(desc, features, resources, work)?)
@@ -146,7 +146,7 @@ impl ToShade<'_, '_> {
     fn band(
         &mut self,
         rect: &TileRect,
-        resources: &Resources<'_>,
+        resources: &Resources,
         panes: &Buffer,
         light: &[Dispatch],
     ) -> Result<Band, Error> {
@@ -154,11 +154,11 @@ impl ToShade<'_, '_> {
         let [solid, blended] = self.lists;
         let of_solid = resources
             .clone()
-            .and(&solid.scratch.resources())
+            .and(&solid.scratch.resources)
             .with("pairs", &solid.scratch.pairs[solid.list.sorted_pairs]);
         let of_blended = resources
             .clone()
-            .and(&blended.scratch.resources())
+            .and(&blended.scratch.resources)
             .with("pairs", &blended.scratch.pairs[blended.list.sorted_pairs])
             .with("lit", &self.targets.lit)
             .with("brick_lights", &self.targets.brick_lights);
@@ -169,7 +169,7 @@ impl ToShade<'_, '_> {
             surfaces.push(self.run(&shade::SEEN, features.solid, &of_solid, groups)?);
             if features.has_layers {
                 let of_blended = of_blended.clone().with("band", &band);
-                let tiles = Work::indirect(self.memory.layered_tiles(), 0);
+                let tiles = Work::indirect(&self.memory.layered_tiles, 0);
                 layers.push(self.run(&shade::LAYERS, features.layers, &of_blended, tiles)?);
             }
         }
@@ -187,7 +187,7 @@ impl ToShade<'_, '_> {
         }
         if features.has_panes {
             let of_panes = of_blended.with("point_batch", panes);
-            let points = Work::indirect(self.memory.point_lists(), list_offset(PANE_LIST));
+            let points = Work::indirect(&self.memory.point_lists, list_offset(PANE_LIST));
             pixels.push(self.run(&shade::PANES, features.panes, &of_panes, points)?);
         }
         pixels.extend_from_slice(light);
@@ -196,8 +196,8 @@ impl ToShade<'_, '_> {
     }
 
     /// Runs of particles, as many at a time as the band's memory holds points.
-    fn casters(&mut self, resources: &Resources<'_>) -> Result<Vec<Dispatch>, Error> {
-        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel();
+    fn casters(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
+        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let ([_, blended], features) = (self.lists, self.features.casters);
         // Triangles follow the particles.
         let count = blended.first_setup;
@@ -208,7 +208,7 @@ impl ToShade<'_, '_> {
             let buffer = self.allocator.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
-                .and(&blended.scratch.resources())
+                .and(&blended.scratch.resources)
                 .with("lit", &self.targets.lit)
                 .with("point_batch", &buffer);
             let groups = point_grid(count);
@@ -219,8 +219,8 @@ impl ToShade<'_, '_> {
     }
 
     /// Runs of the lattices of bricks, as many points at a time as the band's memory holds.
-    fn bricks(&mut self, resources: &Resources<'_>) -> Result<Vec<Dispatch>, Error> {
-        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel();
+    fn bricks(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
+        let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let features = self.features.casters;
         let bricks = self.shadows.casters()?.brick_records();
         let end = bricks.end * LATTICE_POINTS;
@@ -246,7 +246,7 @@ impl Shading {
     pub(super) fn new(
         mut to: ToShade<'_, '_>,
         parts: &[TileRect],
-        resources: &Resources<'_>,
+        resources: &Resources,
     ) -> Result<Self, Error> {
         let (features, tiles) = (to.features, to.memory.tiles);
         let [surfaces, panes] = [SURFACE_LIST, PANE_LIST].map(|list| {
@@ -256,7 +256,7 @@ impl Shading {
         for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
             if list == SURFACE_LIST || features.has_panes {
                 let listed = resources.clone().with("point_batch", batch);
-                let points = Work::indirect(to.memory.point_lists(), list_offset(list));
+                let points = Work::indirect(&to.memory.point_lists, list_offset(list));
                 let kernel = shade::light_points(features.light);
                 light.push(to.run(kernel, features.light, &listed, points)?);
             }

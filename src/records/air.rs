@@ -1,27 +1,25 @@
 //! Parameters of the air for kernels.
 use crate::model::Air;
-use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec3};
 
 /// Edge of a column [pixels]. WGSL: `wgsl/records/air_params.wgsl`.
 pub const AIR_CELL: u32 = 4;
 
-/// WGSL: `wgsl/records/air_params.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct AirParams {
-    /// Scattering coefficient [1/m].
-    pub scattering: Vec3,
-    pub anisotropy: f32,
-    /// Extinction coefficient [1/m].
-    pub extinction: Vec3,
-    pub slices: u32,
-    /// Ambient radiance that the air scatters: the scene's times the air's share.
-    pub ambient: Vec3,
-    /// Samples in a slice.
-    pub samples: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/air_params.wgsl`.
+    pub struct AirParams {
+        /// Scattering coefficient [1/m].
+        pub scattering: Vec3,
+        pub anisotropy: f32,
+        /// Extinction coefficient [1/m].
+        pub extinction: Vec3,
+        pub slices: u32,
+        /// Ambient radiance that the air scatters: the scene's times the air's share.
+        pub ambient: Vec3,
+        /// Samples in a slice.
+        pub samples: u32,
+    }
 }
-crate::gpu_layout!(AirParams { scattering, anisotropy, extinction, slices, ambient, samples });
 
 impl AirParams {
     /// `ambient`: the scene's ambient radiance.

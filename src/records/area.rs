@@ -35,18 +35,17 @@ pub const AREA_SPHERE: u32 = 0;
 pub const AREA_FLAT: u32 = 1;
 pub const AREA_SUN: u32 = 2;
 
-/// WGSL: `wgsl/records/area.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuArea {
-    /// First of [`Source::half_axes`] of a part of the source, world space [m]; for a sun its x is a slope.
-    pub right: Vec3,
-    pub kind: u32,
-    pub up: Vec3,
-    /// Index of the light's first view among the leveled views.
-    pub first_leveled: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/area.wgsl`.
+    pub struct GpuArea {
+        /// First of [`Source::half_axes`] of a part of the source, world space [m]; for a sun its x is a slope.
+        pub right: Vec3,
+        pub kind: u32,
+        pub up: Vec3,
+        /// Index of the light's first view among the leveled views.
+        pub first_leveled: u32,
+    }
 }
-crate::gpu_layout!(GpuArea { right, kind, up, first_leveled });
 
 impl GpuArea {
     fn new(source: &Source, first_leveled: u32) -> Self {

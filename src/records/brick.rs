@@ -1,6 +1,5 @@
 //! Bricks of grids as kernels read them.
 use crate::model::{BRICK_EDGE, BRICK_SIZE, Brick, Density, Grid, Particle, Voxels};
-use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, IVec3, Mat3, UVec2, UVec3, Vec3, Vec4};
 use std::{
     borrow::Cow,
@@ -22,39 +21,37 @@ const PLAIN_VOXELS: f32 = -1.0;
 /// The same of a brick whose temperatures are in the next slot.
 const HOT_VOXELS: f32 = -2.0;
 
-/// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its middle. All of its
-/// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GridRecord {
-    /// Rows of the linear part of index from world space [voxels/m]; behind each a coordinate of the anchor, world
-    /// space [m].
-    pub rows: [Vec4; 3],
-    /// Edges of a voxel, world space [m]; behind each the extinction of density 1 in a channel [1/m].
-    pub edges: [Vec4; 3],
-    /// `g` of its phase function.
-    pub anisotropy: f32,
-    pub material: u32,
-    /// Radiance of what is opaque and at 1500 K, in red.
-    pub emission: f32,
-    pub unused: [u32; 5],
+crate::records::texel_struct! {
+    /// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its middle. All of its
+    /// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
+    pub struct GridRecord {
+        /// Rows of the linear part of index from world space [voxels/m]; behind each a coordinate of the anchor, world
+        /// space [m].
+        pub rows: [Vec4; 3],
+        /// Edges of a voxel, world space [m]; behind each the extinction of density 1 in a channel [1/m].
+        pub edges: [Vec4; 3],
+        /// `g` of its phase function.
+        pub anisotropy: f32,
+        pub material: u32,
+        /// Radiance of what is opaque and at 1500 K, in red.
+        pub emission: f32,
+        pub unused: [u32; 5],
+    }
 }
-crate::texel_layout!(GridRecord { rows, edges, anisotropy, material, emission, unused });
 
-/// A brick of a grid.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BrickRecord {
-    /// Its lowest voxel, counted from the grid's anchor.
-    pub origin: IVec3,
-    /// First texel of the grid's record.
-    pub grid: u32,
-    /// Its first texel in `voxels`; of a brick of constant density its size [voxels].
-    pub first_texel: UVec3,
-    /// Its density, if it is constant; negative for voxels of its own.
-    pub density: f32,
+crate::records::texel_struct! {
+    /// A brick of a grid.
+    pub struct BrickRecord {
+        /// Its lowest voxel, counted from the grid's anchor.
+        pub origin: IVec3,
+        /// First texel of the grid's record.
+        pub grid: u32,
+        /// Its first texel in `voxels`; of a brick of constant density its size [voxels].
+        pub first_texel: UVec3,
+        /// Its density, if it is constant; negative for voxels of its own.
+        pub density: f32,
+    }
 }
-crate::texel_layout!(BrickRecord { origin, grid, first_texel, density });
 
 /// All bricks of a scene: their records, and the particles that stand for them in the lists of casters.
 #[derive(Clone, Debug, Default)]

@@ -4,42 +4,31 @@ use super::{
     pack::{from_octahedral, octahedral},
 };
 use crate::model::{Capsule, Particle, Strand};
-use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::borrow::Cow;
 
 /// Records of particles that a [`CapsuleRecord`] takes the place of.
 pub const CAPSULE_RECORDS: u32 = 2;
 
-/// A segment of a strand, behind the particles and Gaussians in `casters`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct CapsuleRecord {
-    /// First end, world space [m].
-    pub first: Vec3,
-    /// Radius there [m].
-    pub first_radius: f32,
-    /// Normals of the planes through the ends, from the first end to the last: octahedral.
-    pub planes: [u32; 2],
-    pub unused: u32,
-    /// Seed of dither patterns: the strand's, at the place of a particle's.
-    pub id: u32,
-    /// Last end, world space [m].
-    pub last: Vec3,
-    /// Radius there [m].
-    pub last_radius: f32,
-    pub unused_texel: [u32; 4],
+crate::records::texel_struct! {
+    /// A segment of a strand, behind the particles and Gaussians in `casters`.
+    pub struct CapsuleRecord {
+        /// First end, world space [m].
+        pub first: Vec3,
+        /// Radius there [m].
+        pub first_radius: f32,
+        /// Normals of the planes through the ends, from the first end to the last: octahedral.
+        pub planes: [u32; 2],
+        pub unused: u32,
+        /// Seed of dither patterns: the strand's, at the place of a particle's.
+        pub id: u32,
+        /// Last end, world space [m].
+        pub last: Vec3,
+        /// Radius there [m].
+        pub last_radius: f32,
+        pub unused_texel: [u32; 4],
+    }
 }
-crate::texel_layout!(CapsuleRecord {
-    first,
-    first_radius,
-    planes,
-    unused,
-    id,
-    last,
-    last_radius,
-    unused_texel,
-});
 
 impl CapsuleRecord {
     pub fn new(capsule: &Capsule, id: u32) -> Self {

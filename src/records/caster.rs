@@ -1,30 +1,27 @@
 //! Particles as uploaded to kernels.
 use super::pack::{from_opacity, from_unorm, opacity_bits, unorm2};
 use crate::model::{Material, Particle};
-use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 /// Texels of a [`Caster`].
 pub const CASTER_TEXELS: u32 = 2;
 
-/// A particle as kernels read it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Caster {
-    /// World space [m].
-    pub center: Vec3,
-    /// Radius [m].
-    pub radius: f32,
-    /// Red and green, unorm16; divided by 16 for a `gain` material.
-    pub red_green: u32,
-    /// Blue, unorm16, and alpha, f16.
-    pub blue_alpha: u32,
-    /// Material in the low half, rotation in the high one [turns / 65536].
-    pub material_rotation: u32,
-    pub id: u32,
+crate::records::texel_struct! {
+    /// A particle as kernels read it.
+    pub struct Caster {
+        /// World space [m].
+        pub center: Vec3,
+        /// Radius [m].
+        pub radius: f32,
+        /// Red and green, unorm16; divided by 16 for a `gain` material.
+        pub red_green: u32,
+        /// Blue, unorm16, and alpha, f16.
+        pub blue_alpha: u32,
+        /// Material in the low half, rotation in the high one [turns / 65536].
+        pub material_rotation: u32,
+        pub id: u32,
+    }
 }
-
-crate::texel_layout!(Caster { center, radius, red_green, blue_alpha, material_rotation, id });
 
 impl Caster {
     pub fn new(particle: &Particle, material: &Material) -> Self {

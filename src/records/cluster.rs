@@ -11,34 +11,34 @@ pub const MAX_TILE: u32 = 256;
 /// Header of a cluster whose list did not fit. WGSL: `wgsl/records/cluster.wgsl`.
 pub const ALL_LIGHTS: u32 = u32::MAX;
 
-/// WGSL: `wgsl/records/cluster.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct ClusterParams {
-    pub cells: UVec3,
-    pub cluster_count: u32,
-    pub light_count: u32,
-    /// Words of light bits per cluster.
-    pub word_count: u32,
-    /// Capacity of all lists together [lights].
-    pub capacity: u32,
-    pub pad: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/cluster.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct ClusterParams {
+        pub cells: UVec3,
+        pub cluster_count: u32,
+        pub light_count: u32,
+        /// Words of light bits per cluster.
+        pub word_count: u32,
+        /// Capacity of all lists together [lights].
+        pub capacity: u32,
+        pub pad: u32,
+    }
 }
-crate::gpu_layout!(ClusterParams { cells, cluster_count, light_count, word_count, capacity, pad });
 
-/// WGSL: `wgsl/records/cluster.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct ClusterCounters {
-    /// Combinations (cluster, light) found.
-    pub needed: u32,
-    /// Clusters whose list did not fit, which are shaded with all lights.
-    pub overflowed: u32,
-    /// Length of the longest list [lights].
-    pub longest: u32,
-    pub pad: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/cluster.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct ClusterCounters {
+        /// Combinations (cluster, light) found.
+        pub needed: u32,
+        /// Clusters whose list did not fit, which are shaded with all lights.
+        pub overflowed: u32,
+        /// Length of the longest list [lights].
+        pub longest: u32,
+        pub pad: u32,
+    }
 }
-crate::gpu_layout!(ClusterCounters { needed, overflowed, longest, pad });
 
 /// Grid of clusters in the camera's frustum.
 #[derive(Clone, Debug, PartialEq)]

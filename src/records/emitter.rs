@@ -3,7 +3,6 @@ use crate::model::{
     emission::{Emission, MAX_STOPS},
     emitter::{EmittedParticle, Forces, MAX_BOXES, STEP, STEPS_PER_SECOND},
 };
-use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 /// Most time steps of a dispatch.
@@ -11,82 +10,51 @@ pub const STEPS_AT_ONCE: u32 = 8;
 /// Most rows of a path in a dispatch.
 const PATH_ROWS: usize = 32;
 
-/// Parameters of an emitter, and the steps to simulate.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct EmitterParams {
-    pub position: Vec3,
-    pub seed: u32,
-    pub extent: Vec3,
-    pub shape: u32,
-    pub velocity: Vec3,
-    pub spread: f32,
-    pub wind: Vec3,
-    pub drag: f32,
-    pub origin: Vec3,
-    pub turbulence: f32,
-    pub frequency: f32,
-    pub evolve: f32,
-    pub gravity: f32,
-    pub buoyancy: f32,
-    /// Shortest lifetime [s].
-    pub life_least: f32,
-    /// Longest lifetime [s].
-    pub life_most: f32,
-    pub bounce: f32,
-    pub slide: f32,
-    /// The least number without a ground [m].
-    pub ground: f32,
-    /// Time from one particle to the next [s].
-    pub period: f32,
-    pub box_count: u32,
-    /// Largest number of particles that are alive at once.
-    pub capacity: u32,
-    /// First time step of this dispatch.
-    pub step: u32,
-    pub step_count: u32,
-    /// Rows of `path`, at least 1.
-    pub path_count: u32,
-    /// When the first particle of a dispatch of one step starts [s from the step].
-    pub first_birth: f32,
-    /// Number of particles started before each of the steps, and after the last.
-    pub started: [[u32; 4]; 3],
-    /// Lower and upper corners of the collision boxes [m].
-    pub boxes: [Vec4; 2 * MAX_BOXES],
-    /// Time from the dispatch's step on [s], and the emitter's offset [m].
-    pub path: [Vec4; PATH_ROWS],
+crate::records::gpu_struct! {
+    /// Parameters of an emitter, and the steps to simulate.
+    pub struct EmitterParams {
+        pub position: Vec3,
+        pub seed: u32,
+        pub extent: Vec3,
+        pub shape: u32,
+        pub velocity: Vec3,
+        pub spread: f32,
+        pub wind: Vec3,
+        pub drag: f32,
+        pub origin: Vec3,
+        pub turbulence: f32,
+        pub frequency: f32,
+        pub evolve: f32,
+        pub gravity: f32,
+        pub buoyancy: f32,
+        /// Shortest lifetime [s].
+        pub life_least: f32,
+        /// Longest lifetime [s].
+        pub life_most: f32,
+        pub bounce: f32,
+        pub slide: f32,
+        /// The least number without a ground [m].
+        pub ground: f32,
+        /// Time from one particle to the next [s].
+        pub period: f32,
+        pub box_count: u32,
+        /// Largest number of particles that are alive at once.
+        pub capacity: u32,
+        /// First time step of this dispatch.
+        pub step: u32,
+        pub step_count: u32,
+        /// Rows of `path`, at least 1.
+        pub path_count: u32,
+        /// When the first particle of a dispatch of one step starts [s from the step].
+        pub first_birth: f32,
+        /// Number of particles started before each of the steps, and after the last.
+        pub started: [[u32; 4]; 3],
+        /// Lower and upper corners of the collision boxes [m].
+        pub boxes: [Vec4; 2 * MAX_BOXES],
+        /// Time from the dispatch's step on [s], and the emitter's offset [m].
+        pub path: [Vec4; PATH_ROWS],
+    }
 }
-crate::gpu_layout!(EmitterParams {
-    position,
-    seed,
-    extent,
-    shape,
-    velocity,
-    spread,
-    wind,
-    drag,
-    origin,
-    turbulence,
-    frequency,
-    evolve,
-    gravity,
-    buoyancy,
-    life_least,
-    life_most,
-    bounce,
-    slide,
-    ground,
-    period,
-    box_count,
-    capacity,
-    step,
-    step_count,
-    path_count,
-    first_birth,
-    started,
-    boxes,
-    path
-});
 
 impl EmitterParams {
     /// Most steps of a dispatch. Times along a path are from the step on that a particle starts in, whatever
@@ -159,46 +127,30 @@ impl EmitterParams {
     }
 }
 
-/// How the particles of an emitter look at a moment.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct EmissionParams {
-    /// Number of the oldest particle that may be alive.
-    pub first: u32,
-    /// Slots of the ring.
-    pub capacity: u32,
-    pub seed: u32,
-    /// Time since the last step [steps].
-    pub part: f32,
-    pub material: u32,
-    pub first_id: u32,
-    pub radius_count: u32,
-    pub color_count: u32,
-    pub alpha_count: u32,
-    pub pad_0: u32,
-    pub pad_1: u32,
-    pub pad_2: u32,
-    /// Radii at even distances over a life [m].
-    pub radii: [[f32; 4]; MAX_STOPS / 4],
-    /// Colours and alphas, each at even distances of its own.
-    pub shades: [Vec4; MAX_STOPS],
+crate::records::gpu_struct! {
+    /// How the particles of an emitter look at a moment.
+    pub struct EmissionParams {
+        /// Number of the oldest particle that may be alive.
+        pub first: u32,
+        /// Slots of the ring.
+        pub capacity: u32,
+        pub seed: u32,
+        /// Time since the last step [steps].
+        pub part: f32,
+        pub material: u32,
+        pub first_id: u32,
+        pub radius_count: u32,
+        pub color_count: u32,
+        pub alpha_count: u32,
+        pub pad_0: u32,
+        pub pad_1: u32,
+        pub pad_2: u32,
+        /// Radii at even distances over a life [m].
+        pub radii: [[f32; 4]; MAX_STOPS / 4],
+        /// Colours and alphas, each at even distances of its own.
+        pub shades: [Vec4; MAX_STOPS],
+    }
 }
-crate::gpu_layout!(EmissionParams {
-    first,
-    capacity,
-    seed,
-    part,
-    material,
-    first_id,
-    radius_count,
-    color_count,
-    alpha_count,
-    pad_0,
-    pad_1,
-    pad_2,
-    radii,
-    shades
-});
 
 impl EmissionParams {
     /// Parameters of an emission whose particles are in a ring of `capacity` slots.
@@ -232,17 +184,16 @@ impl EmissionParams {
     }
 }
 
-/// A particle, alive or ended.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuEmitted {
-    pub position: Vec3,
-    pub number: u32,
-    pub velocity: Vec3,
-    /// Age in the low, lifetime in the high 16 bits [steps].
-    pub age_life: u32,
+crate::records::gpu_struct! {
+    /// A particle, alive or ended.
+    pub struct GpuEmitted {
+        pub position: Vec3,
+        pub number: u32,
+        pub velocity: Vec3,
+        /// Age in the low, lifetime in the high 16 bits [steps].
+        pub age_life: u32,
+    }
 }
-crate::gpu_layout!(GpuEmitted { position, number, velocity, age_life });
 
 impl GpuEmitted {
     /// The particle; `None` if it has ended.

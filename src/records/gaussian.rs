@@ -4,7 +4,6 @@ use super::{
     pack::{from_opacity, from_unorm, opacity_bits, unorm2},
 };
 use crate::model::{Gaussian, GaussianOpacity, Material};
-use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 /// Texels of a [`GaussianSetup`].
@@ -18,19 +17,17 @@ pub const NEUTRAL_BIT: u32 = 1 << 16;
 /// Flag of a Gaussian's [`Caster::material_rotation`]: a medium, whose alpha is its extinction [1/m / 32768].
 pub const MEDIUM_BIT: u32 = 1 << 17;
 
-/// A Gaussian's axes as kernels read them, besides its [`Caster`] and as long.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GaussianAxes {
-    /// Unit quaternion x, y, z, w: from its own space to the world.
-    pub rotation: [f32; 4],
-    /// Standard deviations [m].
-    pub sigma: Vec3,
-    /// Seed of dither patterns.
-    pub id: u32,
+crate::records::texel_struct! {
+    /// A Gaussian's axes as kernels read them, besides its [`Caster`] and as long.
+    pub struct GaussianAxes {
+        /// Unit quaternion x, y, z, w: from its own space to the world.
+        pub rotation: [f32; 4],
+        /// Standard deviations [m].
+        pub sigma: Vec3,
+        /// Seed of dither patterns.
+        pub id: u32,
+    }
 }
-
-crate::texel_layout!(GaussianAxes { rotation, sigma, id });
 
 impl GaussianAxes {
     pub fn new(gaussian: &Gaussian) -> Self {
@@ -77,29 +74,28 @@ impl Caster {
     }
 }
 
-/// A Gaussian projected to one view: what its hit test needs.
-///
-/// With `delta` the vector from the reference to the texel's centre [texels] and
-/// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's own space is
-/// `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, and it is met at `e / (e^2 + spread |u|^2)` times the
-/// centre's distance along the axis. Orthographic: `q^2 = |u|^2`, met at the centre's light depth less `tilt . u`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct GaussianSetup {
-    /// `a`, `b` and `c` [1/texels].
-    pub whitening: Vec3,
-    /// Squared deviation along the ray through the centre, a share of the distance (orthographic: of the depth range).
-    pub spread: f32,
-    pub tilt: Vec2,
-    /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material.
-    pub red_green: u32,
-    /// Blue, unorm16, and how much thinner it is for being enlarged, f16.
-    pub blue_thin: u32,
-    /// Its tiles, where its rectangle says so.
-    pub outline: Outline,
+crate::records::texel_struct! {
+    /// A Gaussian projected to one view: what its hit test needs.
+    ///
+    /// With `delta` the vector from the reference to the texel's centre [texels] and
+    /// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's own space is
+    /// `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, and it is met at `e / (e^2 + spread |u|^2)` times the
+    /// centre's distance along the axis. Orthographic: `q^2 = |u|^2`, met at the centre's light depth less `tilt . u`.
+    #[derive(Default)]
+    pub struct GaussianSetup {
+        /// `a`, `b` and `c` [1/texels].
+        pub whitening: Vec3,
+        /// Squared deviation along the ray through the centre, a share of the distance (orthographic: of the depth range).
+        pub spread: f32,
+        pub tilt: Vec2,
+        /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material.
+        pub red_green: u32,
+        /// Blue, unorm16, and how much thinner it is for being enlarged, f16.
+        pub blue_thin: u32,
+        /// Its tiles, where its rectangle says so.
+        pub outline: Outline,
+    }
 }
-
-crate::texel_layout!(GaussianSetup { whitening, spread, tilt, red_green, blue_thin, outline });
 
 impl GaussianSetup {
     pub fn set_color(&mut self, color: Vec3, thin: f32) {

@@ -1,7 +1,6 @@
 //! Lights as kernels read them.
 use super::GpuView;
 use crate::model::{Light, LightKind, LookUp, ShadowFilter, ShadowSettings};
-use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::ops::Range;
 
@@ -41,54 +40,38 @@ pub const AREA_SHIFT: u32 = 1;
 pub const AREA_MASK: u32 = 0xff;
 pub const VIEWPOINTS_SHIFT: u32 = 9;
 
-/// WGSL: `wgsl/records/light.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuLight {
-    /// Position, world space [m].
-    pub position: Vec3,
-    pub kind: u32,
-    /// Direction in which light travels: unit, world space.
-    pub direction: Vec3,
-    pub first_view: u32,
-    /// Linear rgb times the intensity.
-    pub color: Vec3,
-    /// Number of views; 0 if the light casts no shadow.
-    pub view_count: u32,
-    /// Cosines of half the angle of a spot: at the end of its light, and where it begins to fade.
-    pub cone_outer: f32,
-    pub cone_inner: f32,
-    /// Reciprocal square of the range [1/m^2]; 0 if the light has no end.
-    pub per_range2: f32,
-    /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1, 0 for none; from
-    /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one.
-    pub traits: u32,
-    /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
-    /// radius [1/256 texel].
-    pub taps: u32,
-    /// Depth bias [m].
-    pub bias: f32,
-    /// Slope-scaled bias [texels].
-    pub slope_bias: f32,
-    /// Normal offset [texels].
-    pub normal_bias: f32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/light.wgsl`.
+    pub struct GpuLight {
+        /// Position, world space [m].
+        pub position: Vec3,
+        pub kind: u32,
+        /// Direction in which light travels: unit, world space.
+        pub direction: Vec3,
+        pub first_view: u32,
+        /// Linear rgb times the intensity.
+        pub color: Vec3,
+        /// Number of views; 0 if the light casts no shadow.
+        pub view_count: u32,
+        /// Cosines of half the angle of a spot: at the end of its light, and where it begins to fade.
+        pub cone_outer: f32,
+        pub cone_inner: f32,
+        /// Reciprocal square of the range [1/m^2]; 0 if the light has no end.
+        pub per_range2: f32,
+        /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1, 0 for none; from
+        /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one.
+        pub traits: u32,
+        /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
+        /// radius [1/256 texel].
+        pub taps: u32,
+        /// Depth bias [m].
+        pub bias: f32,
+        /// Slope-scaled bias [texels].
+        pub slope_bias: f32,
+        /// Normal offset [texels].
+        pub normal_bias: f32,
+    }
 }
-crate::gpu_layout!(GpuLight {
-    position,
-    kind,
-    direction,
-    first_view,
-    color,
-    view_count,
-    cone_outer,
-    cone_inner,
-    per_range2,
-    traits,
-    taps,
-    bias,
-    slope_bias,
-    normal_bias
-});
 
 impl GpuLight {
     /// `views`: indices of its views among the shadow views of all lights; `settings`: defaults of its look-up.

@@ -5,7 +5,6 @@
 //! the screen share a slot.
 use super::Reach;
 use crate::model::{Bounds, Class, Light, LightKind, MaskSettings, Scene, View};
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Mat4, UVec2};
 use std::collections::HashMap;
 
@@ -16,67 +15,46 @@ pub const COLORED_BIT: u32 = 1 << 31;
 /// Flag of a slot on the device: the host's shadow function applies to the light.
 pub const JOINED_BIT: u32 = 1 << 30;
 
-/// WGSL: `wgsl/records/mask.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MaskParams {
-    /// Size of the masks that are computed [pixels].
-    pub size: UVec2,
-    /// Pixels of the picture per pixel of the masks, along an edge.
-    pub step: u32,
-    /// Blur taps to each side of the centre.
-    pub taps: u32,
-    /// Edge-stopping strength, as [`MaskSettings::sensitivity`].
-    pub sensitivity: f32,
-    /// Distance up to which the blur has its full width [m]; 0: everywhere.
-    pub depth_scale: f32,
-    /// 1: a column is blurred, 0: a row.
-    pub column: u32,
-    pub mask_count: u32,
-    /// 1: the blur narrows on slanted surfaces, as [`MaskSettings::anisotropic`].
-    pub anisotropic: u32,
-    pub pad_0: u32,
-    pub pad_1: u32,
-    pub pad_2: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/mask.wgsl`.
+    pub struct MaskParams {
+        /// Size of the masks that are computed [pixels].
+        pub size: UVec2,
+        /// Pixels of the picture per pixel of the masks, along an edge.
+        pub step: u32,
+        /// Blur taps to each side of the centre.
+        pub taps: u32,
+        /// Edge-stopping strength, as [`MaskSettings::sensitivity`].
+        pub sensitivity: f32,
+        /// Distance up to which the blur has its full width [m]; 0: everywhere.
+        pub depth_scale: f32,
+        /// 1: a column is blurred, 0: a row.
+        pub column: u32,
+        pub mask_count: u32,
+        /// 1: the blur narrows on slanted surfaces, as [`MaskSettings::anisotropic`].
+        pub anisotropic: u32,
+        pub pad_0: u32,
+        pub pad_1: u32,
+        pub pad_2: u32,
+    }
 }
-crate::gpu_layout!(MaskParams {
-    size,
-    step,
-    taps,
-    sensitivity,
-    depth_scale,
-    column,
-    mask_count,
-    anisotropic,
-    pad_0,
-    pad_1,
-    pad_2
-});
 
-/// Camera of a host's depths. WGSL: `wgsl/records/mask.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct HostView {
-    /// Inverse of the matrix that the depths were rendered with.
-    pub world_from_clip: Mat4,
-    /// Rotation of the normals to world space.
-    pub world_from_normal: Mat4,
-    /// Depth of pixels without a surface.
-    pub empty: f32,
-    /// 1: depths are light depths of the view.
-    pub is_light_depth: u32,
-    /// Format of the normals: [`NORMALS_NONE`] and so on.
-    pub normals: u32,
-    pub pad_0: u32,
+crate::records::gpu_struct! {
+    /// Camera of a host's depths. WGSL: `wgsl/records/mask.wgsl`.
+    pub struct HostView {
+        /// Inverse of the matrix that the depths were rendered with.
+        pub world_from_clip: Mat4,
+        /// Rotation of the normals to world space.
+        pub world_from_normal: Mat4,
+        /// Depth of pixels without a surface.
+        pub empty: f32,
+        /// 1: depths are light depths of the view.
+        pub is_light_depth: u32,
+        /// Format of the normals: [`NORMALS_NONE`] and so on.
+        pub normals: u32,
+        pub pad_0: u32,
+    }
 }
-crate::gpu_layout!(HostView {
-    world_from_clip,
-    world_from_normal,
-    empty,
-    is_light_depth,
-    normals,
-    pad_0
-});
 
 /// No normals: they are derived from the depths.
 pub const NORMALS_NONE: u32 = 0;

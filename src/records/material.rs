@@ -1,70 +1,44 @@
 //! Materials as kernels read them.
 use crate::model::{Material, Texture};
-use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
-/// A material as kernels read it. WGSL: `wgsl/records/material.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuMaterial {
-    /// Linear rgba.
-    pub tint: Vec4,
-    pub emission: Vec3,
-    pub transmission: f32,
-    pub transfer: u32,
-    pub shape: u32,
-    pub profile: u32,
-    /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
-    pub texture: u32,
-    /// Size of the texture within its layer [texels].
-    pub texture_size: Vec2,
-    pub reflectivity: f32,
-    pub cutoff: f32,
-    pub roughness: f32,
-    pub pattern: u32,
-    /// Edge of a cell of the pattern [texels].
-    pub pattern_scale: u32,
-    /// First texel of the blue-noise ranks in the particles' records.
-    pub blue_first: u32,
-    /// Absorption coefficient inside a closed mesh [1/m]; zero if it is no volume.
-    pub absorption: Vec3,
-    pub receives: u32,
-    /// Size of the emissive texture within its layer [texels].
-    pub emissive_size: Vec2,
-    /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
-    pub emissive_texture: u32,
-    pub metallic: f32,
-    pub ior: f32,
-    pub frost: f32,
-    /// 1 if it shows the surroundings behind it, else 0.
-    pub catcher: u32,
-    pub pad: u32,
+crate::records::gpu_struct! {
+    /// A material as kernels read it. WGSL: `wgsl/records/material.wgsl`.
+    pub struct GpuMaterial {
+        /// Linear rgba.
+        pub tint: Vec4,
+        pub emission: Vec3,
+        pub transmission: f32,
+        pub transfer: u32,
+        pub shape: u32,
+        pub profile: u32,
+        /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
+        pub texture: u32,
+        /// Size of the texture within its layer [texels].
+        pub texture_size: Vec2,
+        pub reflectivity: f32,
+        pub cutoff: f32,
+        pub roughness: f32,
+        pub pattern: u32,
+        /// Edge of a cell of the pattern [texels].
+        pub pattern_scale: u32,
+        /// First texel of the blue-noise ranks in the particles' records.
+        pub blue_first: u32,
+        /// Absorption coefficient inside a closed mesh [1/m]; zero if it is no volume.
+        pub absorption: Vec3,
+        pub receives: u32,
+        /// Size of the emissive texture within its layer [texels].
+        pub emissive_size: Vec2,
+        /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
+        pub emissive_texture: u32,
+        pub metallic: f32,
+        pub ior: f32,
+        pub frost: f32,
+        /// 1 if it shows the surroundings behind it, else 0.
+        pub catcher: u32,
+        pub pad: u32,
+    }
 }
-crate::gpu_layout!(GpuMaterial {
-    tint,
-    emission,
-    transmission,
-    transfer,
-    shape,
-    profile,
-    texture,
-    texture_size,
-    reflectivity,
-    cutoff,
-    roughness,
-    pattern,
-    pattern_scale,
-    blue_first,
-    absorption,
-    receives,
-    emissive_size,
-    emissive_texture,
-    metallic,
-    ior,
-    frost,
-    catcher,
-    pad
-});
 
 pub const NO_TEXTURE: u32 = u32::MAX;
 

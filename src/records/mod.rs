@@ -67,7 +67,8 @@ pub use image::{
     linear_from_srgb,
 };
 pub use import::ImportParams;
-pub use layout::{Field, GpuLayout, size_of_field};
+pub use layout::{Field, GpuLayout};
+pub(crate) use layout::{gpu_struct, texel_struct};
 pub use light::{
     AREA_MASK, AREA_SHIFT, FILTER_BOX, FILTER_DISC, FILTER_NONE, FILTER_SPLINE, GpuLight,
     LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS,

@@ -11,23 +11,21 @@ pub const TRIANGLE_TEXELS: u32 = 6;
 /// Flag of [`TriangleSetup::ties`]: the triangle is clockwise as seen from the light.
 pub const BACK_BIT: u32 = 8;
 
-/// A triangle of the scene as kernels read it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct TriangleRecord {
-    /// Three world-space positions [m], each followed by the vertex's u.
-    pub positions_u: [Vec4; 3],
-    pub v: Vec3,
-    pub material: u32,
-    /// Octahedral normals, snorm16 pairs.
-    pub normals: [u32; 3],
-    pub id: u32,
-    /// [`VertexColor`](crate::model::VertexColor) of the corners.
-    pub colors: [u32; 3],
-    pub pad: u32,
+crate::records::texel_struct! {
+    /// A triangle of the scene as kernels read it.
+    pub struct TriangleRecord {
+        /// Three world-space positions [m], each followed by the vertex's u.
+        pub positions_u: [Vec4; 3],
+        pub v: Vec3,
+        pub material: u32,
+        /// Octahedral normals, snorm16 pairs.
+        pub normals: [u32; 3],
+        pub id: u32,
+        /// [`VertexColor`](crate::model::VertexColor) of the corners.
+        pub colors: [u32; 3],
+        pub pad: u32,
+    }
 }
-
-crate::texel_layout!(TriangleRecord { positions_u, v, material, normals, id, colors, pad });
 
 impl TriangleRecord {
     pub fn new(triangle: &Triangle) -> Self {

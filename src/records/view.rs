@@ -1,6 +1,5 @@
 //! A view as kernels read it.
 use crate::model::{Projection, View, ViewRole};
-use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, Vec2};
 
 /// Most views of a batch: the length of the uniform array.
@@ -11,56 +10,39 @@ pub const ROLE_WHOLE: u32 = 0;
 pub const ROLE_FACE: u32 = 1;
 pub const ROLE_WINDOW: u32 = 2;
 
-/// The part of a [`View`] that kernels read. WGSL: `wgsl/records/view.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GpuView {
-    pub view_from_world: Mat4,
-    /// Size of the map [texels].
-    pub size: Vec2,
-    /// Texels per metre (orthographic), or per metre at 1 m along the axis (perspective).
-    pub scale: f32,
-    /// 1 for a perspective view, 0 for an orthographic one.
-    pub perspective: f32,
-    /// Near plane [m].
-    pub near: f32,
-    /// Far plane [m].
-    pub far: f32,
-    /// First of the view's tiles in its batch.
-    pub first_tile: u32,
-    /// Tiles per row.
-    pub tiles_x: u32,
-    /// Position of the map in the atlas [texels].
-    pub origin: UVec2,
-    pub layer: u32,
-    /// Index of the light; `u32::MAX` for the picture's camera.
-    pub light: u32,
-    /// [`ROLE_WHOLE`], [`ROLE_FACE`] or [`ROLE_WINDOW`].
-    pub role: u32,
-    /// Index among the views of its shadow: the cascade, the face.
-    pub role_index: u32,
-    /// Number of views of its shadow.
-    pub role_count: u32,
-    /// Width over which a window's border fades [texels].
-    pub fade: f32,
+crate::records::gpu_struct! {
+    /// The part of a [`View`] that kernels read. WGSL: `wgsl/records/view.wgsl`.
+    pub struct GpuView {
+        pub view_from_world: Mat4,
+        /// Size of the map [texels].
+        pub size: Vec2,
+        /// Texels per metre (orthographic), or per metre at 1 m along the axis (perspective).
+        pub scale: f32,
+        /// 1 for a perspective view, 0 for an orthographic one.
+        pub perspective: f32,
+        /// Near plane [m].
+        pub near: f32,
+        /// Far plane [m].
+        pub far: f32,
+        /// First of the view's tiles in its batch.
+        pub first_tile: u32,
+        /// Tiles per row.
+        pub tiles_x: u32,
+        /// Position of the map in the atlas [texels].
+        pub origin: UVec2,
+        pub layer: u32,
+        /// Index of the light; `u32::MAX` for the picture's camera.
+        pub light: u32,
+        /// [`ROLE_WHOLE`], [`ROLE_FACE`] or [`ROLE_WINDOW`].
+        pub role: u32,
+        /// Index among the views of its shadow: the cascade, the face.
+        pub role_index: u32,
+        /// Number of views of its shadow.
+        pub role_count: u32,
+        /// Width over which a window's border fades [texels].
+        pub fade: f32,
+    }
 }
-crate::gpu_layout!(GpuView {
-    view_from_world,
-    size,
-    scale,
-    perspective,
-    near,
-    far,
-    first_tile,
-    tiles_x,
-    origin,
-    layer,
-    light,
-    role,
-    role_index,
-    role_count,
-    fade
-});
 
 impl View {
     /// The view in kernel form. `first_tile`: among the tiles of a batch; `origin` and `layer`: of its map's

@@ -79,20 +79,8 @@ pub fn depth_key(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * (INVISIBLE - 1) as f32) as u32
 }
 
-/// Projects one particle to view number `view_index` of its batch.
-pub fn project_particle(
-    view: &GpuView,
-    view_index: u32,
-    caster: &Caster,
-    caster_id: u32,
-    material: &GpuMaterial,
-    params: ProjectParams,
-) -> Projected {
-    project_caster(view, view_index, (caster, caster_id), material, None, params)
-}
-
-/// Like [`project_particle`]; `half_edges`: of a brick's box, world space [m].
-pub(super) fn project_caster(
+/// Projects one particle to view number `view_index` of its batch; `half_edges`: of a brick's box, world space [m].
+pub fn project_caster(
     view: &GpuView,
     view_index: u32,
     (caster, caster_id): (&Caster, u32),

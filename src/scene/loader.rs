@@ -130,9 +130,11 @@ impl<'a> Loader<'a> {
         for table in &document.particles {
             self.particles(table)?;
         }
-        let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("splats."));
+        let is_keyed = |kind: &str| {
+            document.animate.iter().any(|keyed| keyed.get_ref().target.starts_with(kind))
+        };
         for table in &document.splats {
-            self.splats(table, is_keyed)?;
+            self.splats(table, is_keyed("splats."))?;
         }
         for table in &document.shape {
             self.shape(table)?;
@@ -140,11 +142,10 @@ impl<'a> Loader<'a> {
         for table in &document.mesh {
             let MeshTable { name, file, casts, placement } = table.get_ref();
             let path = self.folder.join(file);
-            let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("mesh."));
             let first_material = self.scene.materials.len();
             let first_triangle = self.scene.triangles.len();
             let moving = self
-                .model(&path, placement.clone(), is_keyed)
+                .model(&path, placement.clone(), is_keyed("mesh."))
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
             for material in &mut self.scene.materials[first_material..] {
                 material.casts &= casts;
@@ -159,9 +160,8 @@ impl<'a> Loader<'a> {
         for table in &document.volume {
             self.volume(table)?;
         }
-        let is_keyed = document.animate.iter().any(|a| a.get_ref().target.starts_with("strands."));
         for table in &document.strands {
-            self.strands(table, is_keyed)?;
+            self.strands(table, is_keyed("strands."))?;
         }
         self.emitters(&document.emitter)
     }

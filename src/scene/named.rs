@@ -12,6 +12,7 @@ use std::{
     ops::Range,
     path::{Component, Path, PathBuf},
 };
+use toml::Spanned;
 
 /// The file of a scene, and all files that it and its models name, each once. Names are relative to the scene's
 /// folder; a scene that names others is refused.
@@ -49,30 +50,24 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
 
 /// Table, key and name of each file that a scene names.
 fn names(document: &Document) -> Vec<(Range<usize>, &'static str, PathBuf)> {
-    let mut names: Vec<(_, _, PathBuf)> = Vec::new();
-    if let Some(table) = &document.environment
-        && let Some(file) = &table.get_ref().file
-    {
-        names.push((table.span(), "file", file.clone()));
+    fn files<'a, T: 'a>(
+        tables: impl IntoIterator<Item = &'a Spanned<T>>,
+        file: impl Fn(&'a T) -> Option<&'a PathBuf>,
+    ) -> impl Iterator<Item = (Range<usize>, &'static str, PathBuf)> {
+        tables
+            .into_iter()
+            .filter_map(move |table| Some((table.span(), "file", file(table.get_ref())?.clone())))
     }
+    let mut names: Vec<_> = files(&document.environment, |table| table.file.as_ref()).collect();
     for table in &document.material {
         if let Some(TextureSource::File(file)) = &table.get_ref().texture {
             names.push((table.span(), "texture", file.clone()));
         }
     }
-    for table in &document.particles {
-        if let Some(file) = &table.get_ref().file {
-            names.push((table.span(), "file", file.clone()));
-        }
-    }
-    for table in &document.splats {
-        if let Some(file) = &table.get_ref().file {
-            names.push((table.span(), "file", file.clone()));
-        }
-    }
-    names.extend(
-        document.mesh.iter().map(|table| (table.span(), "file", table.get_ref().file.clone())),
-    );
+    names.extend(files(&document.particles, |table| table.file.as_ref()));
+    names.extend(files(&document.splats, |table| table.file.as_ref()));
+    names.extend(files(&document.strands, |table| table.file.as_ref()));
+    names.extend(files(&document.mesh, |table| Some(&table.file)));
     for table in &document.volume {
         let VolumeTable { file: Some(file), frames, .. } = table.get_ref() else { continue };
         let all = match *frames {

@@ -3,7 +3,7 @@
 use super::{EmittedSlots, HostInputs, Shadows, Simulation};
 use crate::{
     error::Error,
-    frame::{Commands, Dispatch},
+    frame::Commands,
     gpu::{Allocator, Memory, Resources},
     model::{Bounds, Casters, emission::Emission},
     records::{EmissionParams, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
@@ -98,7 +98,7 @@ impl Shadows {
                 .with("host_groups", &groups)
                 .with("host_counters", &counters);
             let groups = grid(emitter.group_count);
-            dispatches.push(Dispatch::new(device, kernel.clone(), &resources, groups)?);
+            dispatches.push(self.kernels().dispatch_of(kernel.clone(), &resources, groups)?);
             first_group += emitter.group_count;
         }
         let loaded = slots.iter().take(dispatches.len());

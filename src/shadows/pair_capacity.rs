@@ -47,20 +47,6 @@ impl PairCapacity {
     pub fn expected(&self) -> Option<u32> {
         self.seen.map(|pairs| pairs.saturating_add(pairs / 4))
     }
-
-    /// Renders until the pairs fit, or the budget is spent. `frame` renders once with a pair capacity, and
-    /// returns how many pairs it needed and its capacity.
-    pub fn until_it_fits<T, E>(
-        &mut self,
-        mut frame: impl FnMut(Option<u32>) -> Result<(T, [u32; 2]), E>,
-    ) -> Result<T, E> {
-        loop {
-            let (rendered, [needed, capacity]) = frame(self.pairs)?;
-            if !self.grow(needed, capacity) {
-                return Ok(rendered);
-            }
-        }
-    }
 }
 
 #[cfg(test)]

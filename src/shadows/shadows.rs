@@ -92,9 +92,13 @@ impl Shadows {
         if !missing.is_empty() {
             return Err(Error::Unsupported { tier, missing });
         }
-        Ok(Self {
+        Ok(Self::of(queue, Kernels::new(device, tier, config.profile, cache), config))
+    }
+
+    fn of(queue: &wgpu::Queue, kernels: Kernels, config: Config) -> Self {
+        Self {
             queue: queue.clone(),
-            kernels: Kernels::new(device, tier, config.profile, cache),
+            kernels,
             config,
             casters: None,
             maps: None,
@@ -105,27 +109,14 @@ impl Shadows {
             frame: Arc::default(),
             capacity: PairCapacity::new(MAX_PAIRS),
             statistics: Arc::default(),
-        })
+        }
     }
 
     /// Another one on the same device, for other casters and views, with the same kernels: nothing is compiled twice. For
     /// hosts with several worlds or cameras.
     #[must_use]
     pub fn another(&self) -> Self {
-        Self {
-            queue: self.queue.clone(),
-            kernels: self.kernels.clone(),
-            config: self.config,
-            casters: None,
-            maps: None,
-            shelf: Shelf::new(&self.queue),
-            host_shelf: Shelf::new(&self.queue),
-            depth_views: DepthViews::default(),
-            light_shelf: Arc::new(LightShelf::new(&self.queue)),
-            frame: Arc::default(),
-            capacity: PairCapacity::new(MAX_PAIRS),
-            statistics: Arc::default(),
-        }
+        Self::of(&self.queue, self.kernels.clone(), self.config)
     }
 
     pub(crate) fn queue(&self) -> &wgpu::Queue {

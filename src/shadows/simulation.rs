@@ -73,7 +73,7 @@ impl Shadows {
             let resources =
                 Resources::new().with("emitter_params", &params).with("emitted", &emitted);
             let run = |kernel: &Kernel| {
-                Dispatch::new(device, kernel.clone(), &resources, point_grid(capacity))
+                self.kernels().dispatch_of(kernel.clone(), &resources, point_grid(capacity))
             };
             let [start, advance] = kernels.each_ref().map(run);
             rounds.push((params, [start?, advance?]));

@@ -2,6 +2,7 @@
 use super::{ListCounters, Prepared, Shadows, casters::host_casters::HostSets};
 use crate::{
     error::Error,
+    gpu::{read_back, staging},
     model::{Counters, Skipped},
     records::LoadCounters,
 };
@@ -9,7 +10,7 @@ use std::sync::{
     Arc, Mutex, PoisonError,
     atomic::{AtomicU8, Ordering::SeqCst},
 };
-use wgpu::{Buffer, BufferUsages, CommandEncoder};
+use wgpu::{Buffer, CommandEncoder};
 
 /// Counters of a frame on the device.
 #[derive(Debug)]
@@ -119,7 +120,7 @@ impl Statistics {
         let mut slots = self.slots();
         slots.retain(|slot| slot.staging.size() >= size || slot.state.load(SeqCst) != IDLE);
         while slots.len() < SLOTS {
-            let staging = staging(device, size);
+            let staging = staging(device, "counters_readback", size);
             slots.push(Slot { staging, state: Arc::new(AtomicU8::new(IDLE)), planned: None });
         }
     }
@@ -168,41 +169,13 @@ impl Statistics {
     }
 }
 
-fn staging(device: &wgpu::Device, size: u64) -> Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("counters_readback"),
-        size,
-        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    })
-}
-
-/// What `copy` copies to a buffer of a size, after all commands submitted before. Blocks.
-fn read(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    size: u64,
-    copy: impl FnOnce(&mut CommandEncoder, &Buffer),
-) -> Result<Vec<u8>, Error> {
-    let lost = |error: String| Error::Lost(error);
-    let staging = staging(device, size);
-    let mut encoder = device.create_command_encoder(&Default::default());
-    copy(&mut encoder, &staging);
-    let submission = queue.submit([encoder.finish()]);
-    staging.map_async(wgpu::MapMode::Read, .., |_| ());
-    let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
-    device.poll(wait).map_err(|error| lost(error.to_string()))?;
-    let bytes = staging.get_mapped_range(..).map_err(|error| lost(error.to_string()))?;
-    Ok(bytes.to_vec())
-}
-
 /// The counters of a list, after all commands submitted before. Blocks.
 pub(super) fn read_list(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     counters: &Buffer,
 ) -> Result<ListCounters, Error> {
-    let bytes = read(device, queue, counters.size(), |encoder, to| {
+    let bytes = read_back(device, queue, counters.size(), |encoder, to| {
         encoder.copy_buffer_to_buffer(counters, 0, to, 0, counters.size());
     })?;
     Ok(bytemuck::pod_read_unaligned(&bytes[..size_of::<ListCounters>()]))
@@ -217,7 +190,7 @@ impl Prepared {
         self.check_current()?;
         let (device, queue) = self.device();
         let copy = |encoder: &mut _, to: &_| self.commands.counted.copy(encoder, to);
-        let bytes = read(device, queue, self.commands.counted.size(), copy)?;
+        let bytes = read_back(device, queue, self.commands.counted.size(), copy)?;
         Ok(self.planned.counters(&bytes))
     }
 

@@ -9,9 +9,7 @@ use super::{
     llvmpipe,
     project::CHUNK_SIZE,
     resolve,
-    walk::{
-        self, COLUMN, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING, WALK, WalkKernels,
-    },
+    walk::{self, INVOCATION_ROWS, SUMS, WalkKernels},
 };
 use crate::{
     gpu::{Choice, KernelDesc, Tier},
@@ -49,23 +47,18 @@ pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");
 pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/ordered.wgsl");
 const STORED: Choice = Choice::new("maps", "accumulator/maps_stored.wgsl");
 
-pub const TILES: KernelDesc = walk::tiles(
-    "accumulate_tiles",
-    &[IN_ORDER, FILTER, INVOCATION_ROWS, WAITING, MAPS, STORED, WALK, LANE_CASTER],
-);
+pub const TILES: KernelDesc =
+    walk::tiles("accumulate_tiles", &[FILTER, INVOCATION_ROWS, MAPS, STORED]);
 
-pub const SEGMENTS: KernelDesc = walk::segments(
-    "accumulate_segments",
-    &[FILTER, INVOCATION_ROWS, WAITING, MAPS, WALK, LANE_CASTER, SUMS],
-);
+pub const SEGMENTS: KernelDesc =
+    walk::segments("accumulate_segments", &[FILTER, INVOCATION_ROWS, MAPS]);
 
 /// Replaces [`SEGMENTS`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
     entry: "walk_ordered_segment",
-    with: &[FILTER, INVOCATION_ROWS, WAITING, ORDERED_MAPS, WALK, LANE_CASTER, SUMS],
+    root: "entry/ordered_segment.wgsl",
     constants: &[("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
-    tiers: Tier::ALL,
-    ..KernelDesc::new("accumulate_ordered", "entry/ordered_segment.wgsl")
+    ..walk::segments("accumulate_ordered", &[FILTER, INVOCATION_ROWS, ORDERED_MAPS])
 };
 
 pub const TINY: KernelDesc = KernelDesc {
@@ -75,17 +68,13 @@ pub const TINY: KernelDesc = KernelDesc {
     ..KernelDesc::new("accumulate_tiny", "entry/tiny.wgsl")
 };
 
-pub const OVERFLOW: KernelDesc = walk::overflow("accumulate_overflow", &[MAPS, SUMS]);
+pub const OVERFLOW: KernelDesc = walk::overflow("accumulate_overflow", &[MAPS]);
 
-pub const DISC_TILES: KernelDesc = walk::tiles(
-    "accumulate_disc_tiles",
-    &[IN_ORDER, PLAIN, COLUMN, DISCS, MAPS, STORED, WALK, PLAIN_LANE_CASTER],
-);
+pub const DISC_TILES: KernelDesc =
+    walk::tiles("accumulate_disc_tiles", &[PLAIN, DISCS, MAPS, STORED, PLAIN_LANE_CASTER]);
 
-pub const DISC_SEGMENTS: KernelDesc = walk::segments(
-    "accumulate_disc_segments",
-    &[PLAIN, COLUMN, DISCS, MAPS, WALK, PLAIN_LANE_CASTER, SUMS],
-);
+pub const DISC_SEGMENTS: KernelDesc =
+    walk::segments("accumulate_disc_segments", &[PLAIN, DISCS, MAPS, PLAIN_LANE_CASTER]);
 
 /// Kernels for casters that filter light.
 pub fn kernels(features: Features) -> WalkKernels {

@@ -7,7 +7,6 @@
 //! `dispatches` holds the workgroup counts that only the GPU knows.
 use super::{sort::Shape, walk};
 use crate::gpu::{Constant, KernelDesc, Tier};
-use bytemuck::{Pod, Zeroable};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
 /// stays below the 65,535 iterations that llvmpipe allows it.
@@ -99,30 +98,21 @@ impl Dispatch {
     }
 }
 
-/// WGSL: `wgsl/records/bin.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct BinParams {
-    pub footprint_count: u32,
-    pub run_length: u32,
-    pub run_count: u32,
-    pub pair_capacity: u32,
-    pub tile_count: u32,
-    pub view_count: u32,
-    pub segment_length: u32,
-    /// Runs of a workgroup.
-    pub block_runs: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/bin.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct BinParams {
+        pub footprint_count: u32,
+        pub run_length: u32,
+        pub run_count: u32,
+        pub pair_capacity: u32,
+        pub tile_count: u32,
+        pub view_count: u32,
+        pub segment_length: u32,
+        /// Runs of a workgroup.
+        pub block_runs: u32,
+    }
 }
-crate::gpu_layout!(BinParams {
-    footprint_count,
-    run_length,
-    run_count,
-    pair_capacity,
-    tile_count,
-    view_count,
-    segment_length,
-    block_runs
-});
 
 impl BinParams {
     /// Parameters of a list, with room for so many pairs.
@@ -163,59 +153,49 @@ pub fn tile_bits(tile_count: u32) -> u32 {
     (u32::BITS - tile_count.saturating_sub(1).leading_zeros()).max(1)
 }
 
-/// WGSL: `wgsl/records/bin.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct BatchCounters {
-    pub pairs_needed: u32,
-    pub pair_count: u32,
-    pub visible: u32,
-    pub scattered: u32,
-    pub overflowed: u32,
-    pub segment_count: u32,
-    pub merged_count: u32,
-    /// Hits out of order in a curve.
-    pub disordered: u32,
-    /// Overflowed footprints that went through parts of the tiles.
-    pub in_parts: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/bin.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct BatchCounters {
+        pub pairs_needed: u32,
+        pub pair_count: u32,
+        pub visible: u32,
+        pub scattered: u32,
+        pub overflowed: u32,
+        pub segment_count: u32,
+        pub merged_count: u32,
+        /// Hits out of order in a curve.
+        pub disordered: u32,
+        /// Overflowed footprints that went through parts of the tiles.
+        pub in_parts: u32,
+    }
 }
-crate::gpu_layout!(BatchCounters {
-    pairs_needed,
-    pair_count,
-    visible,
-    scattered,
-    overflowed,
-    segment_count,
-    merged_count,
-    disordered,
-    in_parts
-});
 
 /// Index of `pair_count` among the counters.
 pub const PAIR_COUNT_INDEX: u32 = 1;
 
-/// WGSL: `wgsl/records/tile.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Segment {
-    pub tile: u32,
-    pub first: u32,
-    pub end: u32,
-    /// Its view, and from bit 8 the place of its tile's record in `tiles`.
-    pub source: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/tile.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct Segment {
+        pub tile: u32,
+        pub first: u32,
+        pub end: u32,
+        /// Its view, and from bit 8 the place of its tile's record in `tiles`.
+        pub source: u32,
+    }
 }
-crate::gpu_layout!(Segment { tile, first, end, source });
 
-/// WGSL: `wgsl/records/bin.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct PartParams {
-    /// Pairs of a part at most.
-    pub room: u32,
-    /// Parts that are recorded.
-    pub most_parts: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/bin.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct PartParams {
+        /// Pairs of a part at most.
+        pub room: u32,
+        /// Parts that are recorded.
+        pub most_parts: u32,
+    }
 }
-crate::gpu_layout!(PartParams { room, most_parts });
 
 /// Pairs that an invocation's run writes. WGSL: `wgsl/records/bin.wgsl`.
 pub const RUN_PAIRS: u32 = 49152;

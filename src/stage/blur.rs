@@ -5,7 +5,6 @@
 //! window, its alpha, and the first depth of the window's curves; `rows` the sum over a row's window and
 //! its weight.
 use crate::gpu::{Choice, Constant, KernelDesc};
-use bytemuck::{Pod, Zeroable};
 
 /// A pass of a separable filter.
 pub(super) const fn separable(
@@ -47,16 +46,16 @@ pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
 /// Makes a mip level of the filter map.
 pub const FILTER_MIP: KernelDesc = KernelDesc::new("make_filter_mip", "blur/filter_mip.wgsl");
 
-/// WGSL: `wgsl/blur/window.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct BlurParams {
-    /// Radius of the window [texels].
-    pub radius: i32,
-    /// Factor of a squared offset in the exponent.
-    pub scale: f32,
-    /// Mip level of the filter map that is made, from the one before.
-    pub level: u32,
-    pub pad_0: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/blur/window.wgsl`.
+    #[derive(Default)]
+    pub struct BlurParams {
+        /// Radius of the window [texels].
+        pub radius: i32,
+        /// Factor of a squared offset in the exponent.
+        pub scale: f32,
+        /// Mip level of the filter map that is made, from the one before.
+        pub level: u32,
+        pub pad_0: u32,
+    }
 }
-crate::gpu_layout!(BlurParams { radius, scale, level, pad_0 });

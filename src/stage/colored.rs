@@ -4,26 +4,22 @@
 //!
 //! In: the inputs of `occlude`. Out: `colored`, the opaque depth per channel; `opaques`, the largest of the
 //! three, behind which there is no light. Softened: maps without `colored`.
-use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels};
+use super::walk::{self, INVOCATION_ROWS, WalkKernels};
 use crate::gpu::{Choice, KernelDesc};
 
 const COLORED: Choice = Choice::new("accumulator", "accumulator/colored.wgsl");
 const COLORED_DEPTHS: Choice = Choice::new("output", "accumulator/colored.wgsl");
 
-pub const TILES: KernelDesc = walk::tiles(
-    "colored_tiles",
-    &[IN_ORDER, COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER],
-);
+pub const TILES: KernelDesc =
+    walk::tiles("colored_tiles", &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS]);
 
-pub const SEGMENTS: KernelDesc = walk::segments(
-    "colored_segments",
-    &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, WALK, LANE_CASTER, SUMS],
-);
+pub const SEGMENTS: KernelDesc =
+    walk::segments("colored_segments", &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS]);
 
-pub const OVERFLOW: KernelDesc = walk::overflow("colored_overflow", &[COLORED_DEPTHS, SUMS]);
+pub const OVERFLOW: KernelDesc = walk::overflow("colored_overflow", &[COLORED_DEPTHS]);
 
 pub const RESOLVE: KernelDesc =
-    walk::resolve("colored_resolve", &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS, SUMS]);
+    walk::resolve("colored_resolve", &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS]);
 
 /// Kernels for casters that block light, with coloured dithering.
 pub const KERNELS: WalkKernels =

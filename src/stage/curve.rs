@@ -43,89 +43,49 @@ pub(super) const TILE: Choice = Choice::new("output", "curve/tile.wgsl");
 pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
+/// Choices of kernels that insert any hits into curves.
+pub(super) const CURVED: &[Choice] = &[
+    IN_ORDER,
+    CURVES,
+    INVOCATION_ROWS,
+    OPEN_NODES,
+    HITS,
+    WAITING,
+    PAIRS,
+    WALK,
+    REST,
+    LANE_CASTER,
+    SUMS,
+];
+
 pub const TILES: KernelDesc = KernelDesc {
+    shared: CURVED,
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     tiers: Tier::ALL,
-    ..walk::tiles(
-        "accumulate_curve_tiles",
-        &[
-            IN_ORDER,
-            CURVES,
-            INVOCATION_ROWS,
-            OPEN_NODES,
-            HITS,
-            WAITING,
-            TILE,
-            PAIRS,
-            WALK,
-            REST,
-            LANE_CASTER,
-            SUMS,
-        ],
-    )
+    ..walk::tiles("accumulate_curve_tiles", &[TILE])
 };
 
 pub const SEGMENTS: KernelDesc = KernelDesc {
+    shared: CURVED,
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
-    ..walk::segments(
-        "accumulate_curve_segments",
-        &[
-            CURVES,
-            INVOCATION_ROWS,
-            OPEN_NODES,
-            HITS,
-            WAITING,
-            SEGMENT,
-            PAIRS,
-            WALK,
-            REST,
-            LANE_CASTER,
-        ],
-    )
+    ..walk::segments("accumulate_curve_segments", &[SEGMENT])
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
+    shared: CURVED,
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
-    ..walk::tiles(
-        "accumulate_curve_disc_tiles",
-        &[
-            IN_ORDER,
-            CURVES,
-            INVOCATION_ROWS,
-            OPEN_NODES,
-            DISCS,
-            WAITING,
-            TILE,
-            PAIRS,
-            WALK,
-            REST,
-            DISC_LANE_CASTER,
-            SUMS,
-        ],
-    )
+    ..walk::tiles("accumulate_curve_disc_tiles", &[DISCS, DISC_LANE_CASTER, TILE])
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
+    shared: CURVED,
     constants: &[("NODES", 8.0)],
-    ..walk::segments(
-        "accumulate_curve_disc_segments",
-        &[
-            CURVES,
-            INVOCATION_ROWS,
-            OPEN_NODES,
-            DISCS,
-            WAITING,
-            SEGMENT,
-            PAIRS,
-            WALK,
-            REST,
-            DISC_LANE_CASTER,
-        ],
-    )
+    ..walk::segments("accumulate_curve_disc_segments", &[DISCS, DISC_LANE_CASTER, SEGMENT])
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {
+    shared: CURVED,
     constants: &[("NODES", 8.0)],
-    ..walk::resolve("resolve_curve", &[CURVES, INVOCATION_ROWS, OPEN_NODES, NODES, RESOLVED, SUMS])
+    ..walk::resolve("resolve_curve", &[NODES, RESOLVED])
 };

@@ -4,7 +4,6 @@
 //! In: the maps. Out: `levels`, records level by level (`src/records/area.rs`). `new_levels` takes one
 //! level at a time and is copied, as a level is read while the next is made.
 use crate::gpu::{Choice, KernelDesc};
-use bytemuck::{Pod, Zeroable};
 
 /// Edge of a workgroup [blocks].
 pub const GROUP_SIZE: u32 = 8;
@@ -30,14 +29,14 @@ pub const FIRST: KernelDesc =
 pub const NEXT: KernelDesc =
     of("level_of_levels", &[Choice::new("below", "levels/below_levels.wgsl"), OF_POINT]);
 
-/// WGSL: `wgsl/levels/level_blocks.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct LevelParams {
-    pub level: u32,
-    /// First block of the level, counted over all views.
-    pub first_block: u32,
-    pub pad_0: u32,
-    pub pad_1: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/levels/level_blocks.wgsl`.
+    #[derive(Eq)]
+    pub struct LevelParams {
+        pub level: u32,
+        /// First block of the level, counted over all views.
+        pub first_block: u32,
+        pub pad_0: u32,
+        pub pad_1: u32,
+    }
 }
-crate::gpu_layout!(LevelParams { level, first_block, pad_0, pad_1 });

@@ -5,7 +5,7 @@ use super::{
     curve,
     features::Simple,
     levels::IN_REGISTERS,
-    walk::{self, IN_ORDER, INVOCATION_ROWS, SUMS, WAITING},
+    walk,
 };
 use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
@@ -46,7 +46,7 @@ pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
 /// Replaces [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs are collected in a queue.
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     tiers: &[Tier::Native],
-    ..walk::segments("accumulate_disc_queue_segments", &[PLAIN, EIGHT, DISCS, MAPS, QUEUE, SUMS])
+    ..walk::segments("accumulate_disc_queue_segments", &[PLAIN, EIGHT, DISCS, MAPS, QUEUE])
 };
 
 /// Splats that are collected in a queue; elsewhere they take the kernels of any casters.
@@ -59,27 +59,14 @@ pub const SPLAT_QUEUE_TILES: KernelDesc = KernelDesc {
 /// As [`SPLAT_QUEUE_TILES`], of segments.
 pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_segments",
-    with: &[PLAIN, EIGHT, SPLATS, MAPS, QUEUE, SUMS],
+    with: &[PLAIN, EIGHT, SPLATS, MAPS, QUEUE],
     ..DISC_QUEUE_SEGMENTS
 };
 
 /// Replaces [`DISC_TILES`](curve::DISC_TILES) where tiles are crowded.
 pub const CURVE_DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_queue_tiles",
-    with: &[
-        IN_ORDER,
-        curve::CURVES,
-        INVOCATION_ROWS,
-        curve::OPEN_NODES,
-        curve::DISCS,
-        WAITING,
-        curve::TILE,
-        curve::PAIRS,
-        curve::WALK,
-        REST_QUEUED,
-        curve::DISC_LANE_CASTER,
-        SUMS,
-    ],
+    with: &[curve::DISCS, curve::DISC_LANE_CASTER, curve::TILE, REST_QUEUED],
     tiers: &[Tier::Native],
     ..curve::DISC_TILES
 };
@@ -87,18 +74,7 @@ pub const CURVE_DISC_QUEUE_TILES: KernelDesc = KernelDesc {
 /// Replaces [`DISC_SEGMENTS`](curve::DISC_SEGMENTS) where tiles are crowded.
 pub const CURVE_DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_queue_segments",
-    with: &[
-        curve::CURVES,
-        INVOCATION_ROWS,
-        curve::OPEN_NODES,
-        curve::DISCS,
-        WAITING,
-        curve::SEGMENT,
-        curve::PAIRS,
-        curve::WALK,
-        REST_QUEUED,
-        curve::DISC_LANE_CASTER,
-    ],
+    with: &[curve::DISCS, curve::DISC_LANE_CASTER, curve::SEGMENT, REST_QUEUED],
     tiers: &[Tier::Native],
     ..curve::DISC_SEGMENTS
 };

@@ -7,8 +7,7 @@
 use super::{
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
-    shade::{SEEN_STATE, of_pixels},
-    walk::IN_ORDER,
+    shade::of_pixels,
 };
 use crate::gpu::{Choice, KernelDesc};
 
@@ -24,16 +23,11 @@ const KEEP_WHOLE: Choice = Choice::new("keep", "mask/keep_whole.wgsl");
 const KEEP_HALF: Choice = Choice::new("keep", "mask/keep_half.wgsl");
 
 /// Visible surfaces, for masks of the picture's size.
-pub const SURFACES: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, KEEP_WHOLE],
-    ..of_pixels("mask_surfaces_of", "mask/mask_surfaces.wgsl")
-};
+pub const SURFACES: KernelDesc =
+    KernelDesc { with: &[KEEP_WHOLE], ..of_pixels("mask_surfaces_of", "mask/mask_surfaces.wgsl") };
 /// Visible surfaces, for masks of half the picture's size.
-pub const HALF_SURFACES: KernelDesc = KernelDesc {
-    name: "half_mask_surfaces_of",
-    with: &[IN_ORDER, SEEN_STATE, KEEP_HALF],
-    ..SURFACES
-};
+pub const HALF_SURFACES: KernelDesc =
+    KernelDesc { name: "half_mask_surfaces_of", with: &[KEEP_HALF], ..SURFACES };
 /// Surfaces of a host's depths, for masks of the picture's size.
 pub const HOST_SURFACES: KernelDesc = KernelDesc {
     with: &[KEEP_WHOLE],

@@ -6,7 +6,7 @@ use super::{
     features::{Features, Flags},
     project::CHUNK_SIZE,
     resolve,
-    walk::{self, COLUMN, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WALK, WalkKernels},
+    walk::{self, INVOCATION_ROWS, WalkKernels},
 };
 use crate::gpu::{Choice, KernelDesc};
 
@@ -23,19 +23,16 @@ pub const SMALL: KernelDesc = KernelDesc {
     ..KernelDesc::new("occlude_small", "entry/small.wgsl")
 };
 
-pub const TILES: KernelDesc =
-    walk::tiles("occlude_tiles", &[IN_ORDER, DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER]);
+pub const TILES: KernelDesc = walk::tiles("occlude_tiles", &[DEPTH, INVOCATION_ROWS, DEPTHS]);
 
 /// Tiles of opaque triangles only.
-pub const TRIANGLE_TILES: KernelDesc = walk::tiles(
-    "occlude_triangle_tiles",
-    &[IN_ORDER, TRIANGLES, COLUMN, DEPTHS, WALK, TRIANGLE_LANE_CASTER],
-);
+pub const TRIANGLE_TILES: KernelDesc =
+    walk::tiles("occlude_triangle_tiles", &[TRIANGLES, DEPTHS, TRIANGLE_LANE_CASTER]);
 
 pub const SEGMENTS: KernelDesc =
-    walk::segments("occlude_segments", &[DEPTH, INVOCATION_ROWS, DEPTHS, WALK, LANE_CASTER, SUMS]);
+    walk::segments("occlude_segments", &[DEPTH, INVOCATION_ROWS, DEPTHS]);
 
-pub const OVERFLOW: KernelDesc = walk::overflow("occlude_overflow", &[DEPTHS, SUMS]);
+pub const OVERFLOW: KernelDesc = walk::overflow("occlude_overflow", &[DEPTHS]);
 
 /// Kernels for casters that block light.
 pub fn kernels(features: Features) -> WalkKernels {

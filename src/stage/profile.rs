@@ -82,7 +82,7 @@ impl Profile {
 
     /// Workgroups in z that share the texels of a kernel's tile. WGSL: `SHARES`.
     pub fn tile_shares(&self, desc: &KernelDesc) -> u32 {
-        let has_rows = desc.with.iter().any(|choice| choice.name == llvmpipe::COLUMNS[0].name);
+        let has_rows = desc.choices().any(|choice| choice.name == llvmpipe::COLUMNS[0].name);
         if has_rows && !self.columns { 4 } else { 1 }
     }
 

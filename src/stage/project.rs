@@ -3,7 +3,6 @@
 //! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and rectangle per
 //! (caster, view), at an index that the CPU knows; for Gaussians and triangles also a setup.
 use crate::gpu::KernelDesc;
-use bytemuck::{Pod, Zeroable};
 
 /// Casters of a chunk: invocations of a workgroup.
 pub const CHUNK_SIZE: u32 = 256;
@@ -23,43 +22,36 @@ pub const TRIANGLES: KernelDesc = KernelDesc {
     ..KernelDesc::new("project_triangles", "project/project_triangles.wgsl")
 };
 
-/// A run of casters for one view. WGSL: `wgsl/records/chunk.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct Chunk {
-    /// Index of the view in the batch.
-    pub view: u32,
-    pub first_caster: u32,
-    /// Number of casters, at most [`CHUNK_SIZE`].
-    pub count: u32,
-    pub first_footprint: u32,
+crate::records::gpu_struct! {
+    /// A run of casters for one view. WGSL: `wgsl/records/chunk.wgsl`.
+    #[derive(Eq)]
+    pub struct Chunk {
+        /// Index of the view in the batch.
+        pub view: u32,
+        pub first_caster: u32,
+        /// Number of casters, at most [`CHUNK_SIZE`].
+        pub count: u32,
+        pub first_footprint: u32,
+    }
 }
-crate::gpu_layout!(Chunk { view, first_caster, count, first_footprint });
 
-/// WGSL: `wgsl/records/chunk.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct ProjectParams {
-    pub chunk_count: u32,
-    /// 1: tiny particles take the scatter path.
-    pub scatter: u32,
-    /// Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
-    pub first_setup: u32,
-    /// Footprint of the Gaussian whose setup has number 0, modulo 2^32: those of the host come behind all others.
-    pub first_gaussian: u32,
-    /// 1: the camera's list includes casters without shadows.
-    pub include_non_casters: u32,
-    /// 1: depth keys of perspective views are by distance from the light.
-    pub by_distance: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/chunk.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct ProjectParams {
+        pub chunk_count: u32,
+        /// 1: tiny particles take the scatter path.
+        pub scatter: u32,
+        /// Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
+        pub first_setup: u32,
+        /// Footprint of the Gaussian whose setup has number 0, modulo 2^32: those of the host come behind all others.
+        pub first_gaussian: u32,
+        /// 1: the camera's list includes casters without shadows.
+        pub include_non_casters: u32,
+        /// 1: depth keys of perspective views are by distance from the light.
+        pub by_distance: u32,
+    }
 }
-crate::gpu_layout!(ProjectParams {
-    chunk_count,
-    scatter,
-    first_setup,
-    first_gaussian,
-    include_non_casters,
-    by_distance
-});
 
 /// Workgroup grid for `count` chunks or tiles.
 pub fn grid(count: u32) -> [u32; 3] {

@@ -3,24 +3,22 @@
 use super::{
     accumulate::{FILTER, MAPS, ORDERED_MAPS},
     occlude::{DEPTH, DEPTHS},
-    walk::{self, INVOCATION_ROWS, SUMS},
+    walk::{self, INVOCATION_ROWS},
 };
 use crate::gpu::{Choice, KernelDesc};
 
 const KEPT_SUMS: Choice = Choice::new("output", "accumulator/kept_sums.wgsl");
 
-pub const TILES: KernelDesc =
-    walk::resolve("resolve_tiles", &[FILTER, INVOCATION_ROWS, MAPS, SUMS]);
+pub const TILES: KernelDesc = walk::resolve("resolve_tiles", &[FILTER, INVOCATION_ROWS, MAPS]);
 
 /// Replaces [`TILES`] where segments are composed one by one.
 pub const ORDERED: KernelDesc = KernelDesc {
     constants: &[("HAS_VOLUMES", 1.0), ("HAS_OWNERS", 1.0)],
-    ..walk::resolve("resolve_ordered", &[FILTER, INVOCATION_ROWS, ORDERED_MAPS, SUMS])
+    ..walk::resolve("resolve_ordered", &[FILTER, INVOCATION_ROWS, ORDERED_MAPS])
 };
 
 /// Replaces both where the sums themselves are kept.
 pub const SUMS_ALONE: KernelDesc =
-    walk::resolve("resolve_sums", &[FILTER, INVOCATION_ROWS, KEPT_SUMS, SUMS]);
+    walk::resolve("resolve_sums", &[FILTER, INVOCATION_ROWS, KEPT_SUMS]);
 
-pub const OPAQUE: KernelDesc =
-    walk::resolve("resolve_opaque", &[DEPTH, INVOCATION_ROWS, DEPTHS, SUMS]);
+pub const OPAQUE: KernelDesc = walk::resolve("resolve_opaque", &[DEPTH, INVOCATION_ROWS, DEPTHS]);

@@ -13,7 +13,6 @@ use crate::{
     gpu::{Choice, Constant, KernelDesc, Tier},
     model::IRRADIANCE,
 };
-use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, UVec3, Vec3, Vec4};
 
 /// Workgroup size of kernels over points or footprints.
@@ -55,7 +54,7 @@ const FILTERS_IMAGES: Constant = ("FILTERS_IMAGES", 1.0);
 /// Translucent layers in front of a pixel's opaque surface.
 const LAYER_STATE: Choice = Choice::new("accumulator", "accumulator/layers.wgsl");
 /// Nearest opaque caster of a pixel.
-pub(super) const SEEN_STATE: Choice = Choice::new("accumulator", "accumulator/seen.wgsl");
+const SEEN_STATE: Choice = Choice::new("accumulator", "accumulator/seen.wgsl");
 
 const LIGHT_POINTS_ROOT: &str = "shade/light_points.wgsl";
 const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
@@ -85,44 +84,33 @@ pub const LAYERS: KernelDesc = KernelDesc {
 
 /// A kernel over the pixels of a band, one invocation per pixel.
 pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { with: &[IN_ORDER, SEEN_STATE], ..KernelDesc::new(name, root) }
+    KernelDesc { shared: &[IN_ORDER, SEEN_STATE], ..KernelDesc::new(name, root) }
 }
 
-pub const SURFACES: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, NO_CATCHERS],
-    ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl")
-};
+pub const SURFACES: KernelDesc =
+    KernelDesc { with: &[NO_CATCHERS], ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl") };
 /// [`SURFACES`], some of which show the surroundings behind them.
-pub const CATCHING_SURFACES: KernelDesc = KernelDesc {
-    name: "shade_catching_surfaces",
-    with: &[IN_ORDER, SEEN_STATE, CATCHERS],
-    ..SURFACES
-};
+pub const CATCHING_SURFACES: KernelDesc =
+    KernelDesc { name: "shade_catching_surfaces", with: &[CATCHERS], ..SURFACES };
 /// The kernel that makes points of visible opaque surfaces; `catches`: whether some are catchers.
 pub fn surfaces(catches: bool) -> &'static KernelDesc {
     if catches { &CATCHING_SURFACES } else { &SURFACES }
 }
 
 pub const COMPOSITE: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, STRAIGHT],
+    with: &[AMBIENT_NONE, STRAIGHT],
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")
 };
 /// [`COMPOSITE`], which keeps the ambient light for [`occlusion`](super::occlusion).
-pub const COMPOSITE_AMBIENT: KernelDesc = KernelDesc {
-    name: "shade_composite_ambient",
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT, STRAIGHT],
-    ..COMPOSITE
-};
+pub const COMPOSITE_AMBIENT: KernelDesc =
+    KernelDesc { name: "shade_composite_ambient", with: &[AMBIENT_KEPT, STRAIGHT], ..COMPOSITE };
 /// [`COMPOSITE`], which keeps what is behind glass for [`refraction`](super::refraction).
-pub const COMPOSITE_BEHIND: KernelDesc = KernelDesc {
-    name: "shade_composite_behind",
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_NONE, REFRACTED],
-    ..COMPOSITE
-};
+pub const COMPOSITE_BEHIND: KernelDesc =
+    KernelDesc { name: "shade_composite_behind", with: &[AMBIENT_NONE, REFRACTED], ..COMPOSITE };
 /// [`COMPOSITE`], which keeps both.
 pub const COMPOSITE_BEHIND_AMBIENT: KernelDesc = KernelDesc {
     name: "shade_composite_behind_ambient",
-    with: &[IN_ORDER, SEEN_STATE, AMBIENT_KEPT, REFRACTED],
+    with: &[AMBIENT_KEPT, REFRACTED],
     ..COMPOSITE
 };
 /// The kernel that blends a picture; what it keeps: ambient light for [`occlusion`](super::occlusion), and what is behind
@@ -138,17 +126,15 @@ pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc
 
 /// A kernel over points or footprints, one invocation each.
 const fn of_points(name: &'static str, root: &'static str) -> KernelDesc {
-    KernelDesc { constants: LANES, ..KernelDesc::new(name, root) }
+    KernelDesc { shared: &[IN_ORDER], constants: LANES, ..KernelDesc::new(name, root) }
 }
 
 pub const PANES: KernelDesc = KernelDesc {
-    with: &[IN_ORDER],
     constants: &[("WORKGROUP_SIZE", POINT_LANES as f64), FILTERS_IMAGES],
     ..of_points("shade_panes", "shade/shade_panes.wgsl")
 };
 /// One invocation per tile of a band.
-pub const LAYERED: KernelDesc =
-    KernelDesc { with: &[IN_ORDER], ..of_points("shade_layered", "shade/shade_layered.wgsl") };
+pub const LAYERED: KernelDesc = of_points("shade_layered", "shade/shade_layered.wgsl");
 pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.wgsl");
 pub const BRICKS: KernelDesc = of_points("shade_bricks", "shade/shade_bricks.wgsl");
 /// Light at the points that the picture shows.
@@ -206,35 +192,35 @@ pub fn point_grid(count: u32) -> [u32; 3] {
     [groups.min(ROW), groups.div_ceil(ROW), 1]
 }
 
-/// WGSL: `wgsl/shade/band.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct Band {
-    /// First tile in the picture [tiles].
-    pub origin: UVec2,
-    /// Size of the band [tiles].
-    pub size: UVec2,
-    /// Rounds in which its tiles were walked before.
-    pub round: u32,
-    /// Pixel capacity of a band.
-    pub pixel_count: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/shade/band.wgsl`.
+    #[derive(Eq)]
+    pub struct Band {
+        /// First tile in the picture [tiles].
+        pub origin: UVec2,
+        /// Size of the band [tiles].
+        pub size: UVec2,
+        /// Rounds in which its tiles were walked before.
+        pub round: u32,
+        /// Pixel capacity of a band.
+        pub pixel_count: u32,
+    }
 }
-crate::gpu_layout!(Band { origin, size, round, pixel_count });
 
-/// WGSL: `wgsl/records/point.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct PointBatch {
-    /// First entry of the list; without a list the first point of `lit`, or the first caster.
-    pub first: u32,
-    /// Number of answers without a list.
-    pub count: u32,
-    /// 1 if the host's points have normals, else 0.
-    pub has_normals: u32,
-    /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
-    pub list: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/point.wgsl`.
+    #[derive(Eq)]
+    pub struct PointBatch {
+        /// First entry of the list; without a list the first point of `lit`, or the first caster.
+        pub first: u32,
+        /// Number of answers without a list.
+        pub count: u32,
+        /// 1 if the host's points have normals, else 0.
+        pub has_normals: u32,
+        /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
+        pub list: u32,
+    }
 }
-crate::gpu_layout!(PointBatch { first, count, has_normals, list });
 
 impl PointBatch {
     /// Points of a list of a band whose capacity is `pixel_count` pixels.
@@ -249,82 +235,54 @@ pub const fn list_offset(list: u32) -> u64 {
     4 * (list * LIST_HEAD) as u64
 }
 
-/// WGSL: `wgsl/records/light.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct PictureParams {
-    /// The camera's view to world.
-    pub world_from_view: Mat4,
-    pub ambient: Vec3,
-    pub light_count: u32,
-    pub background: Vec3,
-    /// Footprint of the first triangle with a setup.
-    pub first_setup: u32,
-    /// Factor of the light before the tone curve.
-    pub exposure: f32,
-    /// Texel of `lights` where areas begin.
-    pub first_area: u32,
-    /// Near plane of the camera [m].
-    pub near: f32,
-    /// Distance from the camera's near to its far plane [m].
-    pub depth_range: f32,
-    /// Number of clusters in x, y and depth.
-    pub cells: UVec3,
-    /// Edge of a cluster [pixels].
-    pub tile: u32,
-    /// End of the first slice [m].
-    pub first_slice: f32,
-    pub slices_per_doubling: f32,
-    /// 1: opaque depths are per channel.
-    pub colored: u32,
-    /// Slices of the air; 0 without air.
-    pub air_slices: u32,
-    /// [`Tone`](crate::model::Tone).
-    pub tone: u32,
-    /// Share of the light that spreads.
-    pub bloom: f32,
-    /// Radius of what occludes ambient light [m].
-    pub occlusion_radius: f32,
-    /// Added to it, times the distance along the axis.
-    pub occlusion_radius_per_distance: f32,
-    /// Extinction of the air [1/m].
-    pub extinction: Vec3,
-    /// Edge of the sharp level of the environment [texels].
-    pub environment_size: u32,
-    /// [`ImageDetail::reach`](crate::records::ImageDetail::reach).
-    pub image_reach: f32,
-    /// [`ImageDetail::threshold`](crate::records::ImageDetail::threshold).
-    pub cutout_threshold: f32,
-    pub pad_0: u32,
-    pub pad_1: u32,
-    /// Irradiance of the environment as spherical harmonics (rgb).
-    pub irradiance: [Vec4; IRRADIANCE],
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/light.wgsl`.
+    pub struct PictureParams {
+        /// The camera's view to world.
+        pub world_from_view: Mat4,
+        pub ambient: Vec3,
+        pub light_count: u32,
+        pub background: Vec3,
+        /// Footprint of the first triangle with a setup.
+        pub first_setup: u32,
+        /// Factor of the light before the tone curve.
+        pub exposure: f32,
+        /// Texel of `lights` where areas begin.
+        pub first_area: u32,
+        /// Near plane of the camera [m].
+        pub near: f32,
+        /// Distance from the camera's near to its far plane [m].
+        pub depth_range: f32,
+        /// Number of clusters in x, y and depth.
+        pub cells: UVec3,
+        /// Edge of a cluster [pixels].
+        pub tile: u32,
+        /// End of the first slice [m].
+        pub first_slice: f32,
+        pub slices_per_doubling: f32,
+        /// 1: opaque depths are per channel.
+        pub colored: u32,
+        /// Slices of the air; 0 without air.
+        pub air_slices: u32,
+        /// [`Tone`](crate::model::Tone).
+        pub tone: u32,
+        /// Share of the light that spreads.
+        pub bloom: f32,
+        /// Radius of what occludes ambient light [m].
+        pub occlusion_radius: f32,
+        /// Added to it, times the distance along the axis.
+        pub occlusion_radius_per_distance: f32,
+        /// Extinction of the air [1/m].
+        pub extinction: Vec3,
+        /// Edge of the sharp level of the environment [texels].
+        pub environment_size: u32,
+        /// [`ImageDetail::reach`](crate::records::ImageDetail::reach).
+        pub image_reach: f32,
+        /// [`ImageDetail::threshold`](crate::records::ImageDetail::threshold).
+        pub cutout_threshold: f32,
+        pub pad_0: u32,
+        pub pad_1: u32,
+        /// Irradiance of the environment as spherical harmonics (rgb).
+        pub irradiance: [Vec4; IRRADIANCE],
+    }
 }
-crate::gpu_layout!(PictureParams {
-    world_from_view,
-    ambient,
-    light_count,
-    background,
-    first_setup,
-    exposure,
-    first_area,
-    near,
-    depth_range,
-    cells,
-    tile,
-    first_slice,
-    slices_per_doubling,
-    colored,
-    air_slices,
-    tone,
-    bloom,
-    occlusion_radius,
-    occlusion_radius_per_distance,
-    extinction,
-    environment_size,
-    image_reach,
-    cutout_threshold,
-    pad_0,
-    pad_1,
-    irradiance
-});

@@ -5,7 +5,6 @@
 //! dithered surfaces as one more ramp.
 use super::{blur::separable, curve, walk};
 use crate::gpu::{Choice, KernelDesc};
-use bytemuck::{Pod, Zeroable};
 
 const WINDOW: Choice = Choice::new("window", "soften/run.wgsl");
 const OF_ROWS: &[Choice] = &[Choice::new("accumulator", "soften/rows.wgsl"), WINDOW];
@@ -43,14 +42,14 @@ pub const fn run_layers(colored: bool, nodes: u32) -> u32 {
     }
 }
 
-/// WGSL: `wgsl/soften/run.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct SoftenParams {
-    /// Half the window [texels].
-    pub radius: i32,
-    pub pad_0: u32,
-    pub pad_1: u32,
-    pub pad_2: u32,
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/soften/run.wgsl`.
+    #[derive(Default, Eq)]
+    pub struct SoftenParams {
+        /// Half the window [texels].
+        pub radius: i32,
+        pub pad_0: u32,
+        pub pad_1: u32,
+        pub pad_2: u32,
+    }
 }
-crate::gpu_layout!(SoftenParams { radius, pad_0, pad_1, pad_2 });

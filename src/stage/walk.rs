@@ -42,7 +42,7 @@ pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
 /// Texels that an invocation holds where casters are all of one simple kind;
 /// [`Profile`](super::profile::Profile) may replace it.
-pub(super) const COLUMN: Choice = Choice::by_tier(
+const COLUMN: Choice = Choice::by_tier(
     "column",
     "traversal/column_eight.wgsl",
     Tier::Subgroups,
@@ -51,42 +51,35 @@ pub(super) const COLUMN: Choice = Choice::by_tier(
 /// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
+/// Choices of kernels that walk any casters.
+const WALKED: &[Choice] = &[IN_ORDER, COLUMN, WAITING, WALK, LANE_CASTER, SUMS];
+
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        tiers: Tier::BY_SUBGROUPS,
-        ..KernelDesc::new("walk_tile", "entry/tile.wgsl")
-    }
+    walk(name, with, Tier::BY_SUBGROUPS, "walk_tile", "entry/tile.wgsl")
 }
 
 /// Walks a segment of a longer tile.
 pub(super) const fn segments(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        tiers: Tier::ALL,
-        ..KernelDesc::new("walk_segment", "entry/segment.wgsl")
-    }
+    walk(name, with, Tier::ALL, "walk_segment", "entry/segment.wgsl")
 }
 
 /// Scatters casters whose pairs did not fit.
 pub(super) const fn overflow(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        tiers: Tier::BY_ATOMICS,
-        ..KernelDesc::new("scatter_overflow", "entry/overflow.wgsl")
-    }
+    walk(name, with, Tier::BY_ATOMICS, "scatter_overflow", "entry/overflow.wgsl")
 }
 
 /// Makes the maps of a tile that several workgroups added to.
 pub(super) const fn resolve(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    KernelDesc {
-        name,
-        with,
-        tiers: Tier::BY_ATOMICS,
-        ..KernelDesc::new("resolve_tile", "entry/resolve.wgsl")
-    }
+    walk(name, with, Tier::BY_ATOMICS, "resolve_tile", "entry/resolve.wgsl")
+}
+
+const fn walk(
+    name: &'static str,
+    with: &'static [Choice],
+    tiers: &'static [Tier],
+    entry: &'static str,
+    root: &'static str,
+) -> KernelDesc {
+    KernelDesc { name, with, tiers, shared: WALKED, ..KernelDesc::new(entry, root) }
 }

@@ -8,7 +8,8 @@ use std::{
 
 const SCENE: &str = "[camera]\nsize = [16, 8]\n[shadow]\nsize = 16\n[environment]\nfile = '../sky/room.hdr'\n\
     [[material]]\nname = 'gel'\ntexture = 'gel.png'\n[[shape]]\nkind = 'pane'\nmaterial = 'gel'\n\
-    [[particles]]\nmaterial = 'gel'\nfile = 'deep/dots.csv'\n[[mesh]]\nfile = '../models/one.gltf'\n";
+    [[particles]]\nmaterial = 'gel'\nfile = 'deep/dots.csv'\n[[mesh]]\nfile = '../models/one.gltf'\n\
+    [[material]]\nname = 'hair'\n[[strands]]\nmaterial = 'hair'\nfile = 'deep/hair.csv'\n";
 
 /// A scene whose files are beside it, below it and above it; one is named twice.
 fn folder(name: &str) -> Folder {
@@ -21,6 +22,7 @@ fn folder(name: &str) -> Folder {
         |name: &str, bytes: &[u8]| fs::write(folder.0.join("in").join(name), bytes).unwrap();
     fs::copy(data, folder.0.join("in/sky/room.hdr")).unwrap();
     write("scenes/own.toml", SCENE.as_bytes());
+    write("scenes/deep/hair.csv", b"x,y,z,radius\n0,0,0,0.1\n0,2,0,0.1\n");
     write("scenes/deep/dots.csv", b"x,y,z,radius\n0,1,0,0.3\n");
     image::RgbImage::from_pixel(2, 2, image::Rgb([200, 90, 40]))
         .save(folder.0.join("in/scenes/gel.png"))
@@ -67,6 +69,7 @@ fn an_unpacked_scene_renders_to_the_same_bytes() {
         "models/one.gltf",
         "models/parts/corners.bin",
         "scenes/deep/dots.csv",
+        "scenes/deep/hair.csv",
         "scenes/gel.png",
         "sky/room.hdr",
     ];

@@ -65,7 +65,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<GpuEmitted>,
 ];
 
-/// The list is complete: the sources are searched for `gpu_layout!`.
+/// The list is complete: the sources are searched for `gpu_struct!`.
 #[test]
 fn every_shared_struct_is_checked() {
     let mut pending = vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))];
@@ -74,8 +74,10 @@ fn every_shared_struct_is_checked() {
         if path.is_dir() {
             pending.extend(path.read_dir().unwrap().map(|entry| entry.unwrap().path()));
         } else {
-            count +=
-                std::fs::read_to_string(path).unwrap().matches("\ncrate::gpu_layout!(").count();
+            count += std::fs::read_to_string(path)
+                .unwrap()
+                .matches("\ncrate::records::gpu_struct! {")
+                .count();
         }
     }
     assert_eq!(count, STRUCTS.len());

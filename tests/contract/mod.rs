@@ -8,6 +8,7 @@ mod layout;
 mod mirrors;
 mod recording;
 mod shaders;
+mod sources;
 mod specialised;
 mod support;
 mod uniform_branches;

@@ -296,7 +296,7 @@ fn a_refused_kernel_names_file_and_line() {
     let line = 1 + list.lines().position(|line| line.starts_with("fn add_node(")).unwrap();
     assert!(error.contains(&format!("wgsl/curve/list.wgsl:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
-    let unchosen = KernelDesc { with: &WRONG[..5], ..curve::RESOLVE };
+    let unchosen = KernelDesc { with: &WRONG[..5], shared: &[], ..curve::RESOLVE };
     let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[], &[]).unwrap_err();
     assert!(matches!(error, KernelError::Link(_)), "{error}");
     assert!(error.to_string().contains("does not choose `visit`"), "{error}");

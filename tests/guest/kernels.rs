@@ -23,7 +23,7 @@ use gobo::{
 
 const POISON: u32 = 0xdead_beef;
 
-pub(super) fn run(gpu: &Gpu, kernel: &Kernel, resources: &Resources<'_>, groups: u32) {
+pub(super) fn run(gpu: &Gpu, kernel: &Kernel, resources: &Resources, groups: u32) {
     let bindings = kernel.bind(&gpu.device, resources).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     kernel.record(&mut encoder.begin_compute_pass(&Default::default()), &bindings, [groups, 1, 1]);

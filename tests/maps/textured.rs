@@ -18,8 +18,9 @@ use gobo::{
 /// 16 bits of light up to 4, and a texture whose edges are a map's texel wide.
 const TOLERANCE: Tolerance = Tolerance { filter: 8e-3, depth: 1e-5, undecided: 0.05 };
 
-fn small(name: &str) -> Scene {
-    let set = [("camera.size", "[64, 36]"), ("shadow.size", "96")]
+/// `size` of a map [texels].
+fn small(name: &str, size: &str) -> Scene {
+    let set = [("camera.size", "[64, 36]"), ("shadow.size", size)]
         .map(|(key, value)| (key.to_owned(), value.to_owned()));
     let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     scene::load_with(path.as_ref(), &set).unwrap()
@@ -50,7 +51,7 @@ fn images_that_are_small_but_not_together_are_refused() {
 #[test]
 fn maps_are_the_textures_where_rays_meet_them() {
     for name in ["projector", "caustics"] {
-        let scene = small(name);
+        let scene = small(name, "64");
         let views = shadow_views(&scene);
         let cpu = reference::render_maps(&scene, &views).0;
         let gpu = TIERS.map(|tier| map_frame(tier, &scene).maps);
@@ -115,7 +116,7 @@ fn a_projector_throws_its_slide() {
 /// Water focuses light: brighter lines, darker cells, and about the same sum.
 #[test]
 fn caustics_move_light_and_keep_it() {
-    let mut scene = small("caustics");
+    let mut scene = small("caustics", "96");
     let water = scene.materials.iter().position(|m| m.transfer == Transfer::Gain).expect("water");
     scene.materials[water].tint = Vec4::new(4.0, 4.0, 4.0, 0.25);
     for tier in tiers(Tier::Core) {

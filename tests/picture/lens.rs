@@ -7,12 +7,16 @@ use crate::common::{
 use gobo::{
     Camera, Material, Transfer,
     glam::{UVec2, Vec3},
+    internals::records::Picture,
     model::Lens,
     render::{RenderOptions, Renderer},
     scene::Scene,
 };
 
-const SIZE: u32 = 64;
+/// A strip of pixels, of which the middle row is measured.
+const SIZE: UVec2 = UVec2::new(64, 16);
+/// Of half the angle that the strip is high.
+const TANGENT: f32 = 0.05;
 const FOCUS: f32 = 5.0;
 
 /// A half plane that shines, at a distance from a lens that is sharp at [`FOCUS`].
@@ -22,8 +26,8 @@ fn half_plane(distance: f32, radius: f32) -> Scene {
         eye: Vec3::Z * FOCUS,
         target: Vec3::ZERO,
         up: Vec3::Y,
-        fov_y: 0.4,
-        size: UVec2::splat(SIZE),
+        fov_y: 2.0 * TANGENT.atan(),
+        size: SIZE,
     };
     let z = FOCUS - distance;
     let corners = [Vec3::new(0.0, -90.0, z), Vec3::new(0.0, 90.0, z), Vec3::new(-90.0, 0.0, z)];
@@ -38,11 +42,15 @@ fn covered(x: f64) -> f64 {
     (x.acos() - x * (1.0 - x * x).sqrt()) / std::f64::consts::PI
 }
 
+fn middle_row(picture: &Picture) -> &[[f32; 3]] {
+    &picture.light[(SIZE.x * SIZE.y / 2) as usize..][..SIZE.x as usize]
+}
+
 #[test]
 fn blur_is_the_circle_of_confusion() {
     const RADIUS: f32 = 0.2;
     let options = RenderOptions { light: true, ..RenderOptions::default() };
-    let scale = f64::from(SIZE) * 0.5 / f64::from(0.2f32.tan());
+    let scale = f64::from(SIZE.y) * 0.5 / f64::from(TANGENT);
     for distance in [2.5, FOCUS, 9.0] {
         let scene = half_plane(distance, RADIUS);
         let (near, far) = (f64::from(distance), f64::from(FOCUS));
@@ -50,10 +58,10 @@ fn blur_is_the_circle_of_confusion() {
         let blur = f64::from(RADIUS) * (1.0 / near - 1.0 / far).abs() * scale;
         for mut renderer in [Renderer::on(gpu(TIERS[0])).unwrap(), Renderer::on_cpu()] {
             let picture = renderer.render(&scene, &options).unwrap().picture;
-            let row = &picture.light[(SIZE * SIZE / 2) as usize..][..SIZE as usize];
+            let row = middle_row(&picture);
             let mut error = 0.0_f64;
             for (x, light) in row.iter().enumerate() {
-                let off = x as f64 + 0.5 - f64::from(SIZE) * 0.5;
+                let off = x as f64 + 0.5 - f64::from(SIZE.x) * 0.5;
                 let expected =
                     if blur > 1.0 { covered(off / blur) } else { (0.5 - off).clamp(0.0, 1.0) };
                 error = error.max((f64::from(light[0]) - expected).abs());
@@ -67,8 +75,9 @@ fn blur_is_the_circle_of_confusion() {
 /// covers it. And without a shutter the frame is that of its time.
 #[test]
 fn what_moves_is_blurred_as_far_as_it_moves() {
+    let ([width, height], fov_y) = (SIZE.to_array(), 2.0 * TANGENT.atan().to_degrees());
     let toml = format!(
-        "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfov_y = 22.918\nsize = [{SIZE}, {SIZE}]\nsamples = 32\n\
+        "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfov_y = {fov_y}\nsize = [{width}, {height}]\nsamples = 32\n\
          shutter = 0.5\nocclusion = false\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n\
          [[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 0\n\
          [[material]]\nname = 'lamp'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\nemission = [1, 1, 1]\n\
@@ -76,14 +85,14 @@ fn what_moves_is_blurred_as_far_as_it_moves() {
          [[animate]]\ntarget = 'shape.bar.translation'\ntimes = [0, 1]\nvalues = [[-4, 0, 0], [4, 0, 0]]\n"
     );
     let options = RenderOptions { light: true, ..RenderOptions::default() };
-    let metre = f64::from(SIZE) * 0.5 / f64::from(0.2f32.tan()) / 5.0;
+    let metre = f64::from(SIZE.y) * 0.5 / f64::from(TANGENT) / 5.0;
     for mut renderer in [Renderer::on(gpu(TIERS[0])).unwrap(), Renderer::on_cpu()] {
         let mut scene = crate::common::files::read(&toml).unwrap();
         // In a tenth of a second it moves 0.8 m, of which the shutter sees 0.4 m.
         let picture = renderer.render_at(&mut scene, 0.5, 0.1, &options).unwrap().picture;
-        let row = &picture.light[(SIZE * SIZE / 2) as usize..][..SIZE as usize];
+        let row = middle_row(&picture);
         for (x, light) in row.iter().enumerate() {
-            let off = ((x as f64 + 0.5 - f64::from(SIZE) * 0.5) / metre).abs();
+            let off = ((x as f64 + 0.5 - f64::from(SIZE.x) * 0.5) / metre).abs();
             // A bar of 0.2 m over a way of 0.4 m.
             let share = ((0.3 - off) / 0.4).clamp(0.0, 0.5);
             let found = f64::from(light[0]);

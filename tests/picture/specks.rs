@@ -131,7 +131,7 @@ fn a_pane_tints_the_floor_from_where_it_stands() {
     let cases =
         [Receiver::Nearest, Receiver::Curve].map(|receiver| [(receiver, None), (receiver, sun)]);
     for (receiver, source) in cases.into_iter().flatten() {
-        let mut scene = floor(512, 0.005);
+        let mut scene = floor(256, 0.005);
         scene.shadow.receiver = receiver;
         scene.lights[0].source = source;
         quad(&mut scene, Vec3::Y * 0.25, Vec3::Z * 0.5, Vec3::Y * 0.25, 1);

@@ -162,7 +162,7 @@ impl Inputs {
         }
     }
 
-    fn resources(&self) -> Resources<'_> {
+    fn resources(&self) -> Resources {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)

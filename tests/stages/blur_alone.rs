@@ -67,7 +67,7 @@ fn every_texel_of_the_views_is_blurred_and_no_other() {
             .with("rows", &rows);
         let of = |from, to| resources.clone().with("raw_curves", from).with("curves", to);
         let four = Features { nodes: NODES as u32, ..Features::NONE }.constants();
-        let run = |resources: &Resources<'_>, kernels: &[&'static KernelDesc]| {
+        let run = |resources: &Resources, kernels: &[&'static KernelDesc]| {
             let kernels: Vec<_> = kernels.iter().map(|kernel| (*kernel, GROUPS)).collect();
             run_all(&gpu, tier, &four, resources, &kernels);
         };

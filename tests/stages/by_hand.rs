@@ -192,7 +192,7 @@ impl Sums {
         }
     }
 
-    pub(super) fn resources(&self) -> Resources<'_> {
+    pub(super) fn resources(&self) -> Resources {
         (0..4).fold(Resources::new(), |resources, i| match self {
             Self::Buffers(buffers) => resources.with(SUMS[i], &buffers[i]),
             Self::Textures(textures) => resources.with(SUMS[i], &textures[i]),
@@ -214,7 +214,7 @@ pub(super) fn run(
     desc: &'static KernelDesc,
     tier: Tier,
     constants: &[Constant],
-    resources: &Resources<'_>,
+    resources: &Resources,
     groups: [u32; 3],
 ) {
     let discs = Features::NONE
@@ -229,7 +229,7 @@ pub(super) fn run_all(
     gpu: &Gpu,
     tier: Tier,
     constants: &[Constant],
-    resources: &Resources<'_>,
+    resources: &Resources,
     kernels: &[(&'static KernelDesc, [u32; 3])],
 ) {
     let constants = [constants, &Profile::of(&gpu.adapter).constants()].concat();

@@ -4,7 +4,7 @@ use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     internals::{
         records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
-        reference::project::{ProjectParams, project_particle, project_triangle},
+        reference::project::{ProjectParams, project_caster, project_triangle},
         shadows::cull::{Frustum, GroupTree, order, widened},
         view::light_views,
     },
@@ -72,14 +72,8 @@ pub(super) const PARAMS: ProjectParams =
 /// Whether the projection finds a texel that the particle may touch.
 fn touches(view: &GpuView, particle: &Particle) -> bool {
     let material = &materials()[particle.material as usize];
-    let projected = project_particle(
-        view,
-        0,
-        &Caster::new(particle, material),
-        0,
-        &GpuMaterial::new(material, &[]),
-        PARAMS,
-    );
+    let (caster, record) = (Caster::new(particle, material), GpuMaterial::new(material, &[]));
+    let projected = project_caster(view, 0, (&caster, 0), &record, None, PARAMS);
     projected.rect != TileRect::EMPTY
 }
 

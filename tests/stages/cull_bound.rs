@@ -5,7 +5,7 @@ use gobo::{
     glam::Vec3,
     internals::{
         records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
-        reference::project::{ProjectParams, project_particle, project_triangle},
+        reference::project::{ProjectParams, project_caster, project_triangle},
         shadows::cull::{PairBound, Reach, TileLoadBound},
     },
     model::{Bounds, Particle, Triangle},
@@ -34,7 +34,7 @@ fn counted(rects: impl IntoIterator<Item = TileRect>) -> PairBound {
 fn particle_rect(view: &GpuView, particle: &Particle) -> TileRect {
     let material = &materials()[particle.material as usize];
     let (caster, record) = (Caster::new(particle, material), GpuMaterial::new(material, &[]));
-    project_particle(view, 0, &caster, 0, &record, TILES).rect
+    project_caster(view, 0, (&caster, 0), &record, None, TILES).rect
 }
 
 fn assert_holds(bound: PairBound, counted: PairBound, what: impl Fn() -> String) {

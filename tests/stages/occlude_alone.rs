@@ -97,7 +97,7 @@ impl Inputs {
         }
     }
 
-    fn resources(&self) -> Resources<'_> {
+    fn resources(&self) -> Resources {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)
@@ -106,7 +106,7 @@ impl Inputs {
     }
 }
 
-fn run(gpu: &Gpu, tier: Tier, desc: &'static KernelDesc, named: &Resources<'_>, groups: [u32; 3]) {
+fn run(gpu: &Gpu, tier: Tier, desc: &'static KernelDesc, named: &Resources, groups: [u32; 3]) {
     let kinds = Flags::HAS_PARTICLES
         | Flags::HAS_FACING
         | Flags::HAS_TRIANGLES

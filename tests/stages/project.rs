@@ -14,7 +14,7 @@ use gobo::{
         },
         reference::{
             Pair,
-            project::{self as cpu, Projected, project_particle, project_triangle},
+            project::{self as cpu, Projected, project_caster, project_triangle},
         },
         stage::{
             project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
@@ -269,8 +269,14 @@ fn particles_are_projected_as_the_reference_does() {
                 let caster = &casters[id as usize];
                 let material = &materials[caster.material() as usize];
                 let view = &views[chunk.view as usize];
-                let expected =
-                    project_particle(view, chunk.view, caster, id, material, reference_params);
+                let expected = project_caster(
+                    view,
+                    chunk.view,
+                    (caster, id),
+                    material,
+                    None,
+                    reference_params,
+                );
                 let what = format!("particle {id} of {count} in view {}", chunk.view);
                 let index = (chunk.first_footprint + lane) as usize;
                 written.compare(index, &expected, &what, &mut all);

@@ -47,7 +47,7 @@ impl Inputs {
         }
     }
 
-    fn resources<'a>(&'a self, sums: &'a Sums) -> Resources<'a> {
+    fn resources<'a>(&'a self, sums: &'a Sums) -> Resources {
         sums.resources()
             .with("views", &self.views)
             .with("tiles", &self.tiles)

@@ -334,10 +334,14 @@ fn pictures_are_the_mean_of_those_of_the_lights_points() {
         ..scene.camera
     };
     scene.shadow.receiver = Receiver::Curve;
-    let lit = [(1, 8.0), (2, 8.0), (6, 1.0)];
-    scene.lights = lit
-        .map(|(i, intensity)| Light { size: Some(192), intensity, ..sources()[i].1.clone() })
-        .to_vec();
+    let lit = [(1, 8.0, 1), (2, 8.0, 3), (6, 1.0, 3)];
+    let lit = lit.map(|(i, intensity, viewpoints)| Light {
+        size: Some(192),
+        intensity,
+        viewpoints,
+        ..sources()[i].1.clone()
+    });
+    scene.lights = lit.to_vec();
     let mask = MaskSettings { half: false, ..MaskSettings::default() };
     let scattering = Vec3::splat(0.05);
     let air = Air { scattering, extinction: scattering, ambient: 0.0, anisotropy: 0.0, steps: 12 };

@@ -136,7 +136,7 @@ impl Shadows {
             .resources()
             .with("images", &images)
             .and(&prepared.maps().look_up_resources())
-            .and(&band.resources())
+            .and(&band.resources)
             .with("views", &views)
             .with("picture_params", &params)
             .with("lights", &clusters.lights)
@@ -160,7 +160,7 @@ impl Shadows {
                 targets: &targets,
             },
             &rects,
-            &lighting.with(finish.with(resources)),
+            &finish.with(resources).and(&lighting.resources),
         )?;
         let counters = &targets.counters;
         let parts = Parts { lists: &lists, shading: &shading, counters, count: rects.len() };

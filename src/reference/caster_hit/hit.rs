@@ -24,20 +24,6 @@ pub struct Hit {
     pub end: f32,
 }
 
-impl Hit {
-    pub const NONE: Self = Self {
-        light: Vec3::ONE,
-        absorbed: Vec3::ZERO,
-        added: Vec3::ZERO,
-        color: Vec3::ZERO,
-        opacity: 0.0,
-        presence: 0.0,
-        depth: -1.0,
-        start: -1.0,
-        end: -1.0,
-    };
-}
-
 /// Crossing of a ray with the surface of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {

@@ -151,11 +151,6 @@ impl Streaming {
         self.nodes[self.count - 1].end() / DEPTHS
     }
 
-    /// Transmittance of all hits so far.
-    pub fn passed(&self) -> Vec3 {
-        self.passed
-    }
-
     fn encode(&self, light: f32) -> u16 {
         if self.gain {
             f16::from_f32(light).to_bits()

@@ -15,6 +15,15 @@ struct Surface {
     pub normal: Vec3,
 }
 
+/// What a look-up of one light is for.
+#[derive(Clone, Copy, Debug)]
+struct LookUp<'a> {
+    light: &'a GpuLight,
+    surface: Surface,
+    slant: Slant,
+    receiver: Receiver,
+}
+
 /// Slant of a surface towards the light.
 #[derive(Clone, Copy, Debug)]
 struct Slant {
@@ -124,15 +133,8 @@ impl Lighting<'_> {
     }
 
     /// Compares each texel on its own, and weights the results by the light's filter.
-    fn receive(
-        &self,
-        index: usize,
-        light: &GpuLight,
-        point: Vec3,
-        surface: Surface,
-        bias: f32,
-        receiver: Receiver,
-    ) -> Vec3 {
+    fn receive(&self, index: usize, of: LookUp<'_>, point: Vec3, bias: f32) -> Vec3 {
+        let LookUp { light, surface, receiver, .. } = of;
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.views[index];
         let mut plane = Plane::new(view, surface);
@@ -152,14 +154,8 @@ impl Lighting<'_> {
 
     /// The point offset along its normal by the depth that the slope spans within the filter; and the bias
     /// [m].
-    fn lifted(
-        &self,
-        index: usize,
-        light: &GpuLight,
-        surface: Surface,
-        slant: Slant,
-        receiver: Receiver,
-    ) -> (Vec3, f32) {
+    fn lifted(&self, index: usize, of: LookUp<'_>) -> (Vec3, f32) {
+        let LookUp { light, surface, slant, receiver } = of;
         let view = &self.views[index];
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
@@ -174,21 +170,15 @@ impl Lighting<'_> {
     }
 
     /// Light through the first window that contains the point, faded into the next; and its weight.
-    fn through_windows(
-        &self,
-        windows: Range<usize>,
-        light: &GpuLight,
-        surface: Surface,
-        slant: Slant,
-        receiver: Receiver,
-    ) -> (Vec3, f32) {
+    fn through_windows(&self, windows: Range<usize>, of: LookUp<'_>) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
-            let (at, bias) = self.lifted(index, light, surface, slant, receiver);
+            let (at, bias) = self.lifted(index, of);
             let view = &self.views[index];
-            let share = if view.role == ROLE_WINDOW { window_share(light, view, at) } else { 1.0 };
+            let is_window = view.role == ROLE_WINDOW;
+            let share = if is_window { window_share(of.light, view, at) } else { 1.0 };
             if share > 0.0 {
-                let passed = self.receive(index, light, at, surface, bias, receiver);
+                let passed = self.receive(index, of, at, bias);
                 sum += passed * (rest * share);
                 rest *= 1.0 - share;
             }
@@ -197,19 +187,12 @@ impl Lighting<'_> {
     }
 
     /// Light through the shadow of `views`: the first of them, the face of a cube, or windows.
-    fn through_shadow(
-        &self,
-        views: Range<usize>,
-        light: &GpuLight,
-        surface: Surface,
-        slant: Slant,
-        receiver: Receiver,
-    ) -> (Vec3, f32) {
+    fn through_shadow(&self, views: Range<usize>, of: LookUp<'_>) -> (Vec3, f32) {
         if self.views[views.start].role == ROLE_WINDOW {
-            return self.through_windows(views, light, surface, slant, receiver);
+            return self.through_windows(views, of);
         }
-        let (at, bias) = self.lifted(views.start, light, surface, slant, receiver);
-        (self.receive(views.start, light, at, surface, bias, receiver), 1.0)
+        let (at, bias) = self.lifted(views.start, of);
+        (self.receive(views.start, of, at, bias), 1.0)
     }
 
     /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.
@@ -240,19 +223,20 @@ impl Lighting<'_> {
         // Without a normal there is no slope.
         let tangent = normal.length_squared() * sine / cosine.max(MIN_INCIDENCE);
         let slant = Slant { sine, tangent, reach };
+        let of = LookUp { light, surface, slant, receiver };
         let first = light.first_view as usize;
         let mut passed = Vec3::ONE;
         let mut next = first;
         for viewpoint in 1..=light.viewpoints() {
             let views = self.views_of(next, light, point);
             next = views.end;
-            let (through, share) = self.through_shadow(views, light, surface, slant, receiver);
+            let (through, share) = self.through_shadow(views, of);
             passed = passed.lerp(Vec3::ONE.lerp(through, share), 1.0 / viewpoint as f32);
         }
         while next < first + light.view_count as usize {
             let views = self.views_of(next, light, point);
             next = views.end;
-            let (further, share) = self.through_shadow(views, light, surface, slant, receiver);
+            let (further, share) = self.through_shadow(views, of);
             passed = passed.lerp(passed.min(further), share);
         }
         passed

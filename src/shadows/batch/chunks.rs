@@ -40,7 +40,7 @@ impl Chunks {
         &self,
         kernels: &Kernels,
         features: Features,
-        resources: &Resources<'_>,
+        resources: &Resources,
         [bin_params, sort_count]: [&Buffer; 2],
     ) -> Result<Commands, Error> {
         let mut commands = Commands::new();

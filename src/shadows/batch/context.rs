@@ -34,8 +34,8 @@ pub(crate) struct Context<'a, 'd> {
 
 impl Context<'_, '_> {
     /// Resources that all lists share.
-    pub(crate) fn resources<'a>(&'a self, views: &'a Buffer) -> Resources<'a> {
-        self.casters.resources().and(&self.scratch.resources()).with("views", views)
+    pub(crate) fn resources(&self, views: &Buffer) -> Resources {
+        self.casters.resources().and(&self.scratch.resources).with("views", views)
     }
 
     /// Uploads chunks; `None` if there are none.
@@ -112,7 +112,7 @@ pub(crate) struct ChunkBuffers {
 }
 
 impl ChunkBuffers {
-    pub(crate) fn resources(&self) -> Resources<'_> {
+    pub(crate) fn resources(&self) -> Resources {
         Resources::new().with("chunks", &self.chunks).with("project_params", &self.params)
     }
 }

@@ -165,7 +165,7 @@ fn sorts(
 fn bin_pairs(
     context: &Context<'_, '_>,
     features: Features,
-    resources: &Resources<'_>,
+    resources: &Resources,
     values: &BinParams,
 ) -> Result<[Dispatch; 3], Error> {
     let (scratch, shape) = (context.scratch, context.config.profile.shape);

@@ -37,7 +37,7 @@ impl Parts {
         context: &Context<'_, '_>,
         list: &ListPlan,
         tile_count: u32,
-        resources: &Resources<'_>,
+        resources: &Resources,
         sorted: usize,
     ) -> Result<Option<Self>, Error> {
         let scratch = context.scratch;

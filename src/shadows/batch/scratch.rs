@@ -16,7 +16,7 @@ use crate::{
         sort::{PAIR_FORMAT, pair_limit},
     },
 };
-use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView};
+use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages, TextureView};
 
 /// Capacity that every frame may have [pairs]: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
@@ -24,10 +24,10 @@ const FREE_PAIRS: u64 = 1 << 20;
 /// Scratch memory of lists and batches, which use it one after another.
 #[derive(Debug)]
 pub(crate) struct Scratch {
-    pub footprints: TextureView,
+    /// Resources of it that kernels of every list use.
+    pub resources: Resources,
     pub keys: [TextureView; 2],
     pub rects: TextureView,
-    pub setups: TextureView,
     pub pairs: [TextureView; 2],
     pub pair_capacity: u32,
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
@@ -35,12 +35,7 @@ pub(crate) struct Scratch {
     pub parts: Option<PartBuffers>,
     pub tiles: TextureView,
     pub scattered_tiles: Buffer,
-    pub merged_tiles: Buffer,
-    pub segments: Buffer,
-    pub run_offsets: Buffer,
-    pub overflow: Buffer,
     pub dispatches: Buffer,
-    pub sums: Sums,
     /// Curves of segments.
     pub partials: Buffer,
     /// Zeros in place of the scattered tiles, for curves, whose tiles read scattered casters themselves.
@@ -142,36 +137,15 @@ const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
 /// memory is, and `resolve` resets it.
-#[derive(Debug)]
-pub(crate) enum Sums {
-    Buffers(Box<[Buffer; 4]>),
-    Textures(Box<[Texture; 4]>),
-}
-
-impl Sums {
-    fn new(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Self, Error> {
-        if !tier.has_texture_atomics() {
-            let [a, b, c, d] =
-                SUMS.map(|name| allocator.storage::<u32>(name, texels, BufferUsages::empty()));
-            return Ok(Self::Buffers(Box::new([a?, b?, c?, d?])));
-        }
-        let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
-        let [a, b, c, d] =
-            SUMS.map(|name| allocator.records(name, TextureFormat::R32Uint, texels, usage));
-        Ok(Self::Textures(Box::new([a?, b?, c?, d?])))
-    }
-
-    pub(crate) fn resources(&self) -> Resources<'_> {
-        let none = Resources::new();
-        match self {
-            Self::Buffers(buffers) => {
-                SUMS.into_iter().zip(&**buffers).fold(none, |all, (name, sum)| all.with(name, sum))
-            }
-            Self::Textures(textures) => {
-                SUMS.into_iter().zip(&**textures).fold(none, |all, (name, sum)| all.with(name, sum))
-            }
-        }
-    }
+fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resources, Error> {
+    let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
+    SUMS.iter().try_fold(Resources::new(), |all, name| {
+        Ok(if tier.has_texture_atomics() {
+            all.with(name, &allocator.records(name, TextureFormat::R32Uint, texels, usage)?)
+        } else {
+            all.with(name, &allocator.storage::<u32>(name, texels, BufferUsages::empty())?)
+        })
+    })
 }
 
 /// Buffers of the parts, which all lists use one after another.
@@ -217,24 +191,6 @@ impl SmallDepths {
 }
 
 impl Scratch {
-    /// Resources of it that kernels of every list use.
-    pub(crate) fn resources(&self) -> Resources<'_> {
-        self.sums
-            .resources()
-            .with("footprints", &self.footprints)
-            .with("rects", &self.rects)
-            .with("setups", &self.setups)
-            .with("tiles", &self.tiles)
-            .with("scattered_tiles", &self.scattered_tiles)
-            .with("merged_tiles", &self.merged_tiles)
-            .with("segments", &self.segments)
-            .with("run_offsets", &self.run_offsets)
-            .with("overflow", &self.overflow)
-            .with("dispatches", &self.dispatches)
-            .with("partials", &self.partials)
-            .with("small_depths", &self.small.depths)
-    }
-
     pub(crate) fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
@@ -283,31 +239,40 @@ impl Scratch {
         let segments = u64::from(sizes.part_room / shortest) + sizes.tiles;
         let partials =
             curves * partial_count(sizes.part_room, sizes.segment) * sizes.segment_bytes / 16;
+        let segments = allocator.storage::<Segment>("segments", segments, none)?;
+        let dispatches =
+            allocator.storage::<[u32; 4]>("dispatches", Dispatch::COUNT, BufferUsages::INDIRECT)?;
+        let partials = allocator.storage::<[u32; 4]>("partials", partials, none)?;
+        let sums = sums(allocator, config.tier, sizes.summed_tiles * TEXELS)?;
+        let small = SmallDepths::new(allocator, queue, sizes.small_tiles * TEXELS)?;
+        let resources = sums
+            .with("footprints", &footprints)
+            .with("rects", &rects)
+            .with("setups", &setups)
+            .with("tiles", &tiles)
+            .with("scattered_tiles", &scattered_tiles)
+            .with("merged_tiles", &merged_tiles)
+            .with("segments", &segments)
+            .with("run_offsets", &run_offsets)
+            .with("overflow", &overflow)
+            .with("dispatches", &dispatches)
+            .with("partials", &partials)
+            .with("small_depths", &small.depths);
         Ok(Self {
-            footprints,
+            resources,
             keys,
             rects,
-            setups,
             pairs,
             pair_capacity: sizes.pairs,
             part_room: sizes.part_room,
             parts,
             tiles,
             scattered_tiles,
-            merged_tiles,
-            segments: allocator.storage::<Segment>("segments", segments, none)?,
-            run_offsets,
-            overflow,
-            dispatches: allocator.storage::<[u32; 4]>(
-                "dispatches",
-                Dispatch::COUNT,
-                BufferUsages::INDIRECT,
-            )?,
-            partials: allocator.storage::<[u32; 4]>("partials", partials, none)?,
+            dispatches,
+            partials,
             nothing_scattered,
             composed,
-            sums: Sums::new(allocator, config.tier, sizes.summed_tiles * TEXELS)?,
-            small: SmallDepths::new(allocator, queue, sizes.small_tiles * TEXELS)?,
+            small,
             sizes,
         })
     }

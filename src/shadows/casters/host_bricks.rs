@@ -20,9 +20,8 @@ pub(super) struct HostBricks {
     pub pack: Dispatch,
     /// Bricks, with density or without.
     pub count: u32,
-    params: Buffer,
-    spheres: Buffer,
-    states: Buffer,
+    /// What `load_bricks` reads.
+    pub resources: Resources,
 }
 
 /// Checks the materials of grids.
@@ -67,11 +66,12 @@ impl HostBricks {
         let spheres = allocator.filled("brick_spheres", &spheres, BufferUsages::STORAGE);
         let none = BufferUsages::empty();
         let states = allocator.storage::<u32>("brick_states", count.into(), none)?;
-        let resources = Resources::new()
+        let loaded = Resources::new()
             .with("host_grid", &params)
-            .with("brick_states", &states)
-            .with("host_counters", counters)
-            .with("voxels", &set.bricks.voxels);
+            .with("brick_spheres", &spheres)
+            .with("brick_states", &states);
+        let resources =
+            loaded.clone().with("host_counters", counters).with("voxels", &set.bricks.voxels);
         let groups = grid(count);
         let pack = match of_host.source {
             VoxelSource::Texture(texture) => {
@@ -90,14 +90,6 @@ impl HostBricks {
                 dispatch.with_host(HostBindings::new(bindings))
             }
         };
-        Ok(Self { pack, count, params, spheres, states })
-    }
-
-    /// What `load_bricks` reads.
-    pub(super) fn resources(&self) -> Resources<'_> {
-        Resources::new()
-            .with("host_grid", &self.params)
-            .with("brick_spheres", &self.spheres)
-            .with("brick_states", &self.states)
+        Ok(Self { pack, count, resources: loaded })
     }
 }

@@ -132,28 +132,25 @@ impl<'a> Given<'a> {
     }
 
     /// Its loading. `looks`: of the Gaussians' materials.
-    fn load<'b>(
-        &'b self,
+    fn load(
+        &self,
         kernels: &Kernels,
-        mut resources: Resources<'b>,
-        looks: Option<&'b Buffer>,
+        resources: Resources,
+        looks: Option<&Buffer>,
         group_count: u32,
     ) -> Result<Dispatch, Error> {
-        if let (Some(counts), _) = self.count.buffer() {
-            resources = resources.with("host_counts", counts);
-        }
+        let resources = resources.with_any("host_counts", self.count.buffer().0);
         match self.source {
             Source::Set(set) => {
-                if let Some(looks) = looks.filter(|_| self.kinds.gaussians) {
-                    resources = resources.with("gaussian_looks", looks);
-                }
+                let looks = looks.filter(|_| self.kinds.gaussians);
+                let resources = resources.with_any("gaussian_looks", looks);
                 let kernel = set.loader.kernel.clone();
                 let load = kernels.dispatch_of(kernel, &resources, grid(group_count))?;
                 check(Input::HostCasters, self.index.unwrap_or_default(), &load, set.bindings)?;
                 Ok(load.with_host(HostBindings::new(set.bindings)))
             }
             Source::Bricks(bricks) => {
-                let resources = resources.and(&bricks.resources());
+                let resources = resources.and(&bricks.resources);
                 let groups = grid(group_count);
                 Ok(kernels.dispatch(&load::BRICKS, Features::NONE, &resources, groups)?)
             }

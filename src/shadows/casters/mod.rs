@@ -100,7 +100,7 @@ pub struct CasterSet {
 }
 
 impl CasterSet {
-    pub(crate) fn resources(&self) -> Resources<'_> {
+    pub(crate) fn resources(&self) -> Resources {
         Resources::new()
             .with("casters", &self.casters)
             .with("triangles", &self.triangles)

@@ -3,7 +3,7 @@ use crate::shadows::{Prepared, views::host_depths::HostCamera};
 use crate::{
     error::{Error, Input},
     frame::Commands,
-    gpu::{Allocator, Memory, Shelf, Timeline, allocated},
+    gpu::{Allocator, Memory, Timeline, allocated},
     model::View,
     records::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT},
     stage::import,
@@ -115,58 +115,53 @@ impl Prepared {
     /// If the format has no alpha for the depth, a camera is invalid, a later `prepare` has taken the maps over, or the
     /// device is out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
-        self.check_current()?;
-        let shelf = self.light_shelf.take();
-        allocated(self.device().0, || self.conversion(layout, shelf))
-    }
-
-    fn conversion(
-        &self,
-        layout: &MapLayout<'_>,
-        shelf: Option<&Shelf>,
-    ) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
+        self.check_current()?;
         layout.check(self.views.len())?;
-        let (format, number) = layout.format.texels();
         let (device, maps) = (self.device().0, self.maps());
-        let size = maps.filters.size();
-        let mut memory = Memory::default();
-        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
-        let kernels = self.kernels_on(shelf);
-        let of_texel = u64::from(format.block_copy_size(None).unwrap_or(4)) / 4;
-        let texels = u64::from(size.width) * u64::from(size.height);
-        let copied = BufferUsages::COPY_SRC;
-        let words = allocator.storage::<u32>("converted", texels * of_texel, copied)?;
-        let all = [size.width, size.height, size.depth_or_array_layers].map(u64::from);
-        let usage = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
-        let texture = allocator.texture("converted_maps", format, all, usage)?;
-        let format = [("FORMAT", f64::from(number))];
-        let kernel = kernels.with_constants(&import::MAPS, &format)?;
-        let mut layers = vec![Vec::new(); size.depth_or_array_layers as usize];
-        for (index, (view, slot)) in self.views.iter().zip(&maps.slots).enumerate() {
-            let values = layout.params(index, view, *slot, size.width)?;
-            let params = allocator.uniform("convert_params", &values);
-            let resources =
-                maps.resources().with("convert_params", &params).with("converted", &words);
-            let groups = import::grid(view.size);
-            let dispatch = kernels.dispatch_of(kernel.clone(), &resources, groups)?;
-            layers[slot.layer as usize].push(dispatch);
-        }
-        let mut commands = Commands::new();
-        let bytes_per_row = Some((words.size() / u64::from(size.height)) as u32);
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
-        for (z, views) in (0..).zip(layers) {
-            commands.pass(LABEL, views);
-            let from = wgpu::TexelCopyBufferInfo { buffer: &words, layout };
-            let to = wgpu::TexelCopyTextureInfo {
-                origin: wgpu::Origin3d { x: 0, y: 0, z },
-                ..texture.as_image_copy()
-            };
-            let extent = wgpu::Extent3d { depth_or_array_layers: 1, ..size };
-            commands.copy_buffer_to_texture(LABEL, &from, to, extent);
-        }
-        commands.compile()?;
-        Ok(ConvertedMaps { commands, texture, memory })
+        let shelf = self.light_shelf.take();
+        allocated(device, || {
+            let (format, number) = layout.format.texels();
+            let size = maps.filters.size();
+            let mut memory = Memory::default();
+            let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
+            let kernels = self.kernels_on(shelf);
+            let of_texel = u64::from(format.block_copy_size(None).unwrap_or(4)) / 4;
+            let texels = u64::from(size.width) * u64::from(size.height);
+            let copied = BufferUsages::COPY_SRC;
+            let words = allocator.storage::<u32>("converted", texels * of_texel, copied)?;
+            let all = [size.width, size.height, size.depth_or_array_layers].map(u64::from);
+            let usage = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
+            let texture = allocator.texture("converted_maps", format, all, usage)?;
+            let format = [("FORMAT", f64::from(number))];
+            let kernel = kernels.with_constants(&import::MAPS, &format)?;
+            let mut layers = vec![Vec::new(); size.depth_or_array_layers as usize];
+            for (index, (view, slot)) in self.views.iter().zip(&maps.slots).enumerate() {
+                let values = layout.params(index, view, *slot, size.width)?;
+                let params = allocator.uniform("convert_params", &values);
+                let resources =
+                    maps.resources().with("convert_params", &params).with("converted", &words);
+                let groups = import::grid(view.size);
+                let dispatch = kernels.dispatch_of(kernel.clone(), &resources, groups)?;
+                layers[slot.layer as usize].push(dispatch);
+            }
+            let mut commands = Commands::new();
+            let bytes_per_row = Some((words.size() / u64::from(size.height)) as u32);
+            let layout =
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+            for (z, views) in (0..).zip(layers) {
+                commands.pass(LABEL, views);
+                let from = wgpu::TexelCopyBufferInfo { buffer: &words, layout };
+                let to = wgpu::TexelCopyTextureInfo {
+                    origin: wgpu::Origin3d { x: 0, y: 0, z },
+                    ..texture.as_image_copy()
+                };
+                let extent = wgpu::Extent3d { depth_or_array_layers: 1, ..size };
+                commands.copy_buffer_to_texture(LABEL, &from, to, extent);
+            }
+            commands.compile()?;
+            Ok(ConvertedMaps { commands, texture, memory })
+        })
     }
 }
 

@@ -150,32 +150,23 @@ impl Prepared {
     ) -> Result<LightBindings, Error> {
         self.check_current()?;
         let (device, _) = self.device();
-        allocated(device, || self.bound_source(device, choice, lights, chosen))
-    }
-
-    fn bound_source(
-        &self,
-        device: &wgpu::Device,
-        choice: Choice,
-        lights: &[Light],
-        chosen: &[usize],
-    ) -> Result<LightBindings, Error> {
-        let mut memory = Memory::default();
-        let shelf = self.light_shelf.take();
-        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
-        let with_areas = choice.files == OF_AREA.files;
-        let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
-        source.levels.iter().try_for_each(|levels| levels.commands.compile())?;
-        let none = match &source.levels {
-            None if with_areas => {
-                Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)
-            }
-            _ => None,
-        };
-        let resources = source.resources(self.maps());
-        let resources = none.iter().fold(resources, |all, none| all.with("levels", none));
-        let Part { bindings, label, .. } = part(choice)?;
-        let (layout, group) = bind_host_part(device, shelf, label, bindings, &resources)?;
-        Ok(LightBindings { layout, group, memory, levels: source.levels })
+        allocated(device, || {
+            let mut memory = Memory::default();
+            let shelf = self.light_shelf.take();
+            let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
+            let with_areas = choice.files == OF_AREA.files;
+            let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
+            source.levels.iter().try_for_each(|levels| levels.commands.compile())?;
+            let none = match &source.levels {
+                None if with_areas => {
+                    Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)
+                }
+                _ => None,
+            };
+            let resources = source.resources.with_any("levels", none.as_ref());
+            let Part { bindings, label, .. } = part(choice)?;
+            let (layout, group) = bind_host_part(device, shelf, label, bindings, &resources)?;
+            Ok(LightBindings { layout, group, memory, levels: source.levels })
+        })
     }
 }

@@ -39,7 +39,7 @@ impl AreaLevels {
         allocator: &mut Allocator<'_>,
         kernels: &Kernels,
         records: &LightRecords,
-        resources: &Resources<'_>,
+        resources: &Resources,
         features: Features,
     ) -> Result<Option<Self>, Error> {
         if records.areas.is_empty() {

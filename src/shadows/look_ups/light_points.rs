@@ -79,47 +79,40 @@ impl Prepared {
     ) -> Result<LightPoints, Error> {
         self.check_current()?;
         check(points)?;
-        allocated(self.device().0, || self.points(shelf, lights, chosen, points))
-    }
-
-    fn points(
-        &self,
-        shelf: Option<&Shelf>,
-        lights: &[Light],
-        chosen: &[usize],
-        points: &PointBuffers<'_>,
-    ) -> Result<LightPoints, Error> {
         let (device, maps) = (self.device().0, self.maps());
-        let mut memory = Memory::default();
-        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
-        let source = self.light_source(&mut allocator, lights, chosen, true, None)?;
-        let answers = u64::from(points.count) * chosen.len() as u64;
-        let copied = BufferUsages::COPY_SRC;
-        let shares = allocator.storage::<[f32; 3]>("point_shares", answers, copied)?;
-        let batch = PointBatch {
-            first: 0,
-            count: answers as u32,
-            has_normals: u32::from(points.normals.is_some()),
-            list: NO_LIST,
-        };
-        let batch_buffer = allocator.uniform("point_batch", &batch);
-        let resources = source
-            .resources(maps)
-            .with("point_batch", &batch_buffer)
-            .with("point_positions", points.positions)
-            .with("point_normals", points.normals.unwrap_or(points.positions))
-            .with("point_shares", &shares);
-        let features = Features::of_maps(maps.nodes, maps.gain);
-        let features = features.with(Flags::HAS_FILTERS, source.is_filtered);
-        let (desc, mut commands) = match &source.levels {
-            Some(levels) => (&AREA_LIGHT_SHARES, levels.commands.clone()),
-            None => (&LIGHT_SHARES, Commands::new()),
-        };
-        let groups = point_grid(batch.count);
-        let look_up = self.kernels_on(shelf).dispatch(desc, features, &resources, groups)?;
-        commands.pass("gobo light_points", [look_up]);
-        commands.compile()?;
-        Ok(LightPoints { commands, shares, memory })
+        allocated(device, || {
+            let mut memory = Memory::default();
+            let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
+            let source = self.light_source(&mut allocator, lights, chosen, true, None)?;
+            let answers = u64::from(points.count) * chosen.len() as u64;
+            let copied = BufferUsages::COPY_SRC;
+            let shares = allocator.storage::<[f32; 3]>("point_shares", answers, copied)?;
+            let batch = PointBatch {
+                first: 0,
+                count: answers as u32,
+                has_normals: u32::from(points.normals.is_some()),
+                list: NO_LIST,
+            };
+            let batch_buffer = allocator.uniform("point_batch", &batch);
+            let resources = source
+                .resources
+                .clone()
+                .with("point_batch", &batch_buffer)
+                .with("point_positions", points.positions)
+                .with("point_normals", points.normals.unwrap_or(points.positions))
+                .with("point_shares", &shares);
+            let features = Features::of_maps(maps.nodes, maps.gain);
+            let features = features.with(Flags::HAS_FILTERS, source.is_filtered);
+            let (desc, mut commands) = match &source.levels {
+                Some(levels) => (&AREA_LIGHT_SHARES, levels.commands.clone()),
+                None => (&LIGHT_SHARES, Commands::new()),
+            };
+            let groups = point_grid(batch.count);
+            let look_up = self.kernels_on(shelf).dispatch(desc, features, &resources, groups)?;
+            commands.pass("gobo light_points", [look_up]);
+            commands.compile()?;
+            Ok(LightPoints { commands, shares, memory })
+        })
     }
 }
 

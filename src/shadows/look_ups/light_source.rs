@@ -1,6 +1,6 @@
 //! Inputs of every light look-up besides the maps: the lights, their views and biases, and the levels of
 //! area lights.
-use crate::shadows::{AreaLevels, Maps, Prepared};
+use crate::shadows::{AreaLevels, Prepared};
 use crate::{
     error::{Error, Input},
     frame::Kernels,
@@ -11,30 +11,17 @@ use crate::{
 };
 use bytemuck::Zeroable as _;
 use glam::Mat4;
-use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
+use wgpu::{Texture, TextureFormat, TextureUsages};
 
 /// Some lights on the device.
 #[derive(Debug)]
 pub(in crate::shadows) struct LightSource {
-    lights: Texture,
-    params: Buffer,
+    /// All resources that `light_through` binds.
+    pub resources: Resources,
     /// Levels of area lights, if there are any.
     pub levels: Option<AreaLevels>,
     /// Whether some map is read with another filter than the spline.
     pub is_filtered: bool,
-}
-
-impl LightSource {
-    /// All resources that `light_through` binds.
-    pub(in crate::shadows) fn resources<'a>(&'a self, maps: &'a Maps) -> Resources<'a> {
-        let resources = maps
-            .look_up_resources()
-            .with("lights", &self.lights)
-            .with("picture_params", &self.params);
-        self.levels
-            .iter()
-            .fold(resources, |resources, levels| resources.with("levels", &levels.texture))
-    }
 }
 
 impl Prepared {
@@ -87,7 +74,8 @@ impl Prepared {
         } else {
             None
         };
-        Ok(LightSource { lights, params, levels, is_filtered: records.is_filtered() })
+        let resources = resources.with_any("levels", levels.as_ref().map(|levels| &levels.texture));
+        Ok(LightSource { resources, levels, is_filtered: records.is_filtered() })
     }
 }
 

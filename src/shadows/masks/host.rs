@@ -136,56 +136,48 @@ impl LightMasks {
     ) -> Result<(), Error> {
         prepared.check_current()?;
         check(settings)?;
-        let (device, _) = prepared.device();
-        allocated(device, || self.made(prepared, lights, chosen, view, settings))
-    }
-
-    fn made(
-        &mut self,
-        prepared: &Prepared,
-        lights: &[Light],
-        chosen: &[usize],
-        view: &MaskView<'_>,
-        settings: &MaskSettings,
-    ) -> Result<(), Error> {
         let (device, queue) = prepared.device();
-        let kept = self.shelf.take().filter(|(of, _)| of == device);
-        let (_, shelf) =
-            self.shelf.insert(kept.unwrap_or_else(|| (device.clone(), Shelf::new(queue))));
-        shelf.turn();
-        let shelf = Some(&*shelf);
-        let camera = view.camera(shelf)?;
-        let mut bytes = Memory::default();
-        let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut bytes) };
-        let source =
-            prepared.light_source(&mut allocator, lights, chosen, true, Some(&camera.view))?;
-        let lights: Vec<&Light> = chosen.iter().map(|&index| &lights[index]).collect();
-        let joins = |index: &usize| view.joined.is_some_and(|it| it.lights.contains(index));
-        let wants: Vec<_> = lights
-            .iter()
-            .zip(chosen)
-            .map(|(light, index)| {
-                let has_shadow = light.view_count() > 0 || joins(index);
-                let bounds = ScreenBounds::new(light, &camera.view).filter(|_| has_shadow);
-                let colored = prepared.tints || prepared.settings.colored || joins(index);
-                bounds.map(|bounds| (bounds, colored))
-            })
-            .collect();
-        let names: Vec<_> = lights.iter().map(|light| light.name.as_str()).collect();
-        let slots = MaskSlots::assign(&wants, &names, settings.limit, &self.former);
-        self.former = slots.former(lights.iter().copied());
-        self.former.remove("");
-        let size = camera.view.size;
-        // Frees the bindings of the previous frame.
-        self.frame = None;
-        let textures = MaskTextures::take(&mut self.textures, device, size, settings.half, &slots)?;
-        let joined = chosen.iter().map(|index| if joins(index) { JOINED_BIT } else { 0 });
-        let memory = MaskMemory::joined(queue, settings, slots, textures, joined);
-        let inputs = Inputs { prepared, source: &source, camera: &camera, view, memory: &memory };
-        let commands = inputs.commands(&mut allocator)?;
-        commands.compile()?;
-        self.frame = Some(Frame { memory, commands, bytes });
-        Ok(())
+        allocated(device, || {
+            let kept = self.shelf.take().filter(|(of, _)| of == device);
+            let (_, shelf) =
+                self.shelf.insert(kept.unwrap_or_else(|| (device.clone(), Shelf::new(queue))));
+            shelf.turn();
+            let shelf = Some(&*shelf);
+            let camera = view.camera(shelf)?;
+            let mut bytes = Memory::default();
+            let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut bytes) };
+            let source =
+                prepared.light_source(&mut allocator, lights, chosen, true, Some(&camera.view))?;
+            let lights: Vec<&Light> = chosen.iter().map(|&index| &lights[index]).collect();
+            let joins = |index: &usize| view.joined.is_some_and(|it| it.lights.contains(index));
+            let wants: Vec<_> = lights
+                .iter()
+                .zip(chosen)
+                .map(|(light, index)| {
+                    let has_shadow = light.view_count() > 0 || joins(index);
+                    let bounds = ScreenBounds::new(light, &camera.view).filter(|_| has_shadow);
+                    let colored = prepared.tints || prepared.settings.colored || joins(index);
+                    bounds.map(|bounds| (bounds, colored))
+                })
+                .collect();
+            let names: Vec<_> = lights.iter().map(|light| light.name.as_str()).collect();
+            let slots = MaskSlots::assign(&wants, &names, settings.limit, &self.former);
+            self.former = slots.former(lights.iter().copied());
+            self.former.remove("");
+            let size = camera.view.size;
+            // Frees the bindings of the previous frame.
+            self.frame = None;
+            let textures =
+                MaskTextures::take(&mut self.textures, device, size, settings.half, &slots)?;
+            let joined = chosen.iter().map(|index| if joins(index) { JOINED_BIT } else { 0 });
+            let memory = MaskMemory::joined(queue, settings, slots, textures, joined);
+            let inputs =
+                Inputs { prepared, source: &source, camera: &camera, view, memory: &memory };
+            let commands = inputs.commands(&mut allocator)?;
+            commands.compile()?;
+            self.frame = Some(Frame { memory, commands, bytes });
+            Ok(())
+        })
     }
 
     /// Records the masks, after the maps and the host's depths; records nothing before [`Self::prepare`].
@@ -270,13 +262,14 @@ impl Inputs<'_> {
             Some(_) => None,
         };
         let resources = source
-            .resources(maps)
+            .resources
+            .clone()
             .with("views", &views)
             .with("host_view", &params)
             .with("clusters", &clusters)
             .with("host_depths", &camera.depths)
-            .with("host_normals", camera.normals.as_ref().unwrap_or(&camera.depths));
-        let resources = none.iter().fold(resources, |all, none| all.with("levels", none));
+            .with("host_normals", camera.normals.as_ref().unwrap_or(&camera.depths))
+            .with_any("levels", none.as_ref());
         let seen = if memory.is_half() { &mask::HALF_HOST_SURFACES } else { &mask::HOST_SURFACES };
         let [x, y] = camera.view.size.to_array().map(|size| size.div_ceil(mask::GROUP_SIZE));
         let of_host = resources.clone().and(&memory.resources());

@@ -152,14 +152,14 @@ impl MaskMemory {
     }
 
     /// Resources for readers of the masks, and for the kernel that fills `mask_surfaces`.
-    pub(crate) fn resources(&self) -> Resources<'_> {
+    pub(crate) fn resources(&self) -> Resources {
         let MaskTextures { surfaces, half_surfaces, points, slot_table, .. } = &*self.textures;
-        let resources = Resources::new()
+        Resources::new()
             .with("mask_surfaces", surfaces)
             .with("mask_points", points)
             .with("mask_slots", slot_table)
-            .with("light_masks", self.masks());
-        half_surfaces.iter().fold(resources, |all, half| all.with("half_surfaces", half))
+            .with("light_masks", self.masks())
+            .with_any("half_surfaces", half_surfaces.as_ref())
     }
 
     pub(crate) fn memory(&self) -> &Memory {
@@ -183,7 +183,7 @@ impl MaskMemory {
         kernels: &Kernels,
         queue: &wgpu::Queue,
         features: Features,
-        resources: &Resources<'_>,
+        resources: &Resources,
         joined: Option<&Joined<'_>>,
     ) -> Result<Vec<Dispatch>, Error> {
         let Self { slots, settings, textures } = self;

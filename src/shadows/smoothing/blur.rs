@@ -62,9 +62,8 @@ impl Blur {
             .with("rows", &self.rows)
             .with("blur_params", &self.params);
         passes("gobo blur", batches, &resources, |resources, groups| {
-            let run = |desc, resources: &Resources<'_>| {
-                kernels.dispatch(desc, features, resources, groups)
-            };
+            let run =
+                |desc, resources: &Resources| kernels.dispatch(desc, features, resources, groups);
             let mut dispatches = vec![
                 run(&blur::NEAR_ROWS, resources)?,
                 run(&blur::NEAR_COLUMNS, resources)?,

@@ -4,7 +4,7 @@ use crate::shadows::{batch::context::view_uniform, views::maps::Maps};
 use crate::{
     error::Error,
     frame::{Commands, Kernels},
-    gpu::Allocator,
+    gpu::{Allocator, level_view},
     model::View,
     records::{GpuView, MAX_VIEWS},
     stage::{
@@ -13,7 +13,7 @@ use crate::{
     },
 };
 use glam::UVec2;
-use wgpu::{TextureView, TextureViewDescriptor};
+use wgpu::{TextureView, TextureViewDimension::D2Array};
 
 /// The largest level first. `is_new`: some view is rendered, or has another place in the atlas.
 pub(in crate::shadows) fn filter_mips(
@@ -28,7 +28,8 @@ pub(in crate::shadows) fn filter_mips(
     if level_count == 1 || !is_new {
         return Ok(commands);
     }
-    let levels: Vec<TextureView> = (0..level_count).map(|level| one_level(maps, level)).collect();
+    let levels: Vec<TextureView> =
+        (0..level_count).map(|level| level_view(&maps.filters, level, D2Array)).collect();
     let placed = views.iter().zip(&maps.slots);
     let all: Vec<GpuView> =
         placed.map(|(view, slot)| view.to_gpu(0, slot.origin, slot.layer)).collect();
@@ -52,14 +53,4 @@ pub(in crate::shadows) fn filter_mips(
     }
     commands.pass("gobo mips", dispatches);
     Ok(commands)
-}
-
-fn one_level(maps: &Maps, level: u32) -> TextureView {
-    maps.filters.create_view(&TextureViewDescriptor {
-        label: Some("filters"),
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        base_mip_level: level,
-        mip_level_count: Some(1),
-        ..TextureViewDescriptor::default()
-    })
 }

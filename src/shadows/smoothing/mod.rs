@@ -31,8 +31,8 @@ fn texture_like(
 fn passes(
     label: &'static str,
     batches: &[(&BatchPlan, &Buffer)],
-    resources: &Resources<'_>,
-    dispatches: impl Fn(&Resources<'_>, [u32; 3]) -> Result<Vec<Dispatch>, KernelError>,
+    resources: &Resources,
+    dispatches: impl Fn(&Resources, [u32; 3]) -> Result<Vec<Dispatch>, KernelError>,
 ) -> Result<Commands, Error> {
     let mut commands = Commands::new();
     for &(plan, views) in batches {

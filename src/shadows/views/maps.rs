@@ -112,18 +112,18 @@ impl Maps {
         [filters, nearests, opaques]
     }
 
-    pub(crate) fn resources(&self) -> Resources<'_> {
-        let maps = Resources::new()
+    pub(crate) fn resources(&self) -> Resources {
+        Resources::new()
             .with("filters", &self.filters)
             .with("nearests", &self.nearests)
             .with("opaques", &self.opaques)
-            .with("curves", &self.curves);
-        let maps = self.sums.iter().fold(maps, |maps, sums| maps.with("kept_sums", sums));
-        self.colored.iter().fold(maps, |maps, colored| maps.with("colored", colored))
+            .with("curves", &self.curves)
+            .with_any("kept_sums", self.sums.as_ref())
+            .with_any("colored", self.colored.as_ref())
     }
 
     /// Resources of light look-ups, with opaque depths by channel if there are any.
-    pub(crate) fn look_up_resources(&self) -> Resources<'_> {
+    pub(crate) fn look_up_resources(&self) -> Resources {
         self.resources().with("opaques", self.colored.as_ref().unwrap_or(&self.opaques))
     }
 

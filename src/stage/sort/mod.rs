@@ -15,7 +15,6 @@
 mod kernels;
 
 use crate::{gpu::KernelDesc, model::MAX_PAIRS};
-use bytemuck::{Pod, Zeroable};
 pub use kernels::{
     LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, SHARED_RANKS, WIDE_COUNT,
     WIDE_SCAN, WIDE_SCATTER,
@@ -73,20 +72,19 @@ pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
     [PAIR_ROW, capacity.div_ceil(PAIR_ROW).max(1)]
 }
 
-/// Parameters of a digit's kernels. WGSL: `wgsl/sort/sort.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct SortPass {
-    /// Shift of the digit in the key [bits].
-    pub shift: u32,
-    /// Values of the digit: a power of two, at most 256.
-    pub digit_count: u32,
-    /// Capacity of the pair textures [pairs].
-    pub capacity: u32,
-    /// Index of the pair count in `counts`.
-    pub count_index: u32,
+crate::records::gpu_struct! {
+    /// Parameters of a digit's kernels. WGSL: `wgsl/sort/sort.wgsl`.
+    pub struct SortPass {
+        /// Shift of the digit in the key [bits].
+        pub shift: u32,
+        /// Values of the digit: a power of two, at most 256.
+        pub digit_count: u32,
+        /// Capacity of the pair textures [pairs].
+        pub capacity: u32,
+        /// Index of the pair count in `counts`.
+        pub count_index: u32,
+    }
 }
-crate::gpu_layout!(SortPass { shift, digit_count, capacity, count_index });
 
 /// Partition of the work. Both shapes give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
