@@ -36,7 +36,7 @@ pub fn composed_texels(pair_capacity: u32) -> u64 {
 
 /// State of four texels per lane.
 pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter.wgsl");
-/// State of eight texels per lane, for casters of one simple kind: soft discs or splats, of the `filter` transfer.
+/// State of four or eight texels per lane, for casters of one simple kind: soft discs or splats, of the `filter` transfer.
 pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
 const PLAIN_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/plain.wgsl");
 /// That kind.

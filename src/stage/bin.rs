@@ -6,7 +6,7 @@
 //! binned again in parts of its tiles (`src/shadows/batch/parts.rs`).
 //! `dispatches` holds the workgroup counts that only the GPU knows.
 use super::{sort::Shape, walk};
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::{Constant, KernelDesc, Tier};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
 /// stays below the 65,535 iterations that llvmpipe allows it.
@@ -24,8 +24,8 @@ pub const WIDE_DISC_SEGMENT: u32 = 1024;
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups, on software adapters: a subgroup of llvmpipe.
 const SERIAL_LANES: u32 = 8;
-/// Invocations of the other steps' workgroups, on GPUs.
-const WIDE_LANES: u32 = 64;
+/// Invocations of the other steps' workgroups, on GPUs. `bin_emit_wide` bisects as many.
+const WIDE_LANES: &[Constant] = &[("SCAN_LANES", 64.0)];
 /// Invocations of a workgroup of `tiles`.
 pub const TILE_LANES: u32 = 64;
 
@@ -36,9 +36,13 @@ pub const COUNT: KernelDesc = KernelDesc {
     ..KernelDesc::new("bin_count", "bin/bin_count.wgsl")
 };
 
-/// [`COUNT`] for GPUs.
-pub const WIDE_COUNT: KernelDesc =
-    KernelDesc { name: "bin_count_wide", constants: &[("SCAN_LANES", WIDE_LANES as f64)], ..COUNT };
+/// Replaces [`COUNT`] on GPUs.
+pub const WIDE_COUNT: KernelDesc = KernelDesc {
+    with: &[walk::SCAN],
+    constants: WIDE_LANES,
+    tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("bin_count_wide", "bin/bin_count_wide.wgsl")
+};
 
 pub const SCAN: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
@@ -52,11 +56,12 @@ pub const EMIT: KernelDesc = KernelDesc {
     ..KernelDesc::new("bin_emit", "bin/bin_emit.wgsl")
 };
 
-/// [`EMIT`] for GPUs.
+/// Replaces [`EMIT`] on GPUs.
 pub const WIDE_EMIT: KernelDesc = KernelDesc {
-    name: "bin_emit_wide",
-    constants: &[("WORKGROUP_SIZE", WIDE_LANES as f64)],
-    ..EMIT
+    with: &[walk::SCAN],
+    constants: WIDE_LANES,
+    tiers: Tier::BY_SUBGROUPS,
+    ..KernelDesc::new("bin_emit_wide", "bin/bin_emit_wide.wgsl")
 };
 
 pub const TILES: KernelDesc = KernelDesc {
@@ -104,7 +109,7 @@ crate::records::gpu_struct! {
         pub tile_count: u32,
         pub view_count: u32,
         pub segment_length: u32,
-        /// Runs that a workgroup counts.
+        /// Runs of a workgroup.
         pub block_runs: u32,
     }
 }
@@ -119,7 +124,7 @@ impl BinParams {
         view_count: u32,
         segment_length: u32,
     ) -> Self {
-        let run_length = run_length(shape, footprint_count);
+        let run_length = run_length(footprint_count);
         Self {
             footprint_count,
             run_length,
@@ -128,13 +133,13 @@ impl BinParams {
             tile_count,
             view_count,
             segment_length,
-            block_runs: lanes(shape),
+            block_runs: block_runs(shape),
         }
     }
 
     /// Workgroups of the kernels that count and emit.
     pub fn run_groups(&self, shape: Shape) -> [u32; 3] {
-        [self.run_count.div_ceil(lanes(shape)), 1, 1]
+        [self.run_count.div_ceil(block_runs(shape)), 1, 1]
     }
 
     /// Workgroups of [`TILES`].
@@ -192,14 +197,14 @@ crate::records::gpu_struct! {
     }
 }
 
-/// Pairs that a run writes. WGSL: `wgsl/records/bin.wgsl`.
+/// Pairs that an invocation's run writes. WGSL: `wgsl/records/bin.wgsl`.
 pub const RUN_PAIRS: u32 = 49152;
 
-/// Invocations of a workgroup of `count` and `emit`.
-pub fn lanes(shape: Shape) -> u32 {
+/// Runs of a workgroup of `count` and `emit`: one for each invocation, or one for all.
+pub fn block_runs(shape: Shape) -> u32 {
     match shape {
         Shape::Serial => SERIAL_LANES,
-        Shape::Wide => WIDE_LANES,
+        Shape::Wide => 1,
     }
 }
 
@@ -211,25 +216,20 @@ pub fn count_and_emit(shape: Shape) -> [&'static KernelDesc; 2] {
     }
 }
 
-/// Number of runs that a list is cut into: on software adapters few and long, on GPUs enough to keep all
-/// lanes busy.
-fn usual_runs(shape: Shape) -> u32 {
-    match shape {
-        Shape::Serial => 2048,
-        Shape::Wide => 65536,
-    }
-}
+/// Number of runs that a list is cut into: on software adapters few and long, on GPUs workgroups that keep all lanes
+/// busy.
+const USUAL_RUNS: u32 = 2048;
 
 /// Most runs of a list and blocks of them.
 pub fn max_offsets(shape: Shape) -> u32 {
-    let runs = 2 * usual_runs(shape);
-    runs + runs.div_ceil(lanes(shape))
+    let runs = 2 * USUAL_RUNS;
+    runs + runs.div_ceil(block_runs(shape))
 }
 
 /// Length of a run [footprints]. With its pairs ([`RUN_PAIRS`]) it stays below llvmpipe's 65,535
 /// iterations.
-pub fn run_length(shape: Shape, footprint_count: u32) -> u32 {
-    footprint_count.div_ceil(usual_runs(shape)).clamp(1, 16000)
+pub fn run_length(footprint_count: u32) -> u32 {
+    footprint_count.div_ceil(USUAL_RUNS).clamp(1, 16000)
 }
 
 /// Workgroups for exactly as many tiles: the fewest rows that every adapter allows. A multiple of

@@ -14,14 +14,17 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleave
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the tier
 /// has.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
-/// Invocations hold four texels in a column; nodes of curves, hits that wait for late ones, and what look-ups lay
+/// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for late ones, and what look-ups lay
 /// aside are registers.
-pub const COLUMNS: [Choice; 4] = [
+pub const COLUMNS: [Choice; 5] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
     Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl"),
     IN_REGISTERS,
+    EIGHT,
 ];
+/// Invocations hold eight texels of casters of one simple kind.
+const EIGHT: Choice = Choice::new("column", "traversal/column_eight.wgsl");
 /// Loops over what lies in registers are written out.
 pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects casters until there is one for each lane.
@@ -34,26 +37,29 @@ const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 /// Replaces [`DISC_TILES`](super::accumulate::DISC_TILES) where discs are collected in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {
     tiers: &[Tier::Native],
-    ..walk::tiles("accumulate_disc_queue_tiles", &[INTERLEAVED, PLAIN, DISCS, MAPS, FETCHED, QUEUE])
+    ..walk::tiles(
+        "accumulate_disc_queue_tiles",
+        &[INTERLEAVED, PLAIN, EIGHT, DISCS, MAPS, FETCHED, QUEUE],
+    )
 };
 
 /// Replaces [`DISC_SEGMENTS`](super::accumulate::DISC_SEGMENTS) where discs are collected in a queue.
 pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     tiers: &[Tier::Native],
-    ..walk::segments("accumulate_disc_queue_segments", &[PLAIN, DISCS, MAPS, QUEUE])
+    ..walk::segments("accumulate_disc_queue_segments", &[PLAIN, EIGHT, DISCS, MAPS, QUEUE])
 };
 
 /// Splats that are collected in a queue; elsewhere they take the kernels of any casters.
 pub const SPLAT_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_tiles",
-    with: &[INTERLEAVED, PLAIN, SPLATS, MAPS, FETCHED, QUEUE],
+    with: &[INTERLEAVED, PLAIN, EIGHT, SPLATS, MAPS, FETCHED, QUEUE],
     ..DISC_QUEUE_TILES
 };
 
 /// As [`SPLAT_QUEUE_TILES`], of segments.
 pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_segments",
-    with: &[PLAIN, SPLATS, MAPS, QUEUE],
+    with: &[PLAIN, EIGHT, SPLATS, MAPS, QUEUE],
     ..DISC_QUEUE_SEGMENTS
 };
 

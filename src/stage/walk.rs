@@ -40,11 +40,19 @@ pub(super) const FACED_LANE_CASTER: Choice =
 pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
+/// Texels that an invocation holds where casters are all of one simple kind;
+/// [`Profile`](super::profile::Profile) may replace it.
+const COLUMN: Choice = Choice::by_tier(
+    "column",
+    "traversal/column_eight.wgsl",
+    Tier::Subgroups,
+    "traversal/column_four.wgsl",
+);
 /// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
 /// Choices of kernels that walk any casters.
-const WALKED: &[Choice] = &[IN_ORDER, WAITING, WALK, LANE_CASTER, SUMS];
+const WALKED: &[Choice] = &[IN_ORDER, COLUMN, WAITING, WALK, LANE_CASTER, SUMS];
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {

@@ -1,11 +1,14 @@
-//! Kernels as on a GPU, where an invocation holds one texel, and workgroup and private memory what it inserts
-//! into, beside those of software adapters, which hold columns of texels in registers: the same bits.
+//! Kernels as on a GPU, where workgroups sort and bin, an invocation holds one texel, and workgroup and private memory
+//! what it inserts into, beside those of software adapters, which hold columns of texels in registers: the same bits.
 use super::{curve, parts};
 use crate::common::{Tier, gpu, tiers};
 use gobo::{
     internals::{
         records::ViewMaps,
-        stage::bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+        stage::{
+            bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+            sort::Shape,
+        },
     },
     model::Receiver,
     render::{RenderOptions, Renderer},
@@ -16,6 +19,7 @@ fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
     renderer.configure(|config| {
         (config.profile.columns, config.profile.unrolled) = (columns, columns);
+        config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
     });
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let frame = renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"));

@@ -1,4 +1,5 @@
-//! Queues that lavapipe collects discs in change no bit of a map.
+//! Queues that lavapipe collects discs in change no bit of a map, nor do columns of four texels instead of eight, and
+//! pairs sorted and binned by workgroups, as on GPUs.
 use super::pipeline::lights;
 use crate::common::{
     gpu,
@@ -6,7 +7,7 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
-    internals::gpu::Tier,
+    internals::{gpu::Tier, stage::sort::Shape},
     model::{Receiver, Transfer, Triangle},
     render::{RenderOptions, Renderer},
     scene::Scene,
@@ -29,14 +30,21 @@ fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f
         particle.radius *= size;
         particle.color.w *= opacity;
     }
-    let mut maps = |queued| {
-        renderer.configure(|config| config.toggles.queued = queued);
+    let mut maps = |(queued, columns)| {
+        renderer.configure(|config| {
+            config.toggles.queued = queued;
+            (config.profile.columns, config.profile.unrolled) = (columns, columns);
+            config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
+        });
         let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
         renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
     };
-    for (a, b) in maps(true).iter().zip(&maps(false)) {
-        let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
-        assert!(same && a.curve == b.curve, "{count} discs of opacity {opacity}");
+    let in_a_queue = maps((true, true));
+    for form in [(false, true), (false, false)] {
+        for (a, b) in in_a_queue.iter().zip(&maps(form)) {
+            let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
+            assert!(same && a.curve == b.curve, "{count} discs of opacity {opacity}, {form:?}");
+        }
     }
 }
 

@@ -105,9 +105,9 @@ fn emitted(
     let [count, emit] = bin::count_and_emit(shape).map(kernel);
     let scan = kernel(&bin::SCAN);
     let footprint_count = sorted.len() as u32;
-    let run_length = bin::run_length(shape, footprint_count);
+    let run_length = bin::run_length(footprint_count);
     let run_count = footprint_count.div_ceil(run_length);
-    let offset_count = run_count + run_count.div_ceil(bin::lanes(shape));
+    let offset_count = run_count + run_count.div_ceil(bin::block_runs(shape));
     assert!(offset_count <= bin::max_offsets(shape));
     let params = BinParams {
         footprint_count,
@@ -117,7 +117,7 @@ fn emitted(
         tile_count: 32,
         view_count: 2,
         segment_length: 1,
-        block_runs: bin::lanes(shape),
+        block_runs: bin::block_runs(shape),
     };
     let mut all_views = views.to_vec();
     all_views.resize(MAX_VIEWS, views[0]);
@@ -161,7 +161,7 @@ fn emitted(
         .with("pairs", &pairs);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-    let groups = [run_count.div_ceil(bin::lanes(shape)), 1, 1];
+    let groups = [run_count.div_ceil(bin::block_runs(shape)), 1, 1];
     for (kernel, groups) in [(&count, groups), (&scan, [1; 3]), (&emit, groups)] {
         let bindings = kernel.bind(&gpu.device, &resources).unwrap();
         kernel.record(&mut pass, &bindings, groups);
@@ -171,33 +171,61 @@ fn emitted(
     (gpu.read_texture(&pairs), gpu.read(&overflow), gpu.read::<BatchCounters>(&counters)[0])
 }
 
-/// The kernels' pairs and overflow on both shapes, on counts that leave lanes and runs unfilled.
+/// Compares pairs and overflow on both shapes with the reference's.
+fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capacity: u32) {
+    let gpu = gpu(Tier::Subgroups);
+    let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
+    let sorted: Vec<_> = (0..rects.len() as u32).rev().filter(visible).collect();
+    let bins = bin(&sorted, rects, |_| None, views, tile_count, capacity);
+    for way in WAYS {
+        let (pairs, mut overflow, counters) =
+            emitted(&gpu, way, &sorted, rects, views, &[], capacity);
+        let name = format!("{} footprints, {way:?}", rects.len());
+        // A stable sort by tile, like the stage that follows.
+        let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
+        found.sort_by_key(|pair| pair.key);
+        let cpu = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
+        assert!(found.iter().copied().eq(cpu), "{name}");
+        let poison = Pair { key: POISON, value: POISON };
+        assert!(pairs[bins.pairs.len()..].iter().all(|&pair| pair == poison), "{name}");
+        overflow.truncate(counters.overflowed as usize);
+        overflow.sort_unstable();
+        let mut expected = bins.overflowed.clone();
+        expected.sort_unstable();
+        assert_eq!(overflow, expected, "{name}");
+        assert_eq!(counters.visible as usize, sorted.len(), "{name}");
+    }
+}
+
+/// On counts that leave lanes and runs unfilled.
 #[test]
 fn both_shapes_emit_what_the_reference_emits() {
-    let gpu = gpu(Tier::Subgroups);
     for (count, capacity) in [(1, 64), (7, 64), (700, 1 << 12), (70_001, 1 << 19), (5000, 9000)] {
-        let rects = scattered_rects(count);
-        let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
-        let sorted: Vec<_> = (0..count).rev().filter(visible).collect();
-        let bins = bin(&sorted, &rects, |_| None, &views(), 32, capacity);
-        for way in WAYS {
-            let (pairs, mut overflow, counters) =
-                emitted(&gpu, way, &sorted, &rects, &views(), &[], capacity);
-            let name = format!("{count} footprints, {way:?}");
-            // A stable sort by tile, like the stage that follows.
-            let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
-            found.sort_by_key(|pair| pair.key);
-            let cpu = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
-            assert!(found.iter().copied().eq(cpu), "{name}");
-            let poison = Pair { key: POISON, value: POISON };
-            assert!(pairs[bins.pairs.len()..].iter().all(|&pair| pair == poison), "{name}");
-            overflow.truncate(counters.overflowed as usize);
-            overflow.sort_unstable();
-            let mut expected = bins.overflowed.clone();
-            expected.sort_unstable();
-            assert_eq!(overflow, expected, "{name}");
-            assert_eq!(counters.visible as usize, sorted.len(), "{name}");
-        }
+        assert_emitted(&scattered_rects(count), &views(), 32, capacity);
+    }
+}
+
+/// Among footprints of a tile or two, some that cover up to the whole map, and what these leave no room for.
+#[test]
+fn both_shapes_emit_large_rectangles() {
+    let views = [0, 4096].map(|first| flat_view(1024, 1.0).to_gpu(first, UVec2::ZERO, 0));
+    let mut chance = Chance::new(5);
+    let rects: Vec<_> = (0..20_000)
+        .map(|i| {
+            let far = |span: u32, chance: &mut Chance| chance.below(span as usize) as u32;
+            let span = if i % 100 == 0 { 64 } else { 2 };
+            let [x, y] = [0; 2].map(|_| far(64, &mut chance));
+            let [wide, high] = [0; 2].map(|_| far(span, &mut chance));
+            let (x1, y1, view) = ((x + wide).min(63), (y + high).min(63), far(2, &mut chance));
+            if x1 - x < 4 && y1 - y < 4 {
+                return rect(x, y, x1, y1, view);
+            }
+            let corners = x | y << 8 | x1 << 16 | y1 << 24;
+            TileRect { corners, mask_view: TileRect::WHOLE | view << 16 }
+        })
+        .collect();
+    for capacity in [1 << 18, 30_000] {
+        assert_emitted(&rects, &views, 8192, capacity);
     }
 }
 

@@ -1,5 +1,5 @@
-// Accumulator: transmittance and nearest depth of eight texels in a column, for casters of one simple kind: soft
-// discs or splats, of the `filter` transfer. CPU reference: src/reference/accumulate.rs.
+// Accumulator: transmittance and nearest depth of four or eight texels in a column, for casters of one simple
+// kind: soft discs or splats, of the `filter` transfer. CPU reference: src/reference/accumulate.rs.
 
 import package::bind::sampled::opaques;
 import package::features::{FAINT, HAS_OPAQUE};
@@ -9,22 +9,31 @@ import package::records::owner::NO_OWNER;
 import package::records::view::GpuView;
 import package::sums::faint::keep4;
 import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
+import choice::column::{COLUMN_TEXELS, FOURS};
 import choice::plain::{Plain, broadcast, column_profile, plain_touches, prepare, presence};
 
-const ROWS: u32 = 8u; // texels that an invocation holds, in a column
+const ROWS: u32 = COLUMN_TEXELS; // texels that an invocation holds, in a column
+const LAST: u32 = FOURS - 1u; // of its fours
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
-var<private> red: array<vec4<f32>, 2>; // transmittance so far
-var<private> green: array<vec4<f32>, 2>;
-var<private> blue: array<vec4<f32>, 2>;
-var<private> lost: array<array<vec4<f32>, 3>, 2>; // absorbed by faint casters, not yet multiplied into the above
-var<private> nearest: array<vec4<i32>, 2>; // depths by their bits, which are ordered like them
-var<private> opaque_depth: array<vec4<f32>, 2>;
+// Centre of the first of the eight texels by which a column is rounded, and how far below it the first four are.
+var<private> first: vec2<f32>;
+var<private> below: f32;
+var<private> red: array<vec4<f32>, FOURS>; // transmittance so far
+var<private> green: array<vec4<f32>, FOURS>;
+var<private> blue: array<vec4<f32>, FOURS>;
+var<private> lost: array<array<vec4<f32>, 3>, FOURS>; // absorbed by faint casters, not yet multiplied into the above
+var<private> nearest: array<vec4<i32>, FOURS>; // depths by their bits, which are ordered like them
+var<private> opaque_depth: array<vec4<f32>, FOURS>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
+    below = f32(texel.y & 4u);
+    first = corner + vec2(0.5, 0.5 - below);
     start_rows(view, texel, 0u);
-    start_rows(view, texel, 1u);
+    if FOURS > 1u {
+        start_rows(view, texel, LAST);
+    }
 }
 
 fn start_rows(view: GpuView, texel: vec2<u32>, i: u32) {
@@ -68,12 +77,16 @@ fn seek_nearest(plain: Plain, met: Profile4, i: u32) {
 
 // `seeks`: it may be nearer than the nearest depths.
 fn visit_plain(view: GpuView, plain: Plain, seeks: bool) {
-    let met = column_profile(view, plain, corner + 0.5, opaque_depth);
+    let met = column_profile(view, plain, first, below, opaque_depth);
     multiply(plain, met[0].profile, 0u);
-    multiply(plain, met[1].profile, 1u);
+    if FOURS > 1u {
+        multiply(plain, met[LAST].profile, LAST);
+    }
     if seeks {
         seek_nearest(plain, met[0], 0u);
-        seek_nearest(plain, met[1], 1u);
+        if FOURS > 1u {
+            seek_nearest(plain, met[LAST], LAST);
+        }
     }
 }
 
@@ -112,7 +125,7 @@ fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) {
 // Whether a caster at or behind `front` may be the nearest.
 fn seeks(front: f32) -> bool {
     let bits = vec4(bitcast<i32>(front));
-    return any(nearest[0] > bits) || any(nearest[1] > bits);
+    return any(nearest[0] > bits) || any(nearest[LAST] > bits);
 }
 
 fn passed_texel(i: u32) -> vec3<f32> {
@@ -126,7 +139,9 @@ fn nearest_texel(i: u32) -> f32 {
 fn finish() {
     if FAINT {
         finish_rows(0u);
-        finish_rows(1u);
+        if FOURS > 1u {
+            finish_rows(LAST);
+        }
     }
 }
 
@@ -138,7 +153,7 @@ fn finish_rows(i: u32) {
 
 // Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
-    return settled_rows(front, 0u) && settled_rows(front, 1u);
+    return settled_rows(front, 0u) && settled_rows(front, LAST);
 }
 
 fn settled_rows(front: f32, i: u32) -> bool {

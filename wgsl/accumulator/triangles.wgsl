@@ -1,12 +1,14 @@
-// Accumulator: nearest opaque depth of eight texels in a column, for opaque triangles, the usual casters of
+// Accumulator: nearest opaque depth of four or eight texels in a column, for opaque triangles, the usual casters of
 // ground and walls. CPU reference: src/reference/occlude.rs.
 
 import package::records::footprint::{Footprint, setup_of};
 import package::records::opaque_depth::whole_depths;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
+import choice::column::{COLUMN_TEXELS, FOURS};
 
-const ROWS: u32 = 8u; // texels that an invocation holds, in a column
+const ROWS: u32 = COLUMN_TEXELS; // texels that an invocation holds, in a column
+const LAST: u32 = FOURS - 1u; // of its fours
 
 struct TriangleSetup {
     edges: array<vec4<f32>, 3>,
@@ -16,12 +18,12 @@ struct TriangleSetup {
 }
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
-var<private> nearest: array<vec4<f32>, 2>;
+var<private> nearest: array<vec4<f32>, FOURS>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
     nearest[0] = vec4(1.0);
-    nearest[1] = vec4(1.0);
+    nearest[LAST] = vec4(1.0);
 }
 
 fn load_triangle(setup: u32) -> TriangleSetup {
@@ -38,7 +40,9 @@ fn load_triangle(setup: u32) -> TriangleSetup {
 
 fn visit_triangle(triangle: TriangleSetup) {
     visit_rows(triangle, 0u);
-    visit_rows(triangle, 1u);
+    if FOURS > 1u {
+        visit_rows(triangle, LAST);
+    }
 }
 
 fn edge_rows(edge: vec4<f32>, ys: vec4<f32>) -> vec4<f32> {
@@ -70,7 +74,7 @@ fn nearest_texel(i: u32) -> f32 {
 
 // Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
-    return all(nearest[0] <= vec4(front)) && all(nearest[1] <= vec4(front));
+    return all(nearest[0] <= vec4(front)) && all(nearest[LAST] <= vec4(front));
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {

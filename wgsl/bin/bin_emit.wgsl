@@ -2,6 +2,7 @@
 // fit emits none; then the list goes through parts of its tiles, or the footprint to the scatter path. CPU reference:
 // src/reference/bin.rs. Rust: src/stage/bin.rs.
 
+import package::bin::emit_outlined::emit_outlined;
 import package::bin::raise_dispatch::raise_dispatch;
 import package::bind::changed::{counters, overflow, run_offsets};
 import package::bind::loaded::{rects, sorted};
@@ -12,25 +13,10 @@ import package::records::bin::{RUN_PAIRS, emit_turns, rect_count};
 import package::records::dispatch::{
     OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH,
 };
-import package::records::outline::{is_outlined, load_outline, outline_farthest, outlined_columns};
+import package::records::outline::is_outlined;
 import package::records::record::record_texel;
 
 override WORKGROUP_SIZE: u32;
-
-// The pairs of an outline, from pair `first` on.
-fn emit_outlined(rect: vec2<u32>, first_tile: u32, tiles_x: u32, footprint: u32, first: u32) {
-    let outline = load_outline(footprint);
-    let farthest = outline_farthest(outline);
-    var pair = first;
-    for (var row = (rect.x >> 8u) & 255u; row <= (rect.x >> 24u); row += 1u) {
-        let columns = outlined_columns(outline, farthest, row, rect.x);
-        for (var x = columns.x; x < columns.y; x += 1u) {
-            let tile = first_tile + row * tiles_x + x;
-            textureStore(pairs, record_texel(pair), vec4(tile, footprint, 0u, 0u));
-            pair += 1u;
-        }
-    }
-}
 
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {

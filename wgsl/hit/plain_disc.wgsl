@@ -6,6 +6,7 @@ import package::hit::disc::{
 };
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
+import choice::column::FOURS;
 
 alias Plain = Disc;
 
@@ -38,19 +39,31 @@ fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f3
     return disc_touches(view, footprint.bounds, lo, hi);
 }
 
-// Profiles of eight texels in a column; `first`: centre of the first.
-fn column_profile(view: GpuView, disc: Plain, first: vec2<f32>, opaque: array<vec4<f32>, 2>) -> array<Profile4, 2> {
+// Profiles of the fours of texels in a column. `first`: centre of the first of eight, which are rounded alike however
+// many an invocation has; `below`: [texels] from there to the first four.
+fn column_profile(
+    view: GpuView,
+    disc: Plain,
+    first: vec2<f32>,
+    below: f32,
+    opaque: array<vec4<f32>, FOURS>,
+) -> array<Profile4, FOURS> {
     let dx = first.x - disc.center.x;
-    if PERSPECTIVE {
-        let ys = first.y + vec4(0.0, 1.0, 2.0, 3.0);
-        return array(
-            disc_profile(view, disc, dx, ys - disc.center.y, opaque[0]),
-            disc_profile(view, disc, dx, ys + 4.0 - disc.center.y, opaque[1]),
-        );
-    }
     let dy = first.y - disc.center.y;
-    return array(
-        rest_profile(disc, column_rest(disc, dx, dy), opaque[0]),
-        rest_profile(disc, column_rest(disc, dx, dy + 4.0), opaque[1]),
-    );
+    var met: array<Profile4, FOURS>;
+    if FOURS == 1u {
+        met[0] = four_profile(view, disc, dx, first.y + below, dy + below, opaque[0]);
+    } else {
+        met[0] = four_profile(view, disc, dx, first.y, dy, opaque[0]);
+        met[FOURS - 1u] = four_profile(view, disc, dx, first.y + 4.0, dy + 4.0, opaque[FOURS - 1u]);
+    }
+    return met;
+}
+
+// `y`: of the first texel's centre; `dy`: from the disc's, rounded.
+fn four_profile(view: GpuView, disc: Plain, dx: f32, y: f32, dy: f32, opaque: vec4<f32>) -> Profile4 {
+    if PERSPECTIVE {
+        return disc_profile(view, disc, dx, y + vec4(0.0, 1.0, 2.0, 3.0) - disc.center.y, opaque);
+    }
+    return rest_profile(disc, column_rest(disc, dx, dy), opaque);
 }

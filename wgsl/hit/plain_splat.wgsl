@@ -140,7 +140,13 @@ fn found(splat: Plain, opacity: vec4<f32>, depth: vec4<f32>, opaque: vec4<f32>) 
 }
 
 // Profiles of eight texels in a column; `first`: centre of the first.
-fn column_profile(view: GpuView, splat: Plain, first: vec2<f32>, opaque: array<vec4<f32>, 2>) -> array<Profile4, 2> {
+fn column_profile(
+    view: GpuView,
+    splat: Plain,
+    first: vec2<f32>,
+    below: f32,
+    opaque: array<vec4<f32>, 2>,
+) -> array<Profile4, 2> {
     let dx = first.x - splat.center.x;
     let dy = first.y - splat.center.y + vec4(0.0, 1.0, 2.0, 3.0);
     if PERSPECTIVE {

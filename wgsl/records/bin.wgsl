@@ -6,13 +6,13 @@ import package::records::tile_rect::WHOLE;
 
 struct BinParams {
     footprint_count: u32,
-    run_length: u32,     // footprints that one invocation walks
+    run_length: u32,     // footprints that one invocation walks, or one workgroup
     run_count: u32,
     pair_capacity: u32,
     tile_count: u32,
     view_count: u32,
     segment_length: u32, // pairs that one workgroup of `accumulate` walks
-    block_runs: u32,     // runs that one workgroup counts
+    block_runs: u32,     // runs of one workgroup
 }
 
 // Keeps counting past every capacity; reset before each batch. Rust: `BatchCounters`.
@@ -33,7 +33,7 @@ struct PartParams {
     most_parts: u32, // that are recorded
 }
 
-// llvmpipe lets all loops of one invocation run 65,535 times in total; a run's footprints and
+// llvmpipe lets all loops of one invocation run 65,535 times in total; the footprints of an invocation's run and
 // the turns that emit their pairs must stay below it. Footprints past it overflow.
 const RUN_PAIRS: u32 = 49152u;
 

@@ -22,9 +22,8 @@ fn share_of(lane: u32) -> Share {
 fn same_digit(lanes: vec2<u32>, digit: u32) -> vec2<u32> {
     var same = lanes;
     for (var bit = 0u; bit < MAX_BITS; bit += 1u) {
-        let is_set = ((digit >> bit) & 1u) != 0u;
-        let setting = subgroupBallot(is_set).xy;
-        same &= select(~setting, setting, is_set);
+        let own = (digit >> bit) & 1u;
+        same &= subgroupBallot(own != 0u).xy ^ vec2(own - 1u);
     }
     return same;
 }

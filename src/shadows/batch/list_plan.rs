@@ -185,8 +185,9 @@ impl ListPlan {
         // Rows of outlines take turns, too.
         let outlined = self.features.has(Flags::HAS_GAUSSIANS);
         let turns = if outlined { 3 * of_caster + 2 } else { of_caster };
-        let of_run = u64::from(bin::run_length(shape, self.footprint_count)) * turns;
-        self.bound.pairs > u64::from(capacity) || of_run > u64::from(bin::RUN_PAIRS)
+        let of_run = u64::from(bin::run_length(self.footprint_count)) * turns;
+        let is_long = shape == Shape::Serial && of_run > u64::from(bin::RUN_PAIRS);
+        self.bound.pairs > u64::from(capacity) || is_long
     }
 
     /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
