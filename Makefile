@@ -63,10 +63,10 @@ test-all: test units program
 test-swiftshader: setup
 	GOBO_TEST_TIERS=all sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
 
-# On lavapipe with subgroups of 4 and 16 lanes instead of 8: stages, maps and pictures.
+# On lavapipe with subgroups of 4 and 16 lanes instead of 8: stages, maps and pictures. Mesa's cache knows no widths.
 test-widths: setup
 	@for bits in 128 512; do \
-		LP_NATIVE_VECTOR_WIDTH=$$bits GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- stages:: maps:: picture:: || exit; \
+		MESA_SHADER_CACHE_DIR=target/shaders/$$bits LP_NATIVE_VECTOR_WIDTH=$$bits GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- stages:: maps:: picture:: || exit; \
 	done
 
 # In a headless Chromium on SwiftShader: every exported kernel of core, and with subgroups where it has them, by its WGSL

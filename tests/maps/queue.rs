@@ -32,7 +32,8 @@ fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f
     }
     let mut maps = |(queued, columns)| {
         renderer.configure(|config| {
-            config.toggles.queued = queued;
+            // Queues have a disc for each of eight lanes.
+            config.toggles.queued = queued && config.profile.queued;
             (config.profile.columns, config.profile.unrolled) = (columns, columns);
             config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
         });
