@@ -1,5 +1,5 @@
 // bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint each, then
-// the pairs of all these, whosever they are (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a large
+// all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a large
 // footprint, and neighbours load and store neighbours. What does not fit: as in bin_emit.wgsl. CPU reference:
 // src/reference/bin.rs. Rust: src/stage/bin.rs.
 
