@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test units test-all test-swiftshader test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
 	bench results native tables quality man setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -42,9 +42,17 @@ examples: setup
 
 # Most of the time lavapipe compiles kernels, each on one core: without LLVM's optimisations in half
 # of it, to the same results, and with other tests beside.
+SUITE := GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root --
+# More than half of the suite's time: 64 points on a light, sequences of pictures, many processes.
+SLOW = $(shell cat tests/slow.txt)
+
+# All but the slow ones.
 test: setup
-	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root
+	@$(SUITE) --exact $(addprefix --skip ,$(SLOW))
 	cargo test --quiet --doc
+
+test-slow: setup
+	@$(SUITE) --exact $(SLOW)
 
 # Tests of which `make test` asks some on one tier alone.
 BY_TIER := maps:: picture:: guest:: contract::recording
@@ -53,11 +61,11 @@ BY_TIER := maps:: picture:: guest:: contract::recording
 units:
 	cargo test --lib --bins
 
-# And what `make test` leaves out: units, long sweeps, and maps and pictures on the other tiers.
-test-all: test units program
+# And what both leave out: units, long sweeps, and maps and pictures on the other tiers.
+test-all: test test-slow units program
 	sh tools/gpu_static.sh --all
-	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 GOBO_TEST_TIERS=all cargo test --test root -- --include-ignored $(BY_TIER)
-	GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- --ignored $(addprefix --skip ,$(BY_TIER))
+	GOBO_TEST_TIERS=all $(SUITE) --include-ignored $(BY_TIER)
+	$(SUITE) --ignored $(addprefix --skip ,$(BY_TIER))
 
 # The kernels against their CPU references on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
@@ -66,7 +74,7 @@ test-swiftshader: setup
 # On lavapipe with subgroups of 4 and 16 lanes instead of 8: stages, maps and pictures. Mesa's cache knows no widths.
 test-widths: setup
 	@for bits in 128 512; do \
-		MESA_SHADER_CACHE_DIR=target/shaders/$$bits LP_NATIVE_VECTOR_WIDTH=$$bits GALLIVM_PERF=nopt RUST_TEST_THREADS=4 cargo test --test root -- stages:: maps:: picture:: || exit; \
+		MESA_SHADER_CACHE_DIR=target/shaders/$$bits LP_NATIVE_VECTOR_WIDTH=$$bits $(SUITE) stages:: maps:: picture:: || exit; \
 	done
 
 # In a headless Chromium on SwiftShader: every exported kernel of core, and with subgroups where it has them, by its WGSL

@@ -2,7 +2,7 @@
 //! the visible emitting surface is tested against every triangle. No map, no filter.
 use gobo::{
     glam::{DVec3, Vec3},
-    model::{Light, LightKind, Source, Transfer},
+    model::{Light, LightKind, Source, Transfer, Triangle},
     scene::Scene,
 };
 use std::f64::consts::{PI, TAU};
@@ -33,7 +33,8 @@ pub(crate) fn share_of_places(
         let (u, v) = ((i as f64 + 0.5) / count as f64, (i as f64 * 0.618_033_988_749_895).fract());
         place(light, start, u, v)
     });
-    places.map(|end| passed(scene, start, end)).sum::<DVec3>() / count as f64
+    let facets = facets(scene, start);
+    places.map(|end| passed(&facets, end - start)).sum::<DVec3>() / count as f64
 }
 
 /// A sample point on the light as seen from `start`; `u` and `v` are in 0..1.
@@ -87,31 +88,49 @@ fn across(along: DVec3) -> (DVec3, DVec3) {
     (right, right.cross(along))
 }
 
-fn passed(scene: &Scene, start: DVec3, end: DVec3) -> DVec3 {
-    let way = end - start;
-    let mut light = DVec3::ONE;
-    for triangle in &scene.triangles {
+/// A triangle as rays from one point see it (Möller and Trumbore 1997): along `way`, `way.dot(normal)` times its
+/// barycentric coordinates and the ray's parameter are `way.dot(u)`, `way.dot(v)` and `t`.
+struct Facet {
+    normal: DVec3,
+    u: DVec3,
+    v: DVec3,
+    t: f64,
+    light: DVec3,
+}
+
+fn facets(scene: &Scene, start: DVec3) -> Vec<Facet> {
+    let facet = |triangle: &Triangle| {
         let [a, b, c] = triangle.positions.map(Vec3::as_dvec3);
-        // Möller and Trumbore 1997.
-        let (ab, ac) = (b - a, c - a);
-        let p = way.cross(ac);
-        let scale = ab.dot(p);
-        if scale.abs() < 1e-15 {
-            continue;
-        }
-        let s = start - a;
-        let q = s.cross(ab);
-        let (u, v, t) = (s.dot(p) / scale, way.dot(q) / scale, ac.dot(q) / scale);
-        if !(u >= 0.0 && v >= 0.0 && u + v < 1.0 && t > 0.0 && t < 1.0) {
-            continue;
-        }
+        let (ab, ac, s) = (b - a, c - a, start - a);
+        let v = s.cross(ab);
         let material = &scene.materials[triangle.material as usize];
         let tint = material.tint.as_dvec4();
-        light *= match material.transfer {
-            Transfer::Opaque => return DVec3::ZERO,
+        let light = match material.transfer {
+            Transfer::Opaque => DVec3::ZERO,
             Transfer::Filter => DVec3::ONE - tint.w * (DVec3::ONE - tint.truncate()),
             other => panic!("{other:?} has no truth here"),
         };
+        Facet { normal: ac.cross(ab), u: ac.cross(s), v, t: ac.dot(v), light }
+    };
+    scene.triangles.iter().map(facet).collect()
+}
+
+fn passed(facets: &[Facet], way: DVec3) -> DVec3 {
+    let mut light = DVec3::ONE;
+    for facet in facets {
+        let scale = way.dot(facet.normal);
+        let (t, end) = (facet.t * scale, scale * scale);
+        if !(t > 0.0 && t < end) || scale.abs() < 1e-15 {
+            continue;
+        }
+        let (u, v) = (way.dot(facet.u) * scale, way.dot(facet.v) * scale);
+        if !(u >= 0.0 && v >= 0.0 && u + v < end) {
+            continue;
+        }
+        light *= facet.light;
+        if light == DVec3::ZERO {
+            break;
+        }
     }
     light
 }

@@ -8,6 +8,7 @@ mod layout;
 mod mirrors;
 mod recording;
 mod shaders;
+mod slow;
 mod sources;
 mod specialised;
 mod support;

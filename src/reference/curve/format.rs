@@ -18,16 +18,17 @@ pub(super) fn stored_channel(light: f32, gain: bool) -> u32 {
 /// Packs `start` and `length` in fixed point, and the light behind.
 pub(in crate::reference) fn packed(start: u32, length: f32, light: Vec3, gain: bool) -> PackedNode {
     let root = ((length.max(0.0) / DEPTHS).sqrt() * LEVELS).round_ties_even() as u32;
-    let [r, g, b] = light.to_array().map(|v| stored_channel(v, gain));
+    let stored = |v| stored_channel(v, gain);
+    let (r, g, b) = (stored(light.x), stored(light.y), stored(light.z));
     [start << 16 | root << 4 | r >> 8, (r & 255) << 24 | g << 12 | b]
 }
 
 /// Start and length in fixed point, and the light behind.
 pub(in crate::reference) fn unpack([first, second]: PackedNode, gain: bool) -> (f32, f32, Vec3) {
     let root = (first >> 4 & 0xfff) as f32 / LEVELS;
+    let loaded = |v| loaded_channel(v, gain);
     let red = (first & 15) << 8 | second >> 24;
-    let channels = [red, second >> 12 & 0xfff, second & 0xfff];
-    let light = Vec3::from_array(channels.map(|v| loaded_channel(v, gain)));
+    let light = Vec3::new(loaded(red), loaded(second >> 12 & 0xfff), loaded(second & 0xfff));
     ((first >> 16) as f32, root * root * DEPTHS, light)
 }
 

@@ -170,11 +170,13 @@ impl Streaming {
 
     fn encode_light(&self, light: Vec3) -> [u16; 4] {
         let mean = (light.x + light.y + light.z) * (1.0 / 3.0);
-        [light.x, light.y, light.z, mean].map(|v| self.encode(v))
+        let encode = |v| self.encode(v);
+        [encode(light.x), encode(light.y), encode(light.z), encode(mean)]
     }
 
     fn light_of(&self, node: &Node) -> Vec3 {
-        Vec3::from_array([0, 1, 2].map(|i| self.decode(node.light[i])))
+        let [r, g, b, _] = node.light;
+        Vec3::new(self.decode(r), self.decode(g), self.decode(b))
     }
 
     /// Inserts one hit, or several that spread from light depth `start` to `end`.
