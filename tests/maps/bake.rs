@@ -8,7 +8,9 @@ use gobo::{
     Prepared, Shadows,
     glam::{Mat4, Vec3, Vec4},
     internals::{gpu::Tier, records::ViewMaps, view::light_views},
-    model::{Counters, Light, LightKind, Material, Particle, Receiver, Texture, Transfer, View},
+    model::{
+        Counters, Light, LightKind, Material, Particle, Receiver, Source, Texture, Transfer, View,
+    },
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };
@@ -268,6 +270,46 @@ fn curves_stay_too() {
         assert_eq!(views(&frame), (*anew, 5 - anew), "step {step}");
         assert!(frame.maps.iter().all(|maps| maps.curve.is_some()));
         assert!(differing(&frame, &fresh(Tier::Native, scene)).is_empty(), "step {step}");
+    }
+}
+
+/// A light's viewpoints are rendered again when it moves or what they see does, and no others.
+#[test]
+fn maps_of_viewpoints_stay_too() {
+    let mut scene = scene();
+    for (light, viewpoints) in [(1, 4), (2, 3)] {
+        let source = Source::Disc { radius: 0.3, direction: Vec3::NEG_Y };
+        scene.lights[light] =
+            Light { source: Some(source), viewpoints, ..scene.lights[light].clone() };
+    }
+    let mut renderer = renderer(Tier::Native);
+    let mut before = frame(&mut renderer, &scene, false);
+    assert_eq!(views(&before), (10, 0));
+    let with = |light: usize, change: &dyn Fn(&mut Light)| {
+        let mut scene = scene.clone();
+        change(&mut scene.lights[light]);
+        scene
+    };
+    let wider = Source::Disc { radius: 0.4, direction: Vec3::NEG_Y };
+    let position = EMITTERS[1].with_y(6.1);
+    let lifted = LightKind::Spot { position, direction: Vec3::NEG_Y, angle: 0.6 };
+    let steps = [
+        ("the same", scene.clone(), 0),
+        ("brighter", with(1, &|light| light.intensity = 9.0), 0),
+        ("lifted", with(1, &|light| light.kind = lifted), 4),
+        ("back", scene.clone(), 4),
+        ("wider", with(2, &|light| light.source = Some(wider)), 3),
+        ("smoke moves", moved(&scene, 2, Vec3::X * 0.2), 3),
+        ("smoke elsewhere moves", moved(&moved(&scene, 2, Vec3::X * 0.2), 0, Vec3::X * 0.2), 1),
+    ];
+    for (step, scene, anew) in &steps {
+        let kept = frame(&mut renderer, scene, false);
+        assert_eq!(views(&kept), (*anew, 10 - anew), "{step}");
+        let all = render(Tier::Native, scene);
+        assert!(differing(&kept, &all).is_empty(), "{step}");
+        assert!(kept.picture.rgb == all.picture.rgb, "{step}");
+        assert_eq!(differing(&before, &kept).len() as u64, *anew, "{step}");
+        before = kept;
     }
 }
 
