@@ -1,7 +1,7 @@
 //! Gaussians in the host's buffers give the same maps as uploads of them, to the last bit.
 use super::{
-    Bits, HostBuffers, ShadowSettings, Vec3, count_buffer, counted, particles, shadows, submit,
-    views,
+    Bits, HostBuffers, ShadowSettings, Vec3, assert_equal, count_buffer, counted, particles,
+    shadows, submit, views,
 };
 use crate::common::{TIERS, gpu, scenes::Chance, tiers};
 use gobo::{
@@ -13,7 +13,6 @@ use gobo::{
     model::GaussianOpacity,
     wgpu::{self, BufferUsages},
 };
-use half::f16;
 
 /// A layout of the host's: places with opacities in one buffer, scalar first quaternions and the rest in another.
 const WGSL: &str = "
@@ -138,19 +137,6 @@ fn on_device(
     let inputs = HostInputs::new().casters(sets);
     let casters = casters(&materials, &[], beside);
     shadows.prepare_with(&casters, &views(), settings, &inputs).unwrap()
-}
-
-/// Fails with what is apart.
-fn assert_equal(found: &Bits, expected: &Bits, what: &str) {
-    let light = |bits: u16| f16::from_bits(bits).to_f32();
-    let texels = found.filters.iter().flatten().zip(expected.filters.iter().flatten());
-    let apart: Vec<_> =
-        texels.filter(|(a, b)| a != b).map(|(a, b)| light(*a) - light(*b)).collect();
-    let most = apart.iter().fold(0.0_f32, |most, apart| most.max(apart.abs()));
-    assert!(apart.is_empty(), "{what}: {} filters are apart, by {most} at most", apart.len());
-    assert!(found.nearests == expected.nearests, "{what}: nearest depths");
-    assert!(found.opaques == expected.opaques, "{what}: opaque depths");
-    assert!(found.curves == expected.curves, "{what}: curves");
 }
 
 fn settings() -> ShadowSettings {

@@ -208,6 +208,25 @@ pub(super) struct Bits {
     curves: Vec<[u32; 4]>,
 }
 
+/// Fails with what is apart.
+pub(super) fn assert_equal(found: &Bits, expected: &Bits, what: &str) {
+    fn apart<T: Copy + PartialEq>(found: &[T], expected: &[T]) -> (usize, Option<(usize, T, T)>) {
+        assert_eq!(found.len(), expected.len());
+        let both = found.iter().zip(expected).enumerate();
+        let mut apart = both.filter(|(_, (a, b))| a != b).map(|(texel, (&a, &b))| (texel, a, b));
+        let first = apart.next();
+        (first.map_or(0, |_| 1 + apart.count()), first)
+    }
+    let filters = apart(&found.filters, &expected.filters);
+    let nearests = apart(&found.nearests, &expected.nearests);
+    let opaques = apart(&found.opaques, &expected.opaques);
+    let curves = apart(&found.curves, &expected.curves);
+    assert!(
+        found == expected,
+        "{what}: texels apart, and the first: filters {filters:x?}, nearest depths {nearests:x?}, opaque ones {opaques:x?}, curves {curves:x?}"
+    );
+}
+
 pub(super) fn submit(gpu: &Gpu, prepared: &Prepared) -> Bits {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     prepared.record(&mut encoder).unwrap();

@@ -1,5 +1,7 @@
 //! Frames in which everything moves: what `prepare` makes on the device, and their maps.
-use super::{HostBuffers, count_buffer, counted, materials, particles, shadows, submit};
+use super::{
+    HostBuffers, assert_equal, count_buffer, counted, materials, particles, shadows, submit,
+};
 use crate::common::{TIERS, counted_gpu, gpu};
 use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Particle, Prepared, Receiver,
@@ -150,7 +152,7 @@ fn counts_that_kernels_wrote_are_written_anew() {
         let found = submit(&gpu, &prepared);
         let mut fresh = shadows(&gpu);
         let expected = submit(&gpu, &prepare(&mut fresh, uploaded, &sets, &settings, frame));
-        assert!(found == expected, "frame {frame}, of the host's: {is_host}");
+        assert_equal(&found, &expected, &format!("frame {frame}, of the host's: {is_host}"));
     }
 }
 
@@ -181,7 +183,8 @@ fn repeated_commands_have_the_contents_of_their_frame() {
         let found = submit(&gpu, &prepare(&mut repeating, uploaded, &[set], &settings, frame));
         let mut fresh = shadows(&gpu);
         let expected = submit(&gpu, &prepare(&mut fresh, uploaded, &[set], &settings, frame));
-        assert!(found == expected, "frame {frame} of {count} casters, blur {}", settings.blur);
+        let what = format!("frame {frame} of {count} casters, blur {}", settings.blur);
+        assert_equal(&found, &expected, &what);
     }
 }
 
