@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
 	bench results native tables quality man setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -70,6 +70,10 @@ test-all: test test-slow units program
 # The kernels against their CPU references on a second driver, SwiftShader (subgroups of 4).
 test-swiftshader: setup
 	GOBO_TEST_TIERS=all sh tools/swiftshader.sh cargo test --test root -- $(addprefix --skip ,$(SWIFTSHADER_SKIPS))
+
+# What `make test` asks, on the lavapipe of a newer Mesa (tools/mesa.sh).
+test-mesa: setup
+	@sh tools/mesa.sh env $(SUITE) --exact $(addprefix --skip ,$(SLOW))
 
 # On lavapipe with subgroups of 4 and 16 lanes instead of 8: stages, maps and pictures. Mesa's cache knows no widths.
 test-widths: setup
