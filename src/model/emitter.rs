@@ -5,6 +5,7 @@
 //! divisions and square roots. The CPU reference of `wgsl/simulate/simulate_particles.wgsl`.
 use super::{fluid::Fluid, hash::pcg};
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 mod curl_noise;
 
@@ -299,17 +300,7 @@ impl Flock {
                 forces.advance(emitted, step);
             }
         };
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let each = all.len().div_ceil(threads).max(1024);
-        if all.len() <= each {
-            all.iter_mut().for_each(fly);
-        } else {
-            std::thread::scope(|scope| {
-                for part in all.chunks_mut(each) {
-                    scope.spawn(move || part.iter_mut().for_each(fly));
-                }
-            });
-        }
+        all.par_iter_mut().with_min_len(1024).for_each(fly);
         self.emitted = all.into_iter().map(|(f, _)| f).filter(|f| f.age < f.life).collect();
         self.step = step;
     }

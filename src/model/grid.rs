@@ -85,7 +85,7 @@ pub struct Voxels(Arc<[u16; BRICK_VALUES]>);
 
 impl Voxels {
     /// Values of `density` at x, y, z of 0..=8, rounded to halves.
-    pub fn new(density: impl Fn(UVec3) -> f32) -> Self {
+    pub fn new(mut density: impl FnMut(UVec3) -> f32) -> Self {
         let edge = BRICK_EDGE as u32;
         let at = |i: u32| UVec3::new(i % edge, i / edge % edge, i / (edge * edge));
         Self::from_bits(std::array::from_fn(|i| f16::from_f32(density(at(i as u32))).to_bits()))

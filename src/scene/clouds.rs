@@ -1,10 +1,11 @@
 //! Generated volumes: clouds, plumes and explosions of noise, the same on every machine but for rounding.
-use super::{SceneError, displace::gradient_noise, generate::Chance, keys::Keys};
+use super::{SceneError, generate::Chance, keys::Keys, lattice_noise::LatticeNoise};
 use crate::{
     model::{BRICK_SIZE, Brick, Voxels},
     records::pcg,
 };
 use glam::{DAffine3, DMat3, IVec3, UVec3, Vec2, Vec3};
+use rayon::prelude::*;
 use std::f32::consts::TAU;
 
 /// Kinds of generated volumes.
@@ -32,8 +33,10 @@ pub struct Cloud {
     pub speed: f32,
 }
 
+/// Fewest slices of voxels that share kept gradients.
+const SLICES: usize = 8;
 /// Octaves of noise.
-const OCTAVES: u32 = 5;
+const OCTAVES: usize = 5;
 
 impl Cloud {
     const MOST_VOXELS: u32 = 320;
@@ -86,30 +89,37 @@ impl Cloud {
         let unit = 2.0 / self.size.max_element();
         let middle = (count.as_vec3() - 1.0) * Vec3::new(0.5, 0.0, 0.5) - Vec3::new(0.0, 0.5, 0.0);
         let point = |voxel: IVec3| (voxel.as_vec3() - middle) * edge;
-        let [width, height, _] = count.to_array();
-        let values: Vec<f32> = (0..count.element_product())
-            .map(|i| {
-                let voxel = UVec3::new(i % width, i / width % height, i / (width * height));
+        let half = self.size * Vec3::new(0.5, 1.0, 0.5);
+        let [width, height, depth] = count.to_array();
+        let slice = |noise: &mut Noise, z: u32| -> Vec<f32> {
+            let voxels = (0..width * height).map(|i| UVec3::new(i % width, i / width, z));
+            let density = |voxel: UVec3| {
                 let at = point(voxel.as_ivec3());
                 // Nothing is cut off at the box.
-                let half = self.size * Vec3::new(0.5, 1.0, 0.5);
                 let rim = ((half - at.abs()).min_element() * unit).min(at.y * unit);
-                field.density(at / half, at * unit) * smooth(rim / 0.08)
-            })
-            .collect();
-        let index = |voxel: IVec3| {
-            let [x, y, z] = voxel.as_uvec3().to_array();
-            ((z * height + y) * width + x) as usize
+                field.density(noise, at / half, at * unit) * smooth(rim / 0.08)
+            };
+            voxels.map(density).collect()
         };
-        let mut bricks =
-            Brick::of_voxels(IVec3::ZERO, count.as_ivec3() - 1, |voxel| values[index(voxel)]);
-        for brick in &mut bricks {
-            brick.temperature = kelvin.map(|kelvin| {
-                Voxels::new(|voxel| {
-                    let at = point(brick.origin + voxel.as_ivec3());
-                    kelvin * field.heat(at / (self.size * Vec3::new(0.5, 1.0, 0.5)), at * unit)
-                })
-            });
+        let slices: Vec<Vec<f32>> = (0..depth)
+            .into_par_iter()
+            .with_min_len(SLICES)
+            .map_init(|| field.noise(), slice)
+            .collect();
+        let density = |voxel: IVec3| {
+            let [x, y, z] = voxel.as_uvec3().to_array();
+            slices[z as usize][(y * width + x) as usize]
+        };
+        let mut bricks = Brick::of_voxels(IVec3::ZERO, count.as_ivec3() - 1, density);
+        if let Some(kelvin) = kelvin {
+            let heat = |noise: &mut Noise, brick: &mut Brick| {
+                let origin = brick.origin;
+                brick.temperature = Some(Voxels::new(|voxel| {
+                    let at = point(origin + voxel.as_ivec3());
+                    kelvin * field.heat(noise, at / half, at * unit)
+                }));
+            };
+            bricks.par_iter_mut().with_min_len(64).for_each_init(|| field.noise(), heat);
         }
         let (edge, middle) = (f64::from(edge), middle.as_dvec3());
         let matrix3 = DMat3::from_diagonal(glam::DVec3::splat(edge));
@@ -149,8 +159,29 @@ impl Field {
         Self { kind: cloud.kind, seed: pcg(cloud.seed), time, heaps }
     }
 
+    /// Its noise, for one thread.
+    fn noise(&self) -> Noise {
+        let age = match self.kind {
+            KindOfCloud::Cloud => 0.1 * self.time,
+            KindOfCloud::Plume => 0.3 * self.time,
+            KindOfCloud::Explosion => 0.5 * self.age(),
+        };
+        Noise {
+            octaves: std::array::from_fn(|i| {
+                let scale = (1 << i) as f32;
+                LatticeNoise::new(age * scale.sqrt(), pcg(self.seed ^ ((i as u32) << 24)))
+            }),
+            wind: [1, 2].map(|axis| LatticeNoise::new(0.0, self.seed ^ axis)),
+        }
+    }
+
+    /// Time since an explosion [s].
+    fn age(&self) -> f32 {
+        (self.time + 0.12).max(0.0)
+    }
+
     /// Density at a place, as a share of half the box (`part`) and of half its longest edge (`place`).
-    fn density(&self, part: Vec3, point: Vec3) -> f32 {
+    fn density(&self, noise: &mut Noise, part: Vec3, point: Vec3) -> f32 {
         /// No sum of octaves reaches farther.
         const MOST: f32 = 1.2;
         let time = self.time;
@@ -164,14 +195,15 @@ impl Field {
                     return 0.0;
                 }
                 let drift = Vec3::new(0.04, 0.02, 0.0) * time;
-                let heaped = shape + 0.55 * self.billows(point * 3.0 - drift, 0.1 * time);
+                let heaped = shape + 0.55 * noise.billows(point * 3.0 - drift);
                 smooth(heaped / 0.3) * smooth(part.y / 0.14)
             }
             KindOfCloud::Plume => {
                 let up = point.y * 2.5 - 0.7 * time;
-                let wind = |seed: u32| gradient_noise(Vec3::new(0.0, up * 0.45, 0.3), 0.0, seed);
                 let high = part.y;
-                let bend = Vec2::new(wind(self.seed ^ 1), wind(self.seed ^ 2)) * 0.9 * high;
+                let at = Vec3::new(0.0, up * 0.45, 0.3);
+                let wind = noise.wind.each_mut().map(|wind| wind.at(at));
+                let bend = Vec2::from_array(wind) * 0.9 * high;
                 let width = 0.09 + 0.42 * high.max(0.0).powf(0.8);
                 let away = (Vec2::new(part.x, part.z) - bend).length() / width;
                 if 1.0 - away + MOST <= 0.0 {
@@ -180,18 +212,18 @@ impl Field {
                 let at = Vec3::new(point.x * 2.5, up, point.z * 2.5) * 1.6;
                 // The foot has no room for clefts.
                 let depth = smooth(0.3 + 1.4 * high);
-                let body = 1.0 - away + depth * self.billows(at, 0.3 * time);
+                let body = 1.0 - away + depth * noise.billows(at);
                 let thin = 0.18 / (0.18 + high) * smooth((1.0 - high) / 0.25);
                 smooth(body / 0.6) * thin * smooth(high / 0.02)
             }
             KindOfCloud::Explosion => {
-                let age = (time + 0.12).max(0.0);
+                let age = self.age();
                 let (from, at) = self.blown(part, age);
                 let away = from.length();
                 if 0.8 - away + 0.6 * MOST <= 0.0 {
                     return 0.0;
                 }
-                let body = 0.8 - away + 0.6 * self.billows(at, 0.5 * age);
+                let body = 0.8 - away + 0.6 * noise.billows(at);
                 // The shell is denser than the middle.
                 let hollow = 0.35 + 0.65 * smooth(away);
                 smooth(body / 0.35) * hollow / (1.0 + 1.5 * age)
@@ -201,10 +233,10 @@ impl Field {
 
     /// Temperature of an explosion as a share of the highest, at a place as for [`Self::density`]: hottest in the middle
     /// and in clefts, it cools as it grows.
-    fn heat(&self, part: Vec3, point: Vec3) -> f32 {
-        let age = (self.time + 0.12).max(0.0);
+    fn heat(&self, noise: &mut Noise, part: Vec3, point: Vec3) -> f32 {
+        let age = self.age();
         let (from, at) = self.blown(part, age);
-        let clefts = self.billows(at * 1.3 + point * 0.2, 0.5 * age);
+        let clefts = noise.billows(at * 1.3 + point * 0.2);
         (1.0 - 0.35 * from.length() - 0.5 * clefts.max(0.0)).clamp(0.0, 1.0) / (1.0 + 0.8 * age)
     }
 
@@ -215,14 +247,23 @@ impl Field {
         let from = (part * Vec3::new(1.0, 2.0, 1.0) - center * 2.0) / grown.max(1e-3);
         (from, from * 2.2 - Vec3::Y * 0.5 * age)
     }
+}
 
+/// The noise of a [`Field`]; what it keeps makes neighbours quick.
+struct Noise {
+    octaves: [LatticeNoise; OCTAVES],
+    /// What bends a plume, along x and z.
+    wind: [LatticeNoise; 2],
+}
+
+impl Noise {
     /// Sum of octaves with round lumps and narrow clefts, mostly from -0.5 to 1.
-    fn billows(&self, at: Vec3, age: f32) -> f32 {
-        let octave = |i: u32| {
+    fn billows(&mut self, at: Vec3) -> f32 {
+        let mut sum = 0.0;
+        for (i, noise) in self.octaves.iter_mut().enumerate() {
             let scale = (1 << i) as f32;
-            let seed = pcg(self.seed ^ (i << 24));
-            (gradient_noise(at * scale, age * scale.sqrt(), seed).abs() * 2.4 - 0.45) / scale
-        };
-        (0..OCTAVES).map(octave).sum()
+            sum += (noise.at(at * scale).abs() * 2.4 - 0.45) / scale;
+        }
+        sum
     }
 }

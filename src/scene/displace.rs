@@ -1,10 +1,11 @@
 //! Spheres displaced by animated noise: closed, lumpy bodies for clouds of dust.
-use super::{numbers::array, shapes, shapes::KindOfShape};
+use super::{lattice_noise::LatticeNoise, numbers::array, shapes, shapes::KindOfShape};
 use crate::{
     model::{Motion, Scene, Triangle},
     records::pcg,
 };
-use glam::{IVec3, Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec3};
+use rayon::prelude::*;
 use std::{collections::HashMap, sync::Arc};
 
 /// Displacement of a sphere along its radius.
@@ -41,7 +42,7 @@ pub struct Displaced {
     pub world_from_sphere: Mat4,
 }
 
-const OCTAVES: u32 = 4;
+const OCTAVES: usize = 4;
 /// Amplitude of an octave over that of the one before: lumps rather than rock.
 const ROUGHNESS: f32 = 0.36;
 /// About three standard deviations of the sum of octaves.
@@ -73,46 +74,61 @@ impl Displace {
         self.speed != 0.0 || self.drift != [0.0; 3]
     }
 
-    /// Radius along a unit vector, relative to the sphere's.
-    fn radius(&self, along: Vec3, seconds: f64) -> f32 {
-        let shift = Vec3::from_array(self.drift.map(|speed| (f64::from(speed) * seconds) as f32));
+    /// Its octaves of noise at a time [s].
+    fn octaves(&self, seconds: f64) -> [LatticeNoise; OCTAVES] {
         let age = (f64::from(self.speed) * seconds).rem_euclid(65536.0) as f32;
+        std::array::from_fn(|octave| {
+            let seed = pcg(self.seed ^ ((octave as u32) << 24));
+            LatticeNoise::new(age * (octave + 1) as f32, seed)
+        })
+    }
+
+    /// Radius along a unit vector, relative to the sphere's. `shift`: of the noise since the start.
+    fn radius(&self, along: Vec3, shift: Vec3, octaves: &mut [LatticeNoise; OCTAVES]) -> f32 {
         let mut sum = 0.0;
-        for octave in 0..OCTAVES {
+        for (octave, noise) in octaves.iter_mut().enumerate() {
             let cells = self.frequency * (1 << octave) as f32;
-            let seed = pcg(self.seed ^ (octave << 24));
-            let height = gradient_noise((along - shift) * cells, age * (octave + 1) as f32, seed);
-            sum += height * ROUGHNESS.powi(octave as i32);
+            sum += noise.at((along - shift) * cells) * ROUGHNESS.powi(octave as i32);
         }
         1.0 + self.amplitude * (sum / SPREAD).clamp(-1.0, 1.0)
     }
 
     /// Displaces `triangles`, those of the unit sphere at its own origin, to world space.
     pub(super) fn apply(&self, triangles: &mut [Triangle], world_from_sphere: Mat4, seconds: f64) {
-        let key = |p: Vec3| p.to_array().map(f32::to_bits);
-        // Corners with equal bits are shared, so that the body stays closed to the last bit.
-        let mut moved: HashMap<[u32; 3], Vec3> = HashMap::new();
-        for corner in triangles.iter().flat_map(|triangle| triangle.normals) {
-            moved.entry(key(corner)).or_insert_with(|| {
-                let local = corner * (0.5 * self.radius(corner, seconds));
-                world_from_sphere.transform_point3(local)
-            });
-        }
+        // Corners with equal bits are one, so that the body stays closed to the last bit.
+        let mut indices: HashMap<[u32; 3], usize> = HashMap::new();
+        let mut directions = Vec::new();
+        let mut index_of = |corner: Vec3| {
+            *indices.entry(corner.to_array().map(f32::to_bits)).or_insert_with(|| {
+                directions.push(corner);
+                directions.len() - 1
+            })
+        };
+        let corners: Vec<[usize; 3]> =
+            triangles.iter().map(|triangle| triangle.normals.map(&mut index_of)).collect();
+        let shift = Vec3::from_array(self.drift.map(|speed| (f64::from(speed) * seconds) as f32));
+        let moved: Vec<Vec3> = directions
+            .par_iter()
+            .with_min_len(4096)
+            .map_init(
+                || self.octaves(seconds),
+                |octaves, &along| {
+                    let local = along * (0.5 * self.radius(along, shift, octaves));
+                    world_from_sphere.transform_point3(local)
+                },
+            )
+            .collect();
         let turned = Mat3::from_mat4(world_from_sphere).determinant() < 0.0;
-        let mut normals: HashMap<[u32; 3], Vec3> = HashMap::new();
-        for triangle in &mut *triangles {
-            triangle.positions = triangle.normals.map(|corner| moved[&key(corner)]);
+        let mut normals = vec![Vec3::ZERO; moved.len()];
+        for (triangle, corners) in triangles.iter_mut().zip(&corners) {
+            triangle.positions = corners.map(|corner| moved[corner]);
             let [a, b, c] = triangle.positions;
             let face = (b - a).cross(c - a) * if turned { -1.0 } else { 1.0 };
-            for corner in triangle.normals {
-                *normals.entry(key(corner)).or_default() += face;
-            }
+            corners.iter().for_each(|&corner| normals[corner] += face);
         }
-        for triangle in triangles {
-            triangle.normals = triangle.normals.map(|corner| {
-                let corner = normals[&key(corner)].try_normalize();
-                corner.unwrap_or(Vec3::Y)
-            });
+        for (triangle, corners) in triangles.iter_mut().zip(&corners) {
+            triangle.normals =
+                corners.map(|corner| normals[corner].try_normalize().unwrap_or(Vec3::Y));
         }
     }
 }
@@ -145,29 +161,4 @@ impl Motion for Displaced {
         let world_from_sphere = Mat4::from_translation(by) * self.world_from_sphere;
         Some(Arc::new(Self { world_from_sphere, ..*self }))
     }
-}
-
-/// Gradient noise on an infinite lattice (Perlin 2002); gradients rotate as `age` grows (Perlin and Neyret
-/// 2001).
-pub(super) fn gradient_noise(at: Vec3, age: f32, seed: u32) -> f32 {
-    let low = at.floor();
-    let part = at - low;
-    let fade = part * part * part * (part * (part * 6.0 - 15.0) + 10.0);
-    let corner = |x: i32, y: i32, z: i32| {
-        let cell = low.as_ivec3() + IVec3::new(x, y, z);
-        let [x_bits, y_bits, z_bits] = cell.to_array().map(i32::cast_unsigned);
-        let hash = pcg(x_bits ^ pcg(y_bits ^ pcg(z_bits ^ seed)));
-        // Two perpendicular axes, in whose plane the gradient rotates in either direction.
-        let unit = |bits: u32| (bits & 0xffff) as f32 / 32767.5 - 1.0;
-        let (bits, more) = (pcg(hash), pcg(hash ^ 0x9e37_79b9));
-        let first = Vec3::new(unit(bits), unit(bits >> 16), unit(more)).normalize_or(Vec3::X);
-        let second = first.any_orthonormal_vector();
-        let turns = unit(more >> 16) + if hash & 1 == 0 { age.fract() } else { -age.fract() };
-        let (sin, cos) = (turns * std::f32::consts::TAU).sin_cos();
-        (first * cos + second * sin).dot(part - Vec3::new(x as f32, y as f32, z as f32))
-    };
-    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    let row = |y: i32, z: i32| mix(corner(0, y, z), corner(1, y, z), fade.x);
-    let slice = |z: i32| mix(row(0, z), row(1, z), fade.y);
-    mix(slice(0), slice(1), fade.z)
 }

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::model::{Strand, StrandVertex, Triangle};
 use glam::{Quat, Vec3, Vec4};
+use rayon::prelude::*;
 use std::f32::consts::TAU;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
@@ -119,7 +120,7 @@ impl Fur {
             let vertices = (0..=self.segments).map(vertex).collect();
             Strand { vertices, material, id: first_id.wrapping_add(i) }
         };
-        (0..).zip(&hairs).map(strand).collect()
+        (0..self.count).into_par_iter().zip(&hairs).map(strand).collect()
     }
 }
 

@@ -32,6 +32,7 @@ mod gltf_texture;
 mod images;
 mod keys;
 mod ktx2;
+mod lattice_noise;
 mod light_tables;
 mod limits;
 mod load;

@@ -1,6 +1,6 @@
 //! Noise without divergence.
 use crate::model::hash::pcg;
-use glam::{IVec3, Vec3};
+use glam::{UVec3, Vec3};
 
 /// Velocity of divergence-free whirls: the cross product of two noise gradients (`DeWolf` 2005), of
 /// magnitude about 1.
@@ -15,16 +15,17 @@ fn noise_gradient(at: Vec3, seed: u32) -> Vec3 {
     let t = at - low;
     let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let slope = t * t * (t * (t * 30.0 - 60.0) + 30.0);
-    let cell = low.as_ivec3();
-    let corner = |x: i32, y: i32, z: i32| {
-        let [x, y, z] = (cell + IVec3::new(x, y, z)).to_array().map(i32::cast_unsigned);
-        (pcg(x ^ pcg(y ^ pcg(z ^ seed))) >> 8) as f32 / (1 << 23) as f32 - 1.0
-    };
+    let cell = low.as_ivec3().as_uvec3();
+    let next = cell.wrapping_add(UVec3::ONE);
     let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    let [c000, c100] = [corner(0, 0, 0), corner(1, 0, 0)];
-    let [c010, c110] = [corner(0, 1, 0), corner(1, 1, 0)];
-    let [c001, c101] = [corner(0, 0, 1), corner(1, 0, 1)];
-    let [c011, c111] = [corner(0, 1, 1), corner(1, 1, 1)];
+    let value = |x: u32, row: u32| (pcg(x ^ row) >> 8) as f32 / (1 << 23) as f32 - 1.0;
+    let (slice0, slice1) = (pcg(cell.z ^ seed), pcg(next.z ^ seed));
+    let (row00, row10) = (pcg(cell.y ^ slice0), pcg(next.y ^ slice0));
+    let (row01, row11) = (pcg(cell.y ^ slice1), pcg(next.y ^ slice1));
+    let (c000, c100) = (value(cell.x, row00), value(next.x, row00));
+    let (c010, c110) = (value(cell.x, row10), value(next.x, row10));
+    let (c001, c101) = (value(cell.x, row01), value(next.x, row01));
+    let (c011, c111) = (value(cell.x, row11), value(next.x, row11));
     // Interpolates along x at the four edges, then takes their differences.
     let edges = [
         mix(c000, c100, fade.x),
