@@ -246,7 +246,7 @@ impl Light {
             self.source.iter().filter_map(|it| it.parts_problem(&self.kind, self.viewpoints));
         let of_fall = [(self.inner_angle, 0.0), (self.end, f32::MIN_POSITIVE)]
             .into_iter()
-            .filter(|&(number, least)| number.is_some_and(|number| !(number >= least)))
+            .filter(|&(number, least)| number.is_some_and(|number| !(least..).contains(&number)))
             .map(|_| "its inner angle must be 0 or more, and its end above 0");
         let problems = kinds.filter_map(LightKind::problem).chain(of_source).chain(of_viewpoints);
         let problems = problems.chain(of_fall);

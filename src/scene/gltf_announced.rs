@@ -93,5 +93,5 @@ fn images_of<'a>(material: &Material<'a>) -> [[Option<Image<'a>>; 3]; 2] {
     let emits = material.emissive_factor().iter().any(|factor| factor * strength > 0.0);
     let emission = material.emissive_texture().filter(|_| emits);
     let emission = emission.map(|info| info.texture().source());
-    [color.images().map(|image| image.cloned()), [emission, None, None]]
+    [color.images().map(Option::<&Image<'a>>::cloned), [emission, None, None]]
 }

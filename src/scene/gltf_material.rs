@@ -263,7 +263,7 @@ impl<'a> Materials<'a> {
         let texture = self.texture(source, transmits, is_face)?;
         let emission = emission.map(|info| info.texture().source());
         let emission = Product { base: emission, is_opaque: true, ..Product::default() };
-        Ok((uses, [texture, self.textures.add(emission)?]))
+        Ok((uses, [texture, self.textures.add(&emission)?]))
     }
 
     /// Texture of its colour and transmission. `is_face`: as that of one of the two faces of a body.
@@ -273,7 +273,7 @@ impl<'a> Materials<'a> {
         transmits: bool,
         is_face: bool,
     ) -> Result<Option<u32>, SceneError> {
-        self.textures.add(Product::of(source, transmits, is_face))
+        self.textures.add(&Product::of(source, transmits, is_face))
     }
 
     /// Roughness and metal, by the means of their texture.

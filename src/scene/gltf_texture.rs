@@ -75,7 +75,7 @@ impl<'a> Textures<'a> {
     }
 
     /// Index of the texture of a product; `None` without images.
-    pub(super) fn add(&mut self, product: Product<'_>) -> Result<Option<u32>, SceneError> {
+    pub(super) fn add(&mut self, product: &Product<'_>) -> Result<Option<u32>, SceneError> {
         let Some(first) = product.images().into_iter().flatten().next() else { return Ok(None) };
         let key = product.key();
         if let Some(known) = self.known.get(&key) {
@@ -84,7 +84,7 @@ impl<'a> Textures<'a> {
         let count = (self.earlier + self.textures.len()) as u64;
         Limit::Textures.grown_in(&self.file.path, count, 1)?;
         let name = first.name().map_or_else(|| format!("image {}", first.index()), str::to_owned);
-        let mut pixels = self.multiplied(&product)?;
+        let mut pixels = self.multiplied(product)?;
         let is_solid = pixels.pixels().all(|pixel| pixel.0[3] == 255);
         let roots: [u8; 256] =
             std::array::from_fn(|c| srgb_byte(linear_from_srgb(c as f32 / 255.0).sqrt()));

@@ -49,7 +49,9 @@ impl Glb {
         let view = self.view(bytes);
         let mut accessor =
             json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
-        accessor.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        if let (Some(accessor), Value::Object(more)) = (accessor.as_object_mut(), more) {
+            accessor.extend(more);
+        }
         self.push("accessors", accessor)
     }
 
@@ -99,7 +101,7 @@ impl Glb {
 
     /// A node with a mesh of one primitive.
     pub(crate) fn place(&mut self, primitive: Value, at: [f32; 3]) -> usize {
-        let mesh = self.push("meshes", json!({ "primitives": [primitive] }));
+        let mesh = self.push("meshes", json!({ "primitives": Value::Array(vec![primitive]) }));
         self.node(json!({ "mesh": mesh, "translation": at }))
     }
 

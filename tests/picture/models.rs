@@ -54,7 +54,7 @@ fn floor(model: &mut Glb) {
     model.json["nodes"][node]["scale"] = json!([8, 1, 8]);
 }
 
-/// KHR_materials_unlit: the base colour times that of the texture and corners, by its alpha, whatever the light.
+/// `KHR_materials_unlit`: the base colour times that of the texture and corners, by its alpha, whatever the light.
 #[test]
 fn what_is_unlit_shows_its_colour() {
     let mut model = Glb::new();
@@ -110,7 +110,7 @@ fn whole_cover_is_opaque() {
 }
 
 /// Between its cones a spot falls by the square of the share of the cosines, and every lamp by a window towards its range
-/// (KHR_lights_punctual, the formulas that it recommends).
+/// (`KHR_lights_punctual`, the formulas that it recommends).
 #[test]
 fn lamps_fall_off_as_gltf_says() {
     let whole = std::f64::consts::FRAC_PI_4;
@@ -137,8 +137,7 @@ fn lamps_fall_off_as_gltf_says() {
                 let x = f64::from(step) / 8.0 + 0.0625;
                 let square = x * x + 0.0625 * 0.0625 + 4.0;
                 let cosine = 2.0 / square.sqrt();
-                let by_cone =
-                    (cosine - whole.cos()) / (f64::from(inner).cos() - whole.cos()).max(1e-3);
+                let by_cone = (cosine - whole.cos()) / (f64::cos(inner) - whole.cos()).max(1e-3);
                 let cone = if kind == "spot" { by_cone.clamp(0.0, 1.0).powi(2) } else { 1.0 };
                 let window =
                     range.map_or(1.0, |end: f64| (1.0 - (square / (end * end)).powi(2)).max(0.0));

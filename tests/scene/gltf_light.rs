@@ -20,11 +20,8 @@ fn scene(folder: &Folder, model: &Glb, keys: &str) -> Scene {
 
 /// Light of the sun half a metre below a place.
 fn below(scene: &Scene, places: &[[f32; 2]]) -> Vec<[f32; 3]> {
-    let point = |&[x, z]: &[f32; 2]| ReceiverPoint {
-        position: Vec3::new(x, -0.5, z),
-        normal: Vec3::ZERO,
-        ..ReceiverPoint::default()
-    };
+    let point =
+        |&[x, z]: &[f32; 2]| ReceiverPoint { position: Vec3::new(x, -0.5, z), normal: Vec3::ZERO };
     let points: Vec<_> = places.iter().map(point).collect();
     Renderer::on_cpu().light_points(scene, &points).unwrap()
 }
