@@ -335,7 +335,8 @@ impl Triangle {
     }
 }
 
-/// An image that materials sample, bilinear and repeating.
+/// An image that materials sample, bilinear and repeating. Colours count by their alpha, but in `opaque`, `stain` and `gain`:
+/// what is clear has none.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
     /// Name for people.

@@ -56,6 +56,10 @@ impl Ignored {
             if primitive.get("extensions").is_some_and(is_splat) {
                 continue;
             }
+            let targets = primitive.get("targets").and_then(Value::as_array).into_iter().flatten();
+            let moved = targets.filter_map(Value::as_object).flat_map(Map::keys);
+            let spare = moved.filter(|name| !WORDS.contains(&name.as_str()));
+            self.attributes.extend(spare.map(|name| format!("{name} of morph targets")));
             let names = attributes_of(primitive, "/attributes").map(|all| all.keys().cloned());
             let names: Vec<String> = names.into_iter().flatten().collect();
             for name in names.into_iter().filter(|name| !is_known(name) || is_spare(name)) {

@@ -50,7 +50,8 @@ fn plain(bytes: &[u8], [width, height]: [u32; 2]) -> Option<Result<RgbaImage, St
         let (start, stored) = (long(LEVELS)?, long(LEVELS + 8)?);
         let start = usize::try_from(start).ok()?;
         let stored = bytes.get(start..start.checked_add(usize::try_from(stored).ok()?)?)?;
-        let mut texels = Vec::with_capacity(length);
+        // Grows with what there is, whatever the header announces.
+        let mut texels = Vec::new();
         match word(SUPERCOMPRESSION)? {
             0 => texels.extend_from_slice(stored),
             2 => {

@@ -5,7 +5,7 @@ use crate::common::{
 };
 use gobo::{
     glam::{Mat4, Vec2, Vec3},
-    model::LightKind,
+    model::{LightKind, VertexColor},
     scene::{Model, load_model},
 };
 use serde_json::json;
@@ -24,12 +24,21 @@ fn attributes_of_other_names_are_skipped() {
         square["attributes"][name] = scalars.into();
     }
     square["attributes"]["COLOR_1"] = colors.into();
+    let moved = square["attributes"]["POSITION"].clone();
+    square["targets"] = json!([{ "POSITION": moved, "COLOR_0": colors }]);
     model.place(square.clone(), [0.0; 3]);
     model.place(square, [1.0; 3]);
     let model = load(&model);
     assert_eq!(model.triangles.len(), 4);
     let [note] = &model.notes[..] else { panic!("{:?}", model.notes) };
-    for name in ["`_TEMPERATURE`", "`_FEATURE_ID_0`", "`FOO`", "`TEXCOORD_x`", "`COLOR_1`"] {
+    for name in [
+        "`_TEMPERATURE`",
+        "`_FEATURE_ID_0`",
+        "`FOO`",
+        "`TEXCOORD_x`",
+        "`COLOR_1`",
+        "`COLOR_0 of morph targets`",
+    ] {
         assert_eq!(note.matches(name).count(), 1, "{note}");
     }
 }
@@ -187,6 +196,34 @@ fn accessors_of_all_kinds_are_read() {
     let corners = |i: usize| model.triangles[i].positions;
     assert_eq!(corners(2), [[-0.5, 0.0, 0.5], [7.0, 0.0, 0.0], [0.0, 0.0, -7.0]].map(Vec3::from));
     assert_eq!(corners(4), [[0.0, 0.0, 0.0], [7.0, 0.0, 0.0], [0.0, 0.0, -7.0]].map(Vec3::from));
+}
+
+/// A body whose faces look inwards is turned, with all that its corners have.
+#[test]
+fn corners_keep_their_colours_when_bodies_are_turned() {
+    let mut model = Glb::new();
+    let glass = json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1 },
+        "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [0.5, 0.5, 0.5] },
+    });
+    let mut body = model
+        .square(json!({ "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": glass }));
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let inwards: Vec<u8> =
+        [0u16, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2].iter().flat_map(|i| i.to_le_bytes()).collect();
+    body["attributes"] = json!({ "POSITION": model.floats("VEC3", corners.as_flattened()) });
+    body["attributes"]["COLOR_0"] = model.floats("VEC3", corners.as_flattened()).into();
+    body["indices"] = model.items((USHORT, "SCALAR", 12), &inwards, json!({})).into();
+    model.place(body, [0.0; 3]);
+    let model = load(&model);
+    assert!(model.materials[model.triangles[0].material as usize].is_volume());
+    for triangle in &model.triangles {
+        let [a, b, c] = triangle.positions;
+        assert!((b - a).cross(c - a).dot(a - Vec3::splat(0.25)) > 0.0, "{triangle:?}");
+        for (position, color) in triangle.positions.into_iter().zip(triangle.colors) {
+            assert_eq!(color, VertexColor::new(position.extend(1.0)));
+        }
+    }
 }
 
 /// Containers of plain bytes, as `toktx` and `ktx create` write them: rgb and rgba, by Zstandard, by zlib or as they are.
