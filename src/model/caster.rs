@@ -35,6 +35,11 @@ impl Transfer {
         matches!(self, Self::Opaque | Self::Cutout | Self::Dither)
     }
 
+    /// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
+    pub(crate) fn shows_clear(self) -> bool {
+        matches!(self, Self::Stain | Self::Gain | Self::Opaque)
+    }
+
     /// Largest valid colour: only `gain` may amplify light.
     pub fn max_color(self) -> f32 {
         if self == Self::Gain { MAX_GAIN } else { 1.0 }
@@ -157,6 +162,8 @@ pub struct Material {
     /// Whether what is solid shows the surroundings behind it, times the share of its light that reaches it: a floor of
     /// which a picture shows the shadows alone. Default false.
     pub catcher: bool,
+    /// Whether triangles show their colour in the picture, whatever the light. Default false.
+    pub unlit: bool,
     /// Whether it blocks or filters light; if not, it is seen and casts no shadow. Default true.
     pub casts: bool,
 }
@@ -188,6 +195,7 @@ impl Default for Material {
             receives: Receives::default(),
             visible: true,
             catcher: false,
+            unlit: false,
             casts: true,
         }
     }
@@ -327,7 +335,8 @@ impl Triangle {
     }
 }
 
-/// An image that materials sample, bilinear and repeating.
+/// An image that materials sample, bilinear and repeating. Colours count by their alpha, but in `opaque`, `stain` and `gain`:
+/// what is clear has none.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
     /// Name for people.

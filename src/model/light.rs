@@ -153,6 +153,13 @@ pub struct Light {
     /// Edge of each view's map, 16..=4096 [texels]. Default `None`: up to the scene's, by the light's importance in
     /// the picture.
     pub size: Option<u32>,
+    /// Opening angle of a spot's inner cone, 0 up to the whole [radians]: all of its light is within, and up to the whole cone
+    /// it falls by the square of the cosine's share of the way (glTF `KHR_lights_punctual`). Default `None`: 0.85 of the whole,
+    /// from which it falls by a cubic.
+    pub inner_angle: Option<f32>,
+    /// Distance at which the light of a spot or a point ends, above 0 [m]: it falls by `1 - (distance / end)^4` as well (glTF's
+    /// `range`). Default `None`: as [`Self::far`] says.
+    pub end: Option<f32>,
     /// Whether the light has shadow views at all. Default true.
     pub casts: bool,
     /// Cascades of a directional light. Default `None`: one view that fits the whole scene.
@@ -183,6 +190,8 @@ impl Default for Light {
             near: None,
             far: None,
             size: None,
+            inner_angle: None,
+            end: None,
             casts: true,
             cascades: None,
             shadows: Vec::new(),
@@ -235,7 +244,12 @@ impl Light {
         let of_source = self.source.iter().filter_map(|source| source.problem(&self.kind));
         let of_viewpoints =
             self.source.iter().filter_map(|it| it.parts_problem(&self.kind, self.viewpoints));
+        let of_fall = [(self.inner_angle, 0.0), (self.end, f32::MIN_POSITIVE)]
+            .into_iter()
+            .filter(|&(number, least)| number.is_some_and(|number| !(least..).contains(&number)))
+            .map(|_| "its inner angle must be 0 or more, and its end above 0");
         let problems = kinds.filter_map(LightKind::problem).chain(of_source).chain(of_viewpoints);
+        let problems = problems.chain(of_fall);
         let problem = problems.chain(self.look_up.problem()).next();
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }
@@ -249,7 +263,10 @@ impl Light {
     pub fn range(&self) -> Option<f32> {
         match self.kind {
             LightKind::Directional { .. } => None,
-            LightKind::Spot { .. } | LightKind::Point { .. } => self.far.filter(|&far| far > 0.0),
+            LightKind::Spot { .. } | LightKind::Point { .. } => {
+                let ends = [self.far, self.end].into_iter().flatten().filter(|&end| end > 0.0);
+                ends.reduce(f32::min)
+            }
         }
     }
 

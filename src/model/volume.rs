@@ -64,6 +64,7 @@ pub fn turn_outwards(triangles: &mut [Triangle]) {
             triangle.positions.swap(1, 2);
             triangle.normals.swap(1, 2);
             triangle.uvs.swap(1, 2);
+            triangle.colors.swap(1, 2);
         }
     }
 }

@@ -6,6 +6,10 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 /// Most samples of an image along the longer side of what a sample of the picture sees of it.
 pub const MAX_IMAGE_TAPS: u32 = 4;
 
+/// Weight of the colour of what is clear in means that are weighted by alpha: just so much that an image without any
+/// opacity has a colour.
+pub const CLEAR_WEIGHT: f32 = 1.0 / 65536.0;
+
 /// A level of an image: level 0 is the image, and each is half as large as the one before, rounded down.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageLevel {
@@ -35,8 +39,7 @@ fn linear_value(byte: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Levels of a texture behind its own texels: means of light, weighted by opacity, so that what does not show has no
-/// colour.
+/// Levels of a texture behind its own texels: means of light, weighted by opacity, as what is clear does not show.
 pub fn image_levels(texture: &Texture) -> Vec<ImageLevel> {
     let linear: [f32; 256] = std::array::from_fn(|byte| linear_from_srgb(byte as u8));
     // Linear values at which the nearest byte becomes the next.
@@ -53,18 +56,18 @@ pub fn image_levels(texture: &Texture) -> Vec<ImageLevel> {
         for y in 0..size.y {
             let down = covered(y, from.y, size.y);
             for columns in &across {
-                // Rgb times alpha, and alpha.
+                // Rgb times its weight, and alpha.
                 let mut sum = Vec4::ZERO;
                 for (row, of_row) in down.iter() {
                     for (column, of_column) in columns.iter() {
                         let [r, g, b, a]: [u8; 4] = texels[(row * from.x + column) as usize];
                         let alpha = f32::from(a) / 255.0;
                         let rgb = [r, g, b].map(|c| linear[usize::from(c)]);
-                        let texel = (Vec3::from_array(rgb) * alpha).extend(alpha);
+                        let texel = (Vec3::from_array(rgb) * (alpha + CLEAR_WEIGHT)).extend(alpha);
                         sum += texel * (of_row * of_column);
                     }
                 }
-                let color = sum.truncate() / sum.w.max(1e-6);
+                let color = sum.truncate() / (sum.w + CLEAR_WEIGHT);
                 rgba.extend(color.to_array().map(byte));
                 rgba.push((sum.w * 255.0).round() as u8);
             }

@@ -39,6 +39,12 @@ pub const SHAFTS_BIT: u32 = 1;
 pub const AREA_SHIFT: u32 = 1;
 pub const AREA_MASK: u32 = 0xff;
 pub const VIEWPOINTS_SHIFT: u32 = 9;
+pub const VIEWPOINTS_MASK: u32 = 0xf;
+pub const INNER_BIT: u32 = 1 << 13;
+pub const END_BIT: u32 = 1 << 14;
+
+/// Least difference of the cosines of a spot's cones (glTF `KHR_lights_punctual`).
+const LEAST_FALL: f32 = 1e-3;
 
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/light.wgsl`.
@@ -59,7 +65,8 @@ crate::records::gpu_struct! {
         /// Reciprocal square of the range [1/m^2]; 0 if the light has no end.
         pub per_range2: f32,
         /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1, 0 for none; from
-        /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one.
+        /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one; [`INNER_BIT`] if a spot falls by the square of the share
+        /// of its cosines, [`END_BIT`] if the window at its end is not squared.
         pub traits: u32,
         /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
         /// radius [1/256 texel].
@@ -84,6 +91,17 @@ impl GpuLight {
             }
             LightKind::Point { position } => (LIGHT_POINT, position, Vec3::NEG_Y, 0.0),
         };
+        let outer = (angle * 0.5).cos();
+        let inner = match light.inner_angle {
+            None => (angle * 0.5 * 0.85).cos(),
+            Some(inner) => (inner * 0.5).cos().max(outer + LEAST_FALL),
+        };
+        let range = light.range();
+        let bits = [
+            (light.shafts, SHAFTS_BIT),
+            (light.inner_angle.is_some(), INNER_BIT),
+            (range.is_some() && range == light.end, END_BIT),
+        ];
         Self {
             position,
             kind,
@@ -91,10 +109,10 @@ impl GpuLight {
             first_view: views.start,
             color: light.color * light.intensity,
             view_count: views.len() as u32,
-            cone_outer: (angle * 0.5).cos(),
-            cone_inner: (angle * 0.5 * 0.85).cos(),
-            per_range2: light.range().map_or(0.0, |range| 1.0 / (range * range)),
-            traits: if light.shafts { SHAFTS_BIT } else { 0 },
+            cone_outer: outer,
+            cone_inner: inner,
+            per_range2: range.map_or(0.0, |range| 1.0 / (range * range)),
+            traits: bits.into_iter().filter(|(is_so, _)| *is_so).map(|(_, bit)| bit).sum(),
             taps: packed_filter(&filter.unwrap_or(settings.filter)),
             bias: bias.unwrap_or(settings.bias),
             slope_bias: slope_bias.unwrap_or(settings.slope_bias),
@@ -123,7 +141,7 @@ impl GpuLight {
 
     /// Parts of its source that have views of their own.
     pub fn viewpoints(&self) -> usize {
-        (self.traits >> VIEWPOINTS_SHIFT) as usize + 1
+        (self.traits >> VIEWPOINTS_SHIFT & VIEWPOINTS_MASK) as usize + 1
     }
 
     /// Index of its area; `None` for a point source.

@@ -36,7 +36,8 @@ crate::records::gpu_struct! {
         pub frost: f32,
         /// 1 if it shows the surroundings behind it, else 0.
         pub catcher: u32,
-        pub pad: u32,
+        /// 1 if it shows its colour, whatever the light, else 0.
+        pub unlit: u32,
     }
 }
 
@@ -77,7 +78,7 @@ impl GpuMaterial {
             ior: material.ior,
             frost: material.frost,
             catcher: material.catcher.into(),
-            pad: 0,
+            unlit: material.unlit.into(),
         }
     }
 }

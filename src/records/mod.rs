@@ -63,16 +63,17 @@ pub use host::{
     LoadParams, MAX_COORDINATE,
 };
 pub use image::{
-    ImageDetail, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size, image_levels,
-    linear_from_srgb,
+    CLEAR_WEIGHT, ImageDetail, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size,
+    image_levels, linear_from_srgb,
 };
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout};
 pub(crate) use layout::{gpu_struct, texel_struct};
 pub use light::{
-    AREA_MASK, AREA_SHIFT, FILTER_BOX, FILTER_DISC, FILTER_NONE, FILTER_SPLINE, GpuLight,
-    LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS,
-    MAX_TAPS, RADIUS_STEPS, SHAFTS_BIT, SPLINE_REACH, VIEW_TEXELS, VIEWPOINTS_SHIFT,
+    AREA_MASK, AREA_SHIFT, END_BIT, FILTER_BOX, FILTER_DISC, FILTER_NONE, FILTER_SPLINE, GpuLight,
+    INNER_BIT, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS,
+    MAX_SHADOW_VIEWS, MAX_TAPS, RADIUS_STEPS, SHAFTS_BIT, SPLINE_REACH, VIEW_TEXELS,
+    VIEWPOINTS_MASK, VIEWPOINTS_SHIFT,
 };
 pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
 pub use mask::{

@@ -52,13 +52,14 @@ impl Records<'_> {
         setup: &TriangleSetup,
         texel: Vec2,
         uv: Vec2,
+        shows_clear: bool,
     ) -> Sampled {
         let image = &self.images[texture as usize];
         match self.detail {
-            None => Sampled { rgba: image.sample(uv), level: 0.0 },
+            None => Sampled { rgba: image.sample(uv, shows_clear), level: 0.0 },
             Some(detail) => {
                 let [right, down] = setup.uv_steps(texel, uv).map(|step| step * detail.reach);
-                image.sample_area(uv, right, down)
+                image.sample_area(uv, right, down, shows_clear)
             }
         }
     }
@@ -271,7 +272,8 @@ impl<'a> Target<'a> {
         let (mut color, mut alpha) = (color, covered);
         if let Some(texture) = self.material.texture {
             let uv = Vec2::new(0.5 + 0.5 * met.q.x, 0.5 - 0.5 * met.q.y);
-            let image = self.records.images[texture as usize].sample(uv);
+            let shows_clear = self.material.transfer.shows_clear();
+            let image = self.records.images[texture as usize].sample(uv, shows_clear);
             color *= image.truncate();
             alpha *= image.w;
         }
@@ -312,7 +314,8 @@ impl<'a> Target<'a> {
         let mut tint = self.material.tint * setup.color(met.barycentric);
         let mut level = 0.0;
         if let Some(texture) = self.material.texture {
-            let seen = self.records.seen_image(texture, setup, texel, met.uv);
+            let shows_clear = self.material.transfer.shows_clear();
+            let seen = self.records.seen_image(texture, setup, texel, met.uv, shows_clear);
             tint *= seen.rgba;
             level = seen.level;
         }

@@ -3,11 +3,11 @@
 use crate::{
     model::Texture,
     records::{
-        ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size, image_levels,
-        linear_from_srgb,
+        CLEAR_WEIGHT, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size,
+        image_levels, linear_from_srgb,
     },
 };
-use glam::{UVec2, Vec2, Vec4};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 use std::sync::OnceLock;
 
 /// A texture that is decoded to linear rgba where it is sampled.
@@ -39,12 +39,14 @@ impl<'a> Image<'a> {
         UVec2::new(self.texture.width, self.texture.height)
     }
 
-    /// Samples linear rgba; texel `i` has its centre at `(i + 0.5) / size`.
-    pub fn sample(&self, uv: Vec2) -> Vec4 {
-        self.sample_level(uv, 0)
+    /// Samples linear rgba; texel `i` has its centre at `(i + 0.5) / size`. `shows_clear`: whether colours count alike; else
+    /// by their alpha.
+    pub fn sample(&self, uv: Vec2, shows_clear: bool) -> Vec4 {
+        unweighted(self.sample_level(uv, 0, shows_clear), shows_clear)
     }
 
-    fn sample_level(&self, uv: Vec2, level: u32) -> Vec4 {
+    /// Mean of texels whose colours are times their weight.
+    fn sample_level(&self, uv: Vec2, level: u32, shows_clear: bool) -> Vec4 {
         let size = image_level_size(self.size(), level).as_ivec2();
         let rgba = match level {
             0 => &self.texture.rgba,
@@ -62,7 +64,8 @@ impl<'a> Image<'a> {
             let (x, y) = (x.rem_euclid(size.x), y.rem_euclid(size.y));
             let [r, g, b, a] = texels[(y * size.x + x) as usize];
             let [r, g, b] = [r, g, b].map(|channel: u8| self.decoded[usize::from(channel)]);
-            Vec4::new(r, g, b, f32::from(a) / 255.0)
+            let alpha = f32::from(a) / 255.0;
+            (Vec3::new(r, g, b) * color_weight(alpha, shows_clear)).extend(alpha)
         };
         let top = texel(x, y).lerp(texel(x + 1, y), part.x);
         let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), part.x);
@@ -71,7 +74,7 @@ impl<'a> Image<'a> {
 
     /// Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps along the
     /// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
-    pub fn sample_area(&self, uv: Vec2, right: Vec2, down: Vec2) -> Sampled {
+    pub fn sample_area(&self, uv: Vec2, right: Vec2, down: Vec2, shows_clear: bool) -> Sampled {
         let size = self.size().as_vec2();
         let lengths = [(right * size).length(), (down * size).length()];
         let is_right = lengths[0] >= lengths[1];
@@ -85,12 +88,20 @@ impl<'a> Image<'a> {
         let mut rgba = Vec4::ZERO;
         for tap in 0..taps as u32 {
             let at = uv + along * ((tap as f32 + 0.5) / taps - 0.5);
-            let mut texel = self.sample_level(at, low);
+            let mut texel = self.sample_level(at, low, shows_clear);
             if part > 0.0 {
-                texel = texel.lerp(self.sample_level(at, low + 1), part);
+                texel = texel.lerp(self.sample_level(at, low + 1, shows_clear), part);
             }
             rgba += texel;
         }
-        Sampled { rgba: rgba / taps, level }
+        Sampled { rgba: unweighted(rgba / taps, shows_clear), level }
     }
+}
+
+fn color_weight(alpha: f32, shows_clear: bool) -> f32 {
+    if shows_clear { 1.0 } else { alpha + CLEAR_WEIGHT }
+}
+
+fn unweighted(mean: Vec4, shows_clear: bool) -> Vec4 {
+    (mean.truncate() / color_weight(mean.w, shows_clear)).extend(mean.w)
 }

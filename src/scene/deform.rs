@@ -1,5 +1,11 @@
 //! Skins and morph targets of glTF meshes: deformation of triangles.
-use super::{SceneError, gltf_file::File, gltf_items::Items, limits::Limit, track::Track};
+use super::{
+    SceneError,
+    gltf_file::File,
+    gltf_items::Items,
+    limits::{self, Limit},
+    track::Track,
+};
 use crate::model::Triangle;
 use ::gltf::{
     Accessor, Semantic,
@@ -30,14 +36,17 @@ struct Skin {
     /// Node and inverse bind matrix of each joint; the node is the file's, until [`Deform::find`] replaces
     /// it by the rig's.
     joints: Vec<(usize, Mat4)>,
-    corners: Vec<[Bound; 3]>,
+    /// Sets of four joints that a corner has.
+    sets: usize,
+    /// All sets of the first triangle's corners, then of the next.
+    bounds: Vec<Bound>,
 }
 
-/// Joints and weights of a corner.
+/// A set of joints and weights of a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bound {
     joints: [u16; 4],
-    /// Weights with the sum 1, or 0 for a corner without joints.
+    /// Weights, with the sum 1 over all sets of a corner, or 0 for one without joints.
     weights: [f32; 4],
 }
 
@@ -101,7 +110,7 @@ impl Deform {
                     normal += moved.normals.get(i).map_or(Vec3::ZERO, |n| n[c]) * *weight;
                 }
                 let world =
-                    self.skin.as_ref().map_or(world, |skin| skin.corners[i][c].at(&joints, world));
+                    self.skin.as_ref().map_or(world, |skin| skin.at(3 * i + c, &joints, world));
                 target.positions[c] = world.transform_point3(position);
                 let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
                 target.normals[c] = (normal_from_local * normal).normalize_or(Vec3::Y);
@@ -117,18 +126,6 @@ impl Target {
     }
 }
 
-impl Bound {
-    fn at(&self, joints: &[Mat4], node: Mat4) -> Mat4 {
-        if self.weights == [0.0; 4] {
-            return node;
-        }
-        let parts = self.joints.iter().zip(self.weights);
-        parts
-            .map(|(&joint, weight)| joints[usize::from(joint)] * weight)
-            .fold(Mat4::ZERO, |a, b| a + b)
-    }
-}
-
 impl Skin {
     fn new(
         file: &File,
@@ -140,16 +137,22 @@ impl Skin {
             let message = format!("skin {}: {problem}", skin.index());
             file.invalid(message, "export the file again")
         };
-        let [joints, weights] =
-            [Semantic::Joints(0), Semantic::Weights(0)].map(|s| primitive.get(&s));
-        let (Some(joints), Some(weights)) = (joints, weights) else { return Ok(None) };
-        let is_whole = matches!(joints.data_type(), DataType::U8 | DataType::U16);
-        let is_weight = matches!(weights.data_type(), DataType::F32 | DataType::U8 | DataType::U16);
-        let four = |accessor: &Accessor<'_>| accessor.dimensions() == Dimensions::Vec4;
-        if !(is_whole && is_weight && four(&joints) && four(&weights)) {
-            return Err(damaged("joints or weights are of another type"));
+        let mut sets = Vec::new();
+        for set in 0.. {
+            let both = [Semantic::Joints(set), Semantic::Weights(set)].map(|s| primitive.get(&s));
+            let [Some(joints), Some(weights)] = both else { break };
+            let is_whole = matches!(joints.data_type(), DataType::U8 | DataType::U16);
+            let is_weight =
+                matches!(weights.data_type(), DataType::F32 | DataType::U8 | DataType::U16);
+            let four = |accessor: &Accessor<'_>| accessor.dimensions() == Dimensions::Vec4;
+            if !(is_whole && is_weight && four(&joints) && four(&weights)) {
+                return Err(damaged("joints or weights are of another type"));
+            }
+            sets.push((items(file, &joints)?, items(file, &weights)?));
         }
-        let (joints, weights) = (items(file, &joints)?, items(file, &weights)?);
+        if sets.is_empty() {
+            return Ok(None);
+        }
         let nodes: Vec<usize> = skin.joints().map(|joint| joint.index()).collect();
         let inverses = match skin.inverse_bind_matrices() {
             None => vec![Mat4::IDENTITY; nodes.len()],
@@ -169,25 +172,48 @@ impl Skin {
                 (0..nodes.len()).map(matrix).collect::<Result<_, _>>()?
             }
         };
-        let bound = |vertex: usize| {
-            if vertex >= joints.count.min(weights.count) {
-                return Err(damaged("a vertex has no joints"));
+        let mut bounds = Vec::new();
+        limits::reserve(&mut bounds, 3 * kept.len() * sets.len(), "joints of corners", &file.path)?;
+        for &vertex in kept.as_flattened() {
+            let first = bounds.len();
+            let mut sum = 0.0;
+            for (joints, weights) in &sets {
+                if vertex >= joints.count.min(weights.count) {
+                    return Err(damaged("a vertex has no joints"));
+                }
+                let (joints, weights): ([usize; 4], [f32; 4]) =
+                    (joints.wholes(vertex), weights.floats(vertex));
+                let known = |(&joint, weight): (&usize, f32)| weight == 0.0 || joint < nodes.len();
+                if !joints.iter().zip(weights).all(known) {
+                    return Err(damaged("a vertex follows a joint that is not there"));
+                }
+                sum += weights.iter().sum::<f32>();
+                // A joint without weight may have any index.
+                let joints = joints.map(|joint| if joint < nodes.len() { joint as u16 } else { 0 });
+                bounds.push(Bound { joints, weights });
             }
-            let (joints, weights): ([usize; 4], [f32; 4]) =
-                (joints.wholes(vertex), weights.floats(vertex));
-            let sum: f32 = weights.iter().sum();
-            let is_known = joints.iter().zip(weights).all(|(&j, w)| w == 0.0 || j < nodes.len());
-            if !is_known || !sum.is_finite() {
-                return Err(damaged("a vertex follows a joint that is not there"));
+            if !sum.is_finite() {
+                return Err(damaged("the weights of a vertex are not finite"));
             }
             let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-            // A joint without weight may have any index.
-            let joints = joints.map(|joint| if joint < nodes.len() { joint as u16 } else { 0 });
-            Ok(Bound { joints, weights: weights.map(|weight| weight * share) })
-        };
-        let corners = kept.iter().map(|&[a, b, c]| Ok([bound(a)?, bound(b)?, bound(c)?]));
-        let corners = corners.collect::<Result<_, SceneError>>()?;
-        Ok(Some(Self { joints: nodes.into_iter().zip(inverses).collect(), corners }))
+            for bound in &mut bounds[first..] {
+                bound.weights = bound.weights.map(|weight| weight * share);
+            }
+        }
+        let joints = nodes.into_iter().zip(inverses).collect();
+        Ok(Some(Self { joints, sets: sets.len(), bounds }))
+    }
+
+    /// Transform of a corner. `joints`: transforms of the joints; `node`: of the mesh, for a corner without joints.
+    fn at(&self, corner: usize, joints: &[Mat4], node: Mat4) -> Mat4 {
+        let bounds = &self.bounds[corner * self.sets..][..self.sets];
+        if bounds.iter().all(|bound| bound.weights == [0.0; 4]) {
+            return node;
+        }
+        let parts = bounds.iter().flat_map(|bound| bound.joints.iter().zip(bound.weights));
+        parts
+            .map(|(&joint, weight)| joints[usize::from(joint)] * weight)
+            .fold(Mat4::ZERO, |a, b| a + b)
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::model::{
     Air, ClusterSettings, Lens, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky,
-    Tone, emission::Emitter,
+    Tone, Transfer, emission::Emitter,
 };
 use glam::{UVec2, Vec3};
 use serde::Deserialize;
@@ -209,6 +209,8 @@ pub(super) struct MeshTable {
     pub name: Option<String>,
     pub file: PathBuf,
     pub casts: bool,
+    /// Of its materials with alphaMode BLEND, if not the usual one.
+    pub transfer: Option<Transfer>,
     pub placement: Placement,
 }
 
@@ -218,6 +220,7 @@ impl MeshTable {
             name: keys.given("name")?,
             file: keys.required("file")?,
             casts: keys.value("casts", true)?,
+            transfer: keys.given("transfer")?,
             placement: placement(keys)?,
         })
     }

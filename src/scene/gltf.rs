@@ -15,7 +15,7 @@ use super::{
     rig::{Draw, Node, Rig},
     track::Track,
 };
-use crate::model::{Camera, Light, LightKind, Material, Skipped, Texture, Triangle};
+use crate::model::{Camera, Light, LightKind, Material, Skipped, Texture, Transfer, Triangle};
 use ::gltf::khr_lights_punctual::Kind;
 use glam::{Mat4, UVec2, Vec3};
 use std::{collections::HashMap, path::Path, sync::Arc};
@@ -71,11 +71,12 @@ const FAR: f32 = 128.0;
 const PICTURE_HEIGHT: f32 = 540.0;
 
 /// Loads a file. World space = `transform` * glTF space; material and texture indices start at 0.
-/// `is_keyed`: the model will be moved as a whole.
+/// `blend`: transfer of materials with alphaMode BLEND, if not the usual one; `is_keyed`: the model will be moved as a whole.
 pub(super) fn load(
     path: &Path,
     transform: Mat4,
     earlier: &Earlier,
+    blend: Option<Transfer>,
     is_keyed: bool,
 ) -> Result<Model, SceneError> {
     let mut file = File::open(path)?;
@@ -98,7 +99,7 @@ pub(super) fn load(
     nodes.visit(transform, &mut tracks)?;
     let moves = moves || nodes.draws.iter().any(|draw| is_far(&draw.world));
     nodes.announce_images()?;
-    let mut materials = Materials::new(&file, earlier);
+    let mut materials = Materials::new(&file, earlier, blend);
     nodes.draw(&mut materials, moves)?;
     let Nodes { meshes, lights, camera, mut skipped, rig, .. } = nodes;
     let (materials, textures, ignored) = materials.finish();
@@ -267,11 +268,13 @@ fn light(
 ) -> Option<Light> {
     let position = world.w_axis.truncate();
     let direction = world.transform_vector3(Vec3::NEG_Z).try_normalize();
+    let mut inner_angle = None;
     let kind = match source.kind() {
         Kind::Directional => LightKind::Directional { direction: direction? },
         Kind::Point => LightKind::Point { position },
-        Kind::Spot { outer_cone_angle, .. } => {
+        Kind::Spot { inner_cone_angle, outer_cone_angle } => {
             let angle = (2.0 * outer_cone_angle).min(WIDEST_CONE);
+            inner_angle = Some((2.0 * inner_cone_angle).clamp(0.0, angle));
             LightKind::Spot { position, direction: direction?, angle }
         }
     };
@@ -292,6 +295,8 @@ fn light(
         kind,
         color,
         intensity: watts,
+        inner_angle,
+        end: source.range().filter(|&range| range > 0.0 && range.is_finite()),
         ..Light::default()
     })
 }

@@ -6,11 +6,11 @@ use super::{
     gltf_file::File,
     gltf_mesh::{corners, triangle_count},
     gltf_nodes,
-    gltf_texture::MAX_SIDE,
+    gltf_texture::{MAX_SIDE, Product, transmission},
     images,
     limits::Limit,
 };
-use ::gltf::{Image, Material, texture::Info};
+use ::gltf::{Image, Material};
 use std::collections::{HashMap, HashSet};
 
 /// Counts of one use of a file.
@@ -70,7 +70,7 @@ pub(super) fn images<'a>(
         }
         for images in images_of(&material) {
             let key = images.each_ref().map(|image| image.as_ref().map(Image::index));
-            if key == [None; 2] || !used.insert(key) {
+            if key == [None; 3] || !used.insert(key) {
                 continue;
             }
             // The product of two images has the larger size.
@@ -86,16 +86,12 @@ pub(super) fn images<'a>(
     (textures, texels)
 }
 
-/// Base colour and transmission, which become one texture, and emission.
-fn images_of<'a>(material: &Material<'a>) -> [[Option<Image<'a>>; 2]; 2] {
-    let base = material.pbr_metallic_roughness().base_color_texture();
-    let transmission = material
-        .transmission()
-        .filter(|transmission| transmission.transmission_factor() > 0.0)
-        .and_then(|transmission| transmission.transmission_texture());
+/// Images of the colour, which become one texture, and of the emission.
+fn images_of<'a>(material: &Material<'a>) -> [[Option<Image<'a>>; 3]; 2] {
+    let color = Product::of(material, transmission(material) > 0.0, false);
     let strength = material.emissive_strength().unwrap_or(1.0);
     let emits = material.emissive_factor().iter().any(|factor| factor * strength > 0.0);
     let emission = material.emissive_texture().filter(|_| emits);
-    let image = |info: Option<Info<'a>>| info.map(|info| info.texture().source());
-    [[image(base), image(transmission)], [image(emission), None]]
+    let emission = emission.map(|info| info.texture().source());
+    [color.images().map(Option::<&Image<'a>>::cloned), [emission, None, None]]
 }

@@ -21,6 +21,7 @@ pub(super) struct Packed {
 /// Items of one accessor.
 #[derive(Clone, Copy, Debug)]
 struct Decoded {
+    accessor: usize,
     view: usize,
     count: usize,
     /// Of an item.
@@ -101,9 +102,9 @@ fn of_primitive(
 }
 
 /// Gives an accessor without a view one of its own; `Some(None)` if it has a view, `None` if it is damaged.
-fn decoded(root: &mut Value, accessor: usize, buffer: &Value) -> Option<Option<Decoded>> {
+fn decoded(root: &mut Value, index_of: usize, buffer: &Value) -> Option<Option<Decoded>> {
     let view = list(root, "bufferViews").len();
-    let accessor = root.get_mut("accessors")?.get_mut(accessor)?.as_object_mut()?;
+    let accessor = root.get_mut("accessors")?.get_mut(index_of)?.as_object_mut()?;
     if accessor.contains_key("bufferView") {
         return Some(None);
     }
@@ -121,15 +122,21 @@ fn decoded(root: &mut Value, accessor: usize, buffer: &Value) -> Option<Option<D
     let length = count.checked_mul(components * number.size())?;
     let views = root.get_mut("bufferViews")?.as_array_mut()?;
     views.push(json!({ "buffer": buffer, "byteLength": length }));
-    Some(Some(Decoded { view, count, components, number }))
+    Some(Some(Decoded { accessor: index_of, view, count, components, number }))
+}
+
+/// What compressed primitives hold.
+#[derive(Debug, Default)]
+pub(super) struct Unpacked {
+    /// Bytes of the views of their accessors.
+    pub(super) views: HashMap<usize, Vec<u8>>,
+    /// Counts of accessors that announce another one than their stream has.
+    pub(super) counts: HashMap<usize, usize>,
 }
 
 /// Decompresses primitives to the views of their accessors.
-pub(super) fn unpack(
-    file: &File,
-    packed: &[Packed],
-) -> Result<HashMap<usize, Vec<u8>>, SceneError> {
-    let mut unpacked = HashMap::new();
+pub(super) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneError> {
+    let mut unpacked = Unpacked::default();
     let mut bytes = 0;
     for primitive in packed {
         let damaged = |problem: &str| {
@@ -137,58 +144,70 @@ pub(super) fn unpack(
             file.invalid(message, DAMAGED)
         };
         // Few bytes may announce much.
-        bytes = Limit::Unpacked.grown_in(&file.path, bytes, primitive.size())?;
+        Limit::Unpacked.grown_in(&file.path, bytes, primitive.size())?;
         let view = file.document.views().nth(primitive.stream);
         let stream = file.view(&view.ok_or_else(|| damaged("there is no such bufferView"))?)?;
-        let mesh = primitive.decode(stream).map_err(|error| damaged(&error.to_string()))?;
+        let mesh = decode(stream, Limit::Unpacked.most() - bytes);
+        let mesh = mesh.map_err(|error| damaged(&error.to_string()))?;
         let triangles = (0..mesh.num_faces()).flat_map(|i| mesh.face(FaceIndex(i as u32)));
         let indices: Vec<u32> = triangles.map(|point| point.0).collect();
-        if indices.len() != primitive.indices.count {
-            return Err(damaged(&format!("it holds {} indices", indices.len())));
-        }
         if indices.iter().any(|&index| !primitive.indices.number.holds(index)) {
             return Err(damaged("its indices do not fit their componentType"));
         }
-        let numbers = indices.into_iter().map(f64::from);
-        unpacked.insert(primitive.indices.view, primitive.indices.bytes(numbers));
-        for (id, decoded) in &primitive.attributes {
-            let points = mesh.num_points();
-            if points != decoded.count {
-                return Err(damaged(&format!("it holds {points} vertices")));
-            }
+        let of_stream = |decoded: &Decoded, count| Decoded { count, ..*decoded };
+        let of_indices = of_stream(&primitive.indices, indices.len());
+        let of_points =
+            primitive.attributes.iter().map(|(id, it)| (*id, of_stream(it, mesh.num_points())));
+        let of_points: Vec<(u32, Decoded)> = of_points.collect();
+        let all = of_points.iter().map(|(_, decoded)| decoded).chain([&of_indices]);
+        bytes = Limit::Unpacked.grown_in(&file.path, bytes, size_of(all))?;
+        unpacked.put(&primitive.indices, &of_indices, indices.into_iter().map(f64::from));
+        for ((_, announced), (id, decoded)) in primitive.attributes.iter().zip(&of_points) {
             let attribute = mesh.attribute_by_unique_id(*id);
             let attribute = attribute.ok_or_else(|| damaged(&format!("no attribute {id}")))?;
             if usize::from(attribute.num_components()) < decoded.components {
                 return Err(damaged(&format!("attribute {id} has too few components")));
             }
             // Exact, as attributes have no integers of 32 bits.
-            let numbers = attribute.read_f32s(points, decoded.components);
-            unpacked.insert(decoded.view, decoded.bytes(numbers.into_iter().map(f64::from)));
+            let numbers = attribute.read_f32s(decoded.count, decoded.components);
+            unpacked.put(announced, decoded, numbers.into_iter().map(f64::from));
         }
     }
     Ok(unpacked)
 }
 
-impl Packed {
-    /// Bytes of all accessors as they are decoded, four a component.
-    fn size(&self) -> u64 {
-        let all = self.attributes.iter().map(|(_, decoded)| decoded).chain([&self.indices]);
-        let size = |decoded: &Decoded| {
-            (decoded.count as u64).saturating_mul((decoded.components * 4) as u64)
-        };
-        all.map(size).fold(0, u64::saturating_add)
-    }
+/// `most`: what it may take [bytes].
+fn decode(stream: &[u8], most: u64) -> Result<Mesh, draco_core::DracoError> {
+    let faces = Limit::Triangles.most();
+    let limits = DecodeLimits::default()
+        .with_max_points(3 * faces)
+        .with_max_faces(faces)
+        .with_max_decoded_bytes(most);
+    let mut buffer = DecoderBuffer::new(stream).with_limits(limits);
+    let mut mesh = Mesh::new();
+    MeshDecoder::new().decode(&mut buffer, &mut mesh)?;
+    Ok(mesh)
+}
 
-    fn decode(&self, stream: &[u8]) -> Result<Mesh, draco_core::DracoError> {
-        let faces = (self.indices.count / 3) as u64;
-        let limits = DecodeLimits::default()
-            .with_max_points(3 * faces)
-            .with_max_faces(faces)
-            .with_max_decoded_bytes(Limit::Unpacked.most());
-        let mut buffer = DecoderBuffer::new(stream).with_limits(limits);
-        let mut mesh = Mesh::new();
-        MeshDecoder::new().decode(&mut buffer, &mut mesh)?;
-        Ok(mesh)
+/// Bytes of all accessors as they are decoded, four a component.
+fn size_of<'a>(all: impl Iterator<Item = &'a Decoded>) -> u64 {
+    let size =
+        |decoded: &Decoded| (decoded.count as u64).saturating_mul((decoded.components * 4) as u64);
+    all.map(size).fold(0, u64::saturating_add)
+}
+
+impl Unpacked {
+    fn put(&mut self, announced: &Decoded, decoded: &Decoded, numbers: impl Iterator<Item = f64>) {
+        self.views.insert(decoded.view, decoded.bytes(numbers));
+        if decoded.count != announced.count {
+            self.counts.insert(decoded.accessor, decoded.count);
+        }
+    }
+}
+
+impl Packed {
+    fn size(&self) -> u64 {
+        size_of(self.attributes.iter().map(|(_, decoded)| decoded).chain([&self.indices]))
     }
 }
 

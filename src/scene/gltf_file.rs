@@ -61,11 +61,7 @@ impl File {
         let root: json::Root = serde_json::from_value(value).map_err(|error| damaged(&error))?;
         check_json(&root).map_err(|message| invalid((message, "export the file again")))?;
         let document = Document::from_json(root).map_err(|error| damaged(&error))?;
-        let mut notes = Vec::new();
-        if !ignored.is_empty() {
-            let names: Vec<String> = ignored.iter().map(|name| quoted(name)).collect();
-            notes.push(format!("{}: extensions not read: {}", path.display(), names.join(", ")));
-        }
+        let mut notes = ignored.notes(path);
         if unread > 0 {
             let help = gltf_json::OTHER_IMAGES;
             notes.push(format!(
@@ -103,8 +99,22 @@ impl File {
         file.buffers = buffers;
         file.unpacked = gltf_meshopt::unpack(&file, &packed)?;
         let decoded = gltf_draco::unpack(&file, &primitives)?;
-        file.unpacked.extend(decoded);
+        file.unpacked.extend(decoded.views);
+        file.recount(&decoded.counts).map_err(|error| damaged(&error))?;
         Ok(file)
+    }
+
+    /// Gives accessors other counts: streams have the last word, as in other readers.
+    fn recount(&mut self, counts: &HashMap<usize, usize>) -> Result<(), gltf::Error> {
+        if counts.is_empty() {
+            return Ok(());
+        }
+        let mut root = self.document.clone().into_json();
+        for (&accessor, &count) in counts {
+            root.accessors[accessor].count = count.into();
+        }
+        self.document = Document::from_json(root)?;
+        Ok(())
     }
 
     pub(super) fn invalid(&self, message: impl AsRef<str>, help: &str) -> SceneError {

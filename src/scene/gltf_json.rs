@@ -1,8 +1,7 @@
 //! The JSON of a glTF file, adapted to the `gltf` crate, which refuses some valid files and ignores some
 //! relevant parts.
-use super::{error::quoted, limits};
+use super::{error::quoted, gltf_ignored::Ignored, limits};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeSet;
 
 /// Extensions that are supported here or by the crate.
 pub(super) const EXTENSIONS: [&str; 16] = [
@@ -24,15 +23,12 @@ pub(super) const EXTENSIONS: [&str; 16] = [
     "KHR_texture_transform",
 ];
 
-/// Extensions of the file that are ignored.
-pub(super) type Ignored = BTreeSet<String>;
-
 /// The problem and the remedy.
 pub(super) type Fault = (String, &'static str);
 
 const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 
-/// Parses and adapts the JSON; also returns the extensions that are ignored, and the number of textures whose only image is
+/// Parses and adapts the JSON; also returns what of it is ignored, and the number of textures whose only image is
 /// of a kind that is not read.
 pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     if !limits::has_memory(parsed_size(bytes)) {
@@ -42,8 +38,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     let mut root: Value = serde_json::from_slice(bytes)
         .map_err(|error| (format!("not valid JSON: {error}"), EXPORT_AGAIN))?;
     check_version(&root)?;
-    let ignored = extensions(&mut root)?;
+    check_required(&mut root)?;
     remove_extras(&mut root);
+    let ignored = Ignored::take(&mut root);
     if let Some(scenes) = list(&mut root, "scenes") {
         for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
@@ -135,13 +132,10 @@ fn check_version(root: &Value) -> Result<(), Fault> {
     }
 }
 
-fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
-    let is_read = |name: &str| EXTENSIONS.contains(&name);
-    let names = |root: &Value, key: &str| -> Vec<String> {
-        let words = root.get(key).and_then(Value::as_array).into_iter().flatten();
-        words.filter_map(Value::as_str).map(str::to_owned).collect()
-    };
-    if let Some(name) = names(root, "extensionsRequired").iter().find(|name| !is_read(name)) {
+fn check_required(root: &mut Value) -> Result<(), Fault> {
+    let required = root.get("extensionsRequired").and_then(Value::as_array).into_iter().flatten();
+    let mut required = required.filter_map(Value::as_str);
+    if let Some(name) = required.find(|name| !EXTENSIONS.contains(name)) {
         let message = format!("requires {}, which gobo does not read", quoted(name));
         return Err((message, remedy(name)));
     }
@@ -149,7 +143,7 @@ fn extensions(root: &mut Value) -> Result<Ignored, Fault> {
     if let Some(root) = root.as_object_mut() {
         root.remove("extensionsRequired");
     }
-    Ok(names(root, "extensionsUsed").into_iter().filter(|name| !is_read(name)).collect())
+    Ok(())
 }
 
 /// What to do about images that are not read.

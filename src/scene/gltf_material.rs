@@ -1,11 +1,18 @@
 //! glTF materials as casters.
 //!
-//! Transmission `t` filters: `T = baseColor * t`. With `KHR_materials_volume` the body is closed and a ray
-//! crosses a front and a back face, so each face takes the square root of `baseColor * t`, and the body
-//! absorbs by its thickness along the ray. A mesh that is not closed has no such thickness: there each face
-//! takes the square root of `attenuationColor^(thickness / attenuationDistance)` as well. Thickness is in
-//! the mesh's own units, so the node's scale multiplies it in that material.
-use super::{SceneError, gltf::Earlier, gltf_file::File, gltf_texture::Textures, limits::Limit};
+//! Transmission `t` filters: `T = baseColor * t`; of metal, none. With `KHR_materials_volume` the body is closed
+//! and a ray crosses a front and a back face, so each face takes the square root of `baseColor * t`, and the body
+//! absorbs by its thickness along the ray. A mesh that is not closed has no such thickness: there `baseColor * t` is
+//! multiplied by `attenuationColor^(thickness / attenuationDistance)`, of which a sheet, whose faces look one way,
+//! takes all where it is crossed, and each face of another mesh the square root. Thickness is in the mesh's own
+//! units, so the node's scale multiplies it in that material.
+use super::{
+    SceneError,
+    gltf::Earlier,
+    gltf_file::File,
+    gltf_texture::{Product, Textures, share, transmission},
+    limits::Limit,
+};
 use crate::model::{Material, Skipped, Texture, Transfer};
 use ::gltf::material::{AlphaMode, PbrMetallicRoughness, Volume};
 use glam::{Mat4, Vec2, Vec3};
@@ -21,11 +28,23 @@ pub(super) struct Materials<'a> {
     file: &'a File,
     /// Materials that the scene had before.
     earlier: usize,
+    /// Transfer of alphaMode BLEND.
+    blend: Transfer,
     skipped: Skipped,
     known: HashMap<(Option<usize>, i32), Uses>,
-    /// For each volume: transmittance of two faces if its mesh is not closed, and the material for that
-    /// case.
-    open: HashMap<u32, (Vec3, Option<u32>)>,
+    /// Volumes, by their material.
+    volumes: HashMap<u32, Inside>,
+}
+
+/// What stands for a volume in a mesh that is not closed.
+#[derive(Debug)]
+struct Inside {
+    /// Transmittance of its thickness.
+    whole: Vec3,
+    /// Material of a mesh with two faces along most rays.
+    shell: Option<u32>,
+    /// Material of one with a single face.
+    sheet: Option<u32>,
 }
 
 /// How a primitive uses its material.
@@ -69,38 +88,58 @@ impl Uses {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(file: &'a File, earlier: &Earlier) -> Self {
+    pub(super) fn new(file: &'a File, earlier: &Earlier, blend: Option<Transfer>) -> Self {
         Self {
             materials: Vec::new(),
             textures: Textures::new(file, earlier.textures, earlier.texels),
             file,
             earlier: earlier.materials,
+            // Its alpha is coverage: behind alpha 1 no light is left.
+            blend: blend.unwrap_or(Transfer::Smoke),
             skipped: Skipped::new(),
             known: HashMap::new(),
-            open: HashMap::new(),
+            volumes: HashMap::new(),
         }
     }
 
     pub(super) fn is_volume(&self, material: u32) -> bool {
-        self.open.contains_key(&material)
+        self.volumes.contains_key(&material)
     }
 
-    /// Material for a mesh that is not closed, in place of a volume's.
-    pub(super) fn open(&mut self, material: u32) -> u32 {
-        let Some((whole, open)) = self.open.get_mut(&material) else { return material };
-        *open.get_or_insert_with(|| {
-            let closed = &self.materials[material as usize];
-            let tint = closed.tint.truncate() * whole.map(f32::sqrt);
-            self.materials.push(Material {
-                name: format!("{} (open)", closed.name),
-                tint: tint.extend(closed.tint.w),
-                attenuation_color: Vec3::ONE,
-                attenuation_distance: f32::INFINITY,
-                ior: 1.0,
-                ..closed.clone()
-            });
-            self.materials.len() as u32 - 1
-        })
+    /// Material for a mesh that is not closed, in place of a volume's. `is_sheet`: whether a ray crosses one face of it
+    /// and not two.
+    pub(super) fn open(
+        &mut self,
+        material: u32,
+        source: &gltf::Material<'_>,
+        is_sheet: bool,
+    ) -> Result<u32, SceneError> {
+        let Some(inside) = self.volumes.get(&material) else { return Ok(material) };
+        let (known, whole) = (if is_sheet { inside.sheet } else { inside.shell }, inside.whole);
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let closed = self.materials[material as usize].clone();
+        let face = closed.tint.truncate();
+        let (kind, tint, texture) = if is_sheet {
+            ("sheet", face * face * whole, self.texture(source, true, false)?)
+        } else {
+            ("open", face * whole.map(f32::sqrt), closed.texture)
+        };
+        let id = self.materials.len() as u32;
+        self.materials.push(Material {
+            name: format!("{} ({kind})", closed.name),
+            tint: tint.extend(closed.tint.w),
+            texture,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
+            ior: 1.0,
+            ..closed
+        });
+        if let Some(inside) = self.volumes.get_mut(&material) {
+            *if is_sheet { &mut inside.sheet } else { &mut inside.shell } = Some(id);
+        }
+        Ok(id)
     }
 
     pub(super) fn finish(self) -> (Vec<Material>, Vec<Texture>, Skipped) {
@@ -121,9 +160,9 @@ impl<'a> Materials<'a> {
         if let Some(uses) = self.known.get(&key) {
             return Ok(*uses);
         }
-        // A volume may need a second one.
+        // A volume may need others in meshes that are not closed.
         let count = (self.earlier + self.materials.len()) as u64;
-        let more = if source.volume().is_some() { 2 } else { 1 };
+        let more = if source.volume().is_some() { 3 } else { 1 };
         Limit::Materials.grown_in(&self.file.path, count, more)?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
@@ -133,32 +172,35 @@ impl<'a> Materials<'a> {
     fn convert(&mut self, source: &gltf::Material<'_>, scale: f32) -> Result<Uses, SceneError> {
         let surface = source.pbr_metallic_roughness();
         let id = self.materials.len() as u32;
-        let transmission =
-            source.transmission().map_or(0.0, |t| t.transmission_factor().clamp(0.0, 1.0));
+        let (roughness, metallic) = self.roughness_and_metal(&surface)?;
+        let transmission = transmission(source);
         let transmits = transmission > 0.0;
-        let attenuation = match source.volume().filter(|_| transmits) {
+        let whole = match source.volume().filter(|_| transmits) {
             Some(volume) => self.attenuation(&volume, scale)?,
             None => None,
         };
         let emission =
             Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0);
         let emission = emission.map(|e| if e > 0.0 { e.min(MAX_EMISSION) } else { 0.0 });
+        let emission = if source.unlit() { Vec3::ZERO } else { emission };
         let (uses, [texture, emissive_texture]) =
-            self.images(source, transmits, emission != Vec3::ZERO, attenuation.is_some())?;
+            self.images(source, transmits, emission != Vec3::ZERO, whole.is_some())?;
         let [red, green, blue, alpha] = surface.base_color_factor().map(|c| c.clamp(0.0, 1.0));
         let mut color = Vec3::new(red, green, blue);
         if transmits {
             color *= transmission;
         }
         let mut volume = (Vec3::ONE, f32::INFINITY);
-        if let (Some(whole), Some(source)) = (attenuation, source.volume()) {
+        if let (Some(whole), Some(source)) = (whole, source.volume()) {
             color = color.map(f32::sqrt);
-            let rgb = Vec3::from(source.attenuation_color()).map(|c| c.clamp(0.0, 1.0));
-            volume = (rgb, source.attenuation_distance());
-            self.open.insert(id, (whole, None));
+            let distance = source.attenuation_distance();
+            if distance > 0.0 && distance.is_finite() {
+                let rgb = Vec3::from(source.attenuation_color()).map(|c| c.clamp(0.0, 1.0));
+                volume = (rgb, distance);
+            }
+            self.volumes.insert(id, Inside { whole, shell: None, sheet: None });
         }
         let reflectivity = self.film(source);
-        let (roughness, metallic) = self.roughness_and_metal(&surface)?;
         let ior = source.ior().filter(|ior| ior.is_finite()).unwrap_or(1.5);
         let is_body = transmits && source.volume().is_some_and(|v| v.thickness_factor() > 0.0);
         // Of KHR_materials_transmission: glass as dense as air is not frosted.
@@ -169,7 +211,7 @@ impl<'a> Materials<'a> {
                 _ if transmits => Transfer::Filter,
                 AlphaMode::Opaque => Transfer::Opaque,
                 AlphaMode::Mask => Transfer::Cutout,
-                AlphaMode::Blend => Transfer::Filter,
+                AlphaMode::Blend => self.blend,
             },
             tint: color.extend(if source.alpha_mode() == AlphaMode::Opaque { 1.0 } else { alpha }),
             texture,
@@ -184,6 +226,7 @@ impl<'a> Materials<'a> {
             attenuation_distance: volume.1,
             roughness,
             metallic,
+            unlit: source.unlit(),
             ..Material::default()
         });
         Ok(uses)
@@ -199,25 +242,38 @@ impl<'a> Materials<'a> {
         is_face: bool,
     ) -> Result<(Uses, [Option<u32>; 2]), SceneError> {
         let id = self.materials.len() as u32;
-        let base = source.pbr_metallic_roughness().base_color_texture();
+        let surface = source.pbr_metallic_roughness();
+        let base = surface.base_color_texture();
         let transmission =
             source.transmission().filter(|_| transmits).and_then(|t| t.transmission_texture());
+        let metal = surface.metallic_roughness_texture().filter(|_| transmits);
         let emission = source.emissive_texture().filter(|_| emits);
-        let first = base.as_ref().or(transmission.as_ref()).or(emission.as_ref());
+        let first =
+            [&base, &transmission, &metal, &emission].into_iter().find_map(|info| info.as_ref());
         let uses = Uses::new(id, first);
         for (info, reason) in [
             (&transmission, "texture coordinates of transmission textures ignored"),
+            (&metal, "texture coordinates of metal textures ignored"),
             (&emission, "texture coordinates of emissive textures ignored"),
         ] {
             if info.is_some() && !Uses::new(id, info.as_ref()).has_same_uvs(&uses) {
                 self.ignore(reason);
             }
         }
-        let is_opaque = source.alpha_mode() == AlphaMode::Opaque;
-        let [base, transmission, emission] =
-            [base, transmission, emission].map(|info| info.map(|info| info.texture().source()));
-        let texture = self.textures.add(base, transmission, is_opaque, is_face)?;
-        Ok((uses, [texture, self.textures.add(emission, None, true, false)?]))
+        let texture = self.texture(source, transmits, is_face)?;
+        let emission = emission.map(|info| info.texture().source());
+        let emission = Product { base: emission, is_opaque: true, ..Product::default() };
+        Ok((uses, [texture, self.textures.add(&emission)?]))
+    }
+
+    /// Texture of its colour and transmission. `is_face`: as that of one of the two faces of a body.
+    fn texture(
+        &mut self,
+        source: &gltf::Material<'_>,
+        transmits: bool,
+        is_face: bool,
+    ) -> Result<Option<u32>, SceneError> {
+        self.textures.add(&Product::of(source, transmits, is_face))
     }
 
     /// Roughness and metal, by the means of their texture.
@@ -247,10 +303,13 @@ impl<'a> Materials<'a> {
         let mut thickness = volume.thickness_factor() * scale;
         if let Some(info) = volume.thickness_texture() {
             thickness *= self.textures.means(&info.texture().source())?[1];
+            self.ignore("textures of thickness: by their means");
         }
-        let is_body = thickness > 0.0 && thickness.is_finite();
-        if !(is_body && distance > 0.0 && distance.is_finite()) {
+        if !(thickness > 0.0 && thickness.is_finite()) {
             return Ok(None);
+        }
+        if !(distance > 0.0 && distance.is_finite()) {
+            return Ok(Some(Vec3::ONE));
         }
         let color = Vec3::from(volume.attenuation_color()).map(|c| c.clamp(0.0, 1.0));
         Ok(Some(color.map(|c| c.powf(thickness / distance))))
@@ -259,9 +318,4 @@ impl<'a> Materials<'a> {
     fn ignore(&mut self, reason: &'static str) {
         *self.skipped.entry(reason).or_default() += 1;
     }
-}
-
-/// A factor of 0 to 1; 1 if it is not finite.
-fn share(factor: f32) -> f32 {
-    if factor.is_finite() { factor.clamp(0.0, 1.0) } else { 1.0 }
 }

@@ -13,7 +13,7 @@ use ::gltf::{
     accessor::{DataType, Dimensions},
     mesh::Mode,
 };
-use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::collections::HashSet;
 
 #[derive(Debug, Default)]
@@ -112,7 +112,8 @@ impl Meshes {
                     self.kept.iter_mut().for_each(|corners| corners.swap(1, 2));
                 }
             } else {
-                let open = materials.open(uses.material);
+                let is_sheet = is_sheet(body);
+                let open = materials.open(uses.material, &primitive.material(), is_sheet)?;
                 body.iter_mut().for_each(|triangle| triangle.material = open);
                 self.skip("volumes of meshes that are not closed: by their thickness factor");
             }
@@ -222,6 +223,18 @@ pub(super) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
         Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
         Mode::Triangles => corners / 3,
     }
+}
+
+/// Whether a ray crosses one face of an open mesh and not two: whether most of its area looks one way, either way.
+fn is_sheet(triangles: &[Triangle]) -> bool {
+    let (mut whole, mut sum) = (0.0, DVec3::ZERO);
+    for triangle in triangles {
+        let [a, b, c] = triangle.positions.map(Vec3::as_dvec3);
+        let area = (b - a).cross(c - a);
+        whole += area.length();
+        sum += area;
+    }
+    2.0 * sum.length() > whole
 }
 
 fn triangle(

@@ -1,14 +1,59 @@
-//! glTF images as textures of casters: base colour, with transmission multiplied in.
+//! glTF images as textures of casters: base colour, with transmission and metal multiplied in.
 use super::{SceneError, gltf_file::File, images, limits::Limit, particles::linear_from_srgb};
 use crate::model::Texture;
-use image::{RgbaImage, imageops::FilterType};
+use ::gltf::{Image, Material, material::AlphaMode, texture::Info};
+use image::{Rgba32FImage, RgbaImage, imageops::FilterType};
 use std::collections::HashMap;
 
 /// Longest side of an image [texels].
 pub(super) const MAX_SIDE: u32 = 16384;
 
-/// Image of the base colour, image of the transmission, opaque, square root.
-type Key = (Option<usize>, Option<usize>, bool, bool);
+/// A texture as a product of images.
+#[derive(Clone, Default)]
+pub(super) struct Product<'a> {
+    pub(super) base: Option<Image<'a>>,
+    /// Its red channel multiplies the colour.
+    pub(super) transmission: Option<Image<'a>>,
+    /// Its blue channel, times the factor, is the share of metal, which transmits nothing.
+    pub(super) metal: Option<(Image<'a>, f32)>,
+    /// Whether alpha is one.
+    pub(super) is_opaque: bool,
+    /// Whether it is that of one of the two faces of a body: the square root of the colour.
+    pub(super) is_face: bool,
+}
+
+/// Images of the base colour, transmission and metal with its factor's bits; opaque; square root.
+type Key = ([Option<usize>; 3], u32, bool, bool);
+
+impl<'a> Product<'a> {
+    /// The texture of a material's colour and, if it `transmits`, transmission.
+    pub(super) fn of(source: &Material<'a>, transmits: bool, is_face: bool) -> Self {
+        let image = |info: Info<'a>| info.texture().source();
+        let surface = source.pbr_metallic_roughness();
+        let transmission = source.transmission().filter(|_| transmits);
+        let factor = share(surface.metallic_factor());
+        let metal = surface.metallic_roughness_texture().filter(|_| transmits && factor > 0.0);
+        Self {
+            base: surface.base_color_texture().map(image),
+            transmission: transmission.and_then(|t| t.transmission_texture()).map(image),
+            metal: metal.map(|info| (image(info), factor)),
+            is_opaque: source.alpha_mode() == AlphaMode::Opaque,
+            is_face,
+        }
+    }
+
+    /// Its images: what is stored of them has the larger size.
+    pub(super) fn images(&self) -> [Option<&Image<'a>>; 3] {
+        let metal = self.metal.as_ref().map(|(image, _)| image);
+        [self.base.as_ref(), self.transmission.as_ref(), metal]
+    }
+
+    fn key(&self) -> Key {
+        let factor = self.metal.as_ref().map_or(0, |(_, factor)| factor.to_bits());
+        let images = self.images().map(|image| image.map(Image::index));
+        (images, factor, self.is_opaque, self.is_face)
+    }
+}
 
 #[derive(Debug)]
 pub(super) struct Textures<'a> {
@@ -29,52 +74,27 @@ impl<'a> Textures<'a> {
         Self { file, textures, known, means, earlier, texels }
     }
 
-    /// Index of the product of `base` and the red channel of `transmission`. `is_opaque` sets alpha to one;
-    /// `is_face` takes the square root of the colour, for one of the two faces of a body.
-    pub(super) fn add(
-        &mut self,
-        base: Option<gltf::Image<'_>>,
-        transmission: Option<gltf::Image<'_>>,
-        is_opaque: bool,
-        is_face: bool,
-    ) -> Result<Option<u32>, SceneError> {
-        let Some(first) = base.as_ref().or(transmission.as_ref()) else { return Ok(None) };
-        let index = |image: &gltf::Image<'_>| image.index();
-        let key = (base.as_ref().map(index), transmission.as_ref().map(index), is_opaque, is_face);
+    /// Index of the texture of a product; `None` without images.
+    pub(super) fn add(&mut self, product: &Product<'_>) -> Result<Option<u32>, SceneError> {
+        let Some(first) = product.images().into_iter().flatten().next() else { return Ok(None) };
+        let key = product.key();
         if let Some(known) = self.known.get(&key) {
             return Ok(Some(*known));
         }
         let count = (self.earlier + self.textures.len()) as u64;
         Limit::Textures.grown_in(&self.file.path, count, 1)?;
         let name = first.name().map_or_else(|| format!("image {}", first.index()), str::to_owned);
-        let before = self.texels;
-        let base = base.map(|image| self.decode(&image)).transpose()?;
-        let filter = transmission.map(|image| self.decode(&image)).transpose()?;
-        let mut pixels = match (base, filter) {
-            (Some(base), Some(filter)) => {
-                let (width, height) = common_size(&base, &filter);
-                let texels = u64::from(width) * u64::from(height);
-                self.texels = Limit::Texels.grown_in(&self.file.path, before, texels)?;
-                multiply(base, filter)
-            }
-            (Some(base), None) => base,
-            (None, Some(filter)) => {
-                let white = image::Rgba([255; 4]);
-                let base = RgbaImage::from_pixel(filter.width(), filter.height(), white);
-                multiply(base, filter)
-            }
-            (None, None) => return Ok(None),
-        };
+        let mut pixels = self.multiplied(product)?;
         let is_solid = pixels.pixels().all(|pixel| pixel.0[3] == 255);
         let roots: [u8; 256] =
             std::array::from_fn(|c| srgb_byte(linear_from_srgb(c as f32 / 255.0).sqrt()));
         for pixel in pixels.pixels_mut() {
-            if is_face {
+            if product.is_face {
                 for channel in &mut pixel.0[..3] {
                     *channel = roots[usize::from(*channel)];
                 }
             }
-            if is_opaque {
+            if product.is_opaque {
                 pixel.0[3] = 255;
             }
         }
@@ -83,14 +103,39 @@ impl<'a> Textures<'a> {
         self.textures.push(Texture { name, width, height, rgba: pixels.into_raw() });
         self.known.insert(key, id);
         if is_solid {
-            let (base, transmission, _, is_face) = key;
-            self.known.insert((base, transmission, !is_opaque, is_face), id);
+            let (images, factor, is_opaque, is_face) = key;
+            self.known.insert((images, factor, !is_opaque, is_face), id);
         }
         Ok(Some(id))
     }
 
+    /// Product of the images, at the largest size.
+    fn multiplied(&mut self, product: &Product<'_>) -> Result<RgbaImage, SceneError> {
+        let before = self.texels;
+        let images = product.images();
+        let mut decoded = [None, None, None];
+        for (decoded, image) in decoded.iter_mut().zip(images) {
+            *decoded = image.map(|image| self.decode(image)).transpose()?;
+        }
+        let sizes = decoded.iter().flatten().map(RgbaImage::dimensions);
+        let (width, height) = sizes.fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+        let texels = u64::from(width) * u64::from(height);
+        self.texels = Limit::Texels.grown_in(&self.file.path, before, texels)?;
+        let [base, transmission, metal] = decoded;
+        let white = || RgbaImage::from_pixel(width, height, image::Rgba([255; 4]));
+        let mut base = base.map_or_else(white, |base| resized_color(base, width, height));
+        let factor = product.metal.as_ref().map_or(0.0, |(_, factor)| *factor);
+        if let Some(filter) = transmission {
+            multiply(&mut base, filter, |texel| f32::from(texel[0]) / 255.0);
+        }
+        if let Some(metal) = metal {
+            multiply(&mut base, metal, |texel| 1.0 - factor * (f32::from(texel[2]) / 255.0));
+        }
+        Ok(base)
+    }
+
     /// Mean of each channel as stored, 0..=1.
-    pub(super) fn means(&mut self, image: &gltf::Image<'_>) -> Result<[f32; 4], SceneError> {
+    pub(super) fn means(&mut self, image: &Image<'_>) -> Result<[f32; 4], SceneError> {
         if let Some(known) = self.means.get(&image.index()) {
             return Ok(*known);
         }
@@ -110,7 +155,7 @@ impl<'a> Textures<'a> {
         Ok(means)
     }
 
-    fn decode(&mut self, image: &gltf::Image<'_>) -> Result<RgbaImage, SceneError> {
+    fn decode(&mut self, image: &Image<'_>) -> Result<RgbaImage, SceneError> {
         let bad = |problem: &str, help: &str| {
             self.file.invalid(format!("image {}: {problem}", image.index()), help)
         };
@@ -120,30 +165,60 @@ impl<'a> Textures<'a> {
     }
 }
 
-fn common_size(a: &RgbaImage, b: &RgbaImage) -> (u32, u32) {
-    (a.width().max(b.width()), a.height().max(b.height()))
+/// A colour at another size. Linear light is weighted by alpha: what is clear has no colour.
+fn resized_color(image: RgbaImage, width: u32, height: u32) -> RgbaImage {
+    if image.dimensions() == (width, height) {
+        return image;
+    }
+    let mut weighted = Rgba32FImage::new(image.width(), image.height());
+    for (to, from) in weighted.pixels_mut().zip(image.pixels()) {
+        let [red, green, blue, alpha] = from.0.map(|byte| f32::from(byte) / 255.0);
+        let [red, green, blue] = [red, green, blue].map(|c| linear_from_srgb(c) * alpha);
+        to.0 = [red, green, blue, alpha];
+    }
+    let weighted = image::imageops::resize(&weighted, width, height, FilterType::Triangle);
+    let mut resized = RgbaImage::new(width, height);
+    for (to, from) in resized.pixels_mut().zip(weighted.pixels()) {
+        let [red, green, blue, alpha] = from.0;
+        let [red, green, blue] =
+            [red, green, blue].map(|c| srgb_byte((c / alpha.max(1e-6)).clamp(0.0, 1.0)));
+        to.0 = [red, green, blue, (alpha * 255.0).round() as u8];
+    }
+    resized
 }
 
-/// Multiplies `base` by the red channel of `filter`, at the larger size. `base` is sRGB, `filter` linear.
-fn multiply(base: RgbaImage, filter: RgbaImage) -> RgbaImage {
-    let (width, height) = common_size(&base, &filter);
-    let fit = |image: RgbaImage| {
-        if image.dimensions() == (width, height) {
-            return image;
-        }
-        image::imageops::resize(&image, width, height, FilterType::Triangle)
+/// Multiplies the colour of `base`, sRGB, by a factor of each texel of `filter`, at the size of `base`.
+fn multiply(base: &mut RgbaImage, filter: RgbaImage, factor: impl Fn([u8; 4]) -> f32) {
+    let (width, height) = base.dimensions();
+    let filter = match filter.dimensions() == (width, height) {
+        true => filter,
+        false => image::imageops::resize(&filter, width, height, FilterType::Triangle),
     };
-    let (mut base, filter) = (fit(base), fit(filter));
     for (pixel, filter) in base.pixels_mut().zip(filter.pixels()) {
-        let factor = f32::from(filter.0[0]) / 255.0;
+        let factor = factor(filter.0);
         for channel in &mut pixel.0[..3] {
             *channel = srgb_byte(linear_from_srgb(f32::from(*channel) / 255.0) * factor);
         }
     }
-    base
 }
 
 fn srgb_byte(c: f32) -> u8 {
     let srgb = if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
     (srgb * 255.0).round() as u8
+}
+
+/// Share of light that it transmits without its textures. Metal transmits nothing; where a texture says what is metal,
+/// that multiplies the texture.
+pub(super) fn transmission(source: &Material<'_>) -> f32 {
+    let surface = source.pbr_metallic_roughness();
+    let metal = match surface.metallic_roughness_texture() {
+        Some(_) => 0.0,
+        None => share(surface.metallic_factor()),
+    };
+    source.transmission().map_or(0.0, |t| t.transmission_factor().clamp(0.0, 1.0) * (1.0 - metal))
+}
+
+/// A factor of 0 to 1; 1 if it is not finite.
+pub(super) fn share(factor: f32) -> f32 {
+    if factor.is_finite() { factor.clamp(0.0, 1.0) } else { 1.0 }
 }

@@ -48,6 +48,9 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
         near,
         far,
         size,
+        // Of glTF files.
+        inner_angle: None,
+        end: None,
         casts: keys.value("casts", true)?,
         cascades,
         shafts: keys.value("shafts", true)?,

@@ -215,7 +215,7 @@ impl Loader<'_> {
             _ if splats.is_some() => self.splats_alone(path, splats),
             "glb" | "gltf" => {
                 let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
-                let moving = self.model(path, still, false)?;
+                let moving = self.model(path, still, None, false)?;
                 let triangles = 0..self.scene.triangles.len();
                 self.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
                 if self.leaves_splats { self.splats_alone(path, None) } else { Ok(()) }

@@ -140,12 +140,12 @@ impl<'a> Loader<'a> {
             self.shape(table)?;
         }
         for table in &document.mesh {
-            let MeshTable { name, file, casts, placement } = table.get_ref();
+            let MeshTable { name, file, casts, transfer, placement } = table.get_ref();
             let path = self.folder.join(file);
             let first_material = self.scene.materials.len();
             let first_triangle = self.scene.triangles.len();
             let moving = self
-                .model(&path, placement.clone(), is_keyed("mesh."))
+                .model(&path, placement.clone(), *transfer, is_keyed("mesh."))
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
             for material in &mut self.scene.materials[first_material..] {
                 material.casts &= casts;

@@ -11,7 +11,7 @@ use super::{
     rig::{Moving, Placement},
     share::Share,
 };
-use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture};
+use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture, Transfer};
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
@@ -143,6 +143,7 @@ impl Loader<'_> {
         &mut self,
         path: &Path,
         placement: Placement,
+        blend: Option<Transfer>,
         is_keyed: bool,
     ) -> Result<Option<Moving>, SceneError> {
         let transform = placement.at(0.0);
@@ -153,7 +154,7 @@ impl Loader<'_> {
             triangles: self.scene.triangles.len(),
             lights: self.scene.lights.len(),
         };
-        let model = gltf::load(path, transform, &earlier, is_keyed)?;
+        let model = gltf::load(path, transform, &earlier, blend, is_keyed)?;
         self.leaves_splats = model.has_splats;
         let texels = |t: &Texture| u64::from(t.width) * u64::from(t.height);
         self.texels += model.textures.iter().map(texels).sum::<u64>();

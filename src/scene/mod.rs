@@ -20,6 +20,7 @@ mod gltf_announced;
 mod gltf_draco;
 mod gltf_file;
 mod gltf_film;
+mod gltf_ignored;
 mod gltf_items;
 mod gltf_json;
 mod gltf_material;
@@ -97,7 +98,7 @@ pub fn load_particles(
 /// Reads a `.glb` or `.gltf` file alone, at the start of its animation. World space = `transform` * glTF
 /// space.
 pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
-    let mut model = gltf::load(path, transform, &gltf::Earlier::default(), false)?;
+    let mut model = gltf::load(path, transform, &gltf::Earlier::default(), None, false)?;
     if let Some(rig) = &model.rig {
         let local = model.triangles.clone();
         let is_volume = |material: u32| model.materials[material as usize].is_volume();

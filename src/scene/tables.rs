@@ -292,6 +292,8 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         // Tables of splats say what their opacity means and how they cast.
         gaussian: usual.gaussian,
         neutral: usual.neutral,
+        // Of glTF files.
+        unlit: usual.unlit,
     };
     Ok(MaterialTable {
         material,

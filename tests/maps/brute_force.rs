@@ -111,8 +111,12 @@ fn a_wrong_depth_is_noticed() {
     assert!(compare_maps(&expected, &maps[0], TOLERANCE).is_err());
 }
 
-fn checkered(chance: &mut Chance) -> Texture {
-    let rgba = (0..4 * 6 * 4).map(|_| chance.below(256) as u8).collect();
+/// Patches of random colours and opacities from `least` on; below it they are clear.
+fn checkered(chance: &mut Chance, least: u8) -> Texture {
+    let mut rgba: Vec<u8> = (0..4 * 6 * 4).map(|_| chance.below(256) as u8).collect();
+    for alpha in rgba.iter_mut().skip(3).step_by(4).filter(|alpha| **alpha < 96) {
+        *alpha = least;
+    }
     Texture { name: "patches".into(), width: 6, height: 4, rgba }
 }
 
@@ -130,11 +134,12 @@ fn mixture(kind: LightKind) -> Scene {
     let flat = Material { profile: Profile::Flat, tint, ..material(Transfer::Stain) };
     let smoke = Material { tint, ..material(Transfer::Smoke) };
     let puff = Material { shape: Shape::Puff, tint, ..material(Transfer::Filter) };
-    let glass = Material { texture: Some(0), ..quad.clone() };
+    // What is clear and reflects would show its colour.
+    let glass = Material { texture: Some(1), reflectivity: 0.0, ..quad.clone() };
     let wall = material(Transfer::Opaque);
     let mut scene = lit_by(kind, vec![quad, flat, smoke, puff, glass, wall]);
     let mut chance = Chance::new(7);
-    scene.textures.push(checkered(&mut chance));
+    scene.textures.extend([96, 0].map(|least| checkered(&mut chance, least)));
     scene.particles = random_discs(80, 11);
     for particle in &mut scene.particles {
         particle.material = chance.below(4) as u32;

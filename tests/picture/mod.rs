@@ -11,6 +11,7 @@ mod host_masks;
 mod images;
 mod lens;
 mod masks;
+mod models;
 mod occlusion;
 mod refraction;
 mod renderer;

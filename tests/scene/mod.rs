@@ -13,6 +13,8 @@ mod gltf;
 mod gltf_animation;
 mod gltf_compressed;
 mod gltf_files;
+mod gltf_ignored;
+mod gltf_light;
 mod hostile;
 mod issues;
 mod limits;

@@ -121,7 +121,8 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     let again = pane.setup + (bitcast<u32>(hit.opacity) >> 31u);
     let at = triangle_weights(again, corner + 0.5).xyz;
     let emission = emission_at(materials[hit.material], again, corner + 0.5, at);
-    let sent = hit.opacity * (emission + select(vec3(0.0), hit.color, adds));
+    let shown = select(seen_color(hit, material.transfer), hit.color, adds);
+    let sent = hit.opacity * (emission + select(vec3(0.0), shown, adds || material.unlit != 0u));
     lay(view, pane.depth, sent, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {
         passed *= select(cross_face(pane.setup, pane.depth), vec3(1.0), adds);

@@ -24,7 +24,7 @@ import package::records::footprint::{
 };
 import package::records::gaussian::{GaussianSetup, gaussian_setup, is_gaussian};
 import package::records::material::{
-    NO_TEXTURE, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF,
+    NO_TEXTURE, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, shows_clear,
 };
 import package::records::view::GpuView;
 import package::sums::faint::tau_absorbed;
@@ -134,7 +134,7 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     var alpha = covered;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
         let uv = vec2(0.5 + 0.5 * met.x, 0.5 - 0.5 * met.y);
-        let image = sample_texture(images, material.texture, material.texture_size, uv);
+        let image = sample_texture(images, material.texture, material.texture_size, uv, shows_clear(material.transfer));
         color *= image.rgb;
         alpha *= image.a;
     }

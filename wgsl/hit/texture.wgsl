@@ -10,22 +10,48 @@ struct Sampled {
     level: f32, // of the texels that were read
 }
 
+// Weight of the colour of what is clear: just so much that an image without any opacity has a colour.
+const CLEAR_WEIGHT: f32 = 0.0000152587890625; // 1/65536
+
+fn color_weight(alpha: f32, shows_clear: bool) -> f32 {
+    return select(alpha + CLEAR_WEIGHT, 1.0, shows_clear);
+}
+
+// A mean of `weighted_texel`.
+fn unweighted(mean: vec4<f32>, shows_clear: bool) -> vec4<f32> {
+    return vec4(mean.rgb / color_weight(mean.a, shows_clear), mean.a);
+}
+
+fn weighted_texel(
+    images: texture_2d_array<f32>,
+    at: vec2<i32>,
+    layer: u32,
+    level: i32,
+    shows_clear: bool,
+) -> vec4<f32> {
+    let texel = textureLoad(images, at, layer, level);
+    return vec4(texel.rgb * color_weight(texel.a, shows_clear), texel.a);
+}
+
+// `shows_clear`: whether colours count alike; else by their alpha.
 fn sample_texture(
     images: texture_2d_array<f32>,
     layer: u32,
     size: vec2<f32>,
     uv: vec2<f32>,
+    shows_clear: bool,
 ) -> vec4<f32> {
-    return sample_level(images, layer, size, uv, 0);
+    return unweighted(sample_level(images, layer, size, uv, 0, shows_clear), shows_clear);
 }
 
-// `size`: of the level [texels].
+// Weighted. `size`: of the level [texels].
 fn sample_level(
     images: texture_2d_array<f32>,
     layer: u32,
     size: vec2<f32>,
     uv: vec2<f32>,
     level: i32,
+    shows_clear: bool,
 ) -> vec4<f32> {
     let at = (uv - floor(uv)) * size - 0.5;
     let low = floor(at);
@@ -33,13 +59,13 @@ fn sample_level(
     let a = vec2<i32>(select(low, size - 1.0, low < vec2(0.0)));
     let b = vec2<i32>(select(low + 1.0, vec2(0.0), low + 1.0 >= size));
     let top = mix(
-        textureLoad(images, a, layer, level),
-        textureLoad(images, vec2(b.x, a.y), layer, level),
+        weighted_texel(images, a, layer, level, shows_clear),
+        weighted_texel(images, vec2(b.x, a.y), layer, level, shows_clear),
         part.x,
     );
     let bottom = mix(
-        textureLoad(images, vec2(a.x, b.y), layer, level),
-        textureLoad(images, b, layer, level),
+        weighted_texel(images, vec2(a.x, b.y), layer, level, shows_clear),
+        weighted_texel(images, b, layer, level, shows_clear),
         part.x,
     );
     return mix(top, bottom, part.y);
@@ -58,6 +84,7 @@ fn sample_area(
     uv: vec2<f32>,
     right: vec2<f32>,
     down: vec2<f32>,
+    shows_clear: bool,
 ) -> Sampled {
     let lengths = vec2(length(right * size), length(down * size));
     let long = max(lengths.x, lengths.y);
@@ -75,8 +102,9 @@ fn sample_area(
         let at = uv + along * (tap / taps - 0.5);
         for (var step = 0; step < steps; step += 1) {
             let share = select(part, 1.0 - part, step == 0);
-            rgba += share * sample_level(images, layer, level_size(size, low + step), at, low + step);
+            let at_level = level_size(size, low + step);
+            rgba += share * sample_level(images, layer, at_level, at, low + step, shows_clear);
         }
     }
-    return Sampled(rgba / taps, level);
+    return Sampled(unweighted(rgba / taps, shows_clear), level);
 }

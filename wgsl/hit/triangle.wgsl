@@ -5,7 +5,7 @@ import package::bind::uniform::{materials, picture_params};
 import package::features::{HAS_TEXTURES, HAS_VERTEX_COLORS};
 import package::hit::hit::{Hit, absorption, transmittance};
 import package::hit::texture::{Sampled, sample_area, sample_texture};
-import package::records::material::{MAX_GAIN, NO_TEXTURE, TRANSFER_CUTOUT, TRANSFER_GAIN};
+import package::records::material::{MAX_GAIN, NO_TEXTURE, TRANSFER_CUTOUT, TRANSFER_GAIN, shows_clear};
 import package::records::setup::setup_texel;
 
 // Images are seen by the camera, filtered over what a sample of the picture sees. Maps read their texels.
@@ -55,8 +55,15 @@ fn triangle_color(setup: u32, barycentric: vec3<f32>) -> vec4<f32> {
     return color;
 }
 
-// An image at `texel`, over what a sample of the picture sees of it.
-fn triangle_image(layer: u32, size: vec2<f32>, setup: u32, texel: vec2<f32>, barycentric: vec3<f32>) -> Sampled {
+// An image at `texel`, over what a sample of the picture sees of it. `all_colors`: as `shows_clear` says.
+fn triangle_image(
+    layer: u32,
+    size: vec2<f32>,
+    setup: u32,
+    texel: vec2<f32>,
+    barycentric: vec3<f32>,
+    all_colors: bool,
+) -> Sampled {
     let uv = triangle_uv(setup, barycentric);
     let weights = bitcast<vec3<f32>>(setup_texel(setup, 3u).xyz);
     let ab = bitcast<vec4<f32>>(setup_texel(setup, 5u));
@@ -70,7 +77,7 @@ fn triangle_image(layer: u32, size: vec2<f32>, setup: u32, texel: vec2<f32>, bar
     let right = -((ab.xy - uv) * first.y + (ab.zw - uv) * second.y + (c - uv) * third.y);
     let down = (ab.xy - uv) * first.x + (ab.zw - uv) * second.x + (c - uv) * third.x;
     let reach = picture_params.image_reach / sum;
-    return sample_area(images, layer, size, uv, right * reach, down * reach);
+    return sample_area(images, layer, size, uv, right * reach, down * reach, all_colors);
 }
 
 fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
@@ -79,11 +86,12 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
     let material = materials[material_id];
     var image = Sampled(vec4(1.0), 0.0);
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
+        let all_colors = shows_clear(material.transfer);
         if FILTERS_IMAGES {
-            image = triangle_image(material.texture, material.texture_size, setup, texel, met.xyz);
+            image = triangle_image(material.texture, material.texture_size, setup, texel, met.xyz, all_colors);
         } else {
             let uv = triangle_uv(setup, met.xyz);
-            image.rgba = sample_texture(images, material.texture, material.texture_size, uv);
+            image.rgba = sample_texture(images, material.texture, material.texture_size, uv, all_colors);
         }
     }
     // Read behind the image, which needs registers.

@@ -24,7 +24,7 @@ const BLOCK_TEXELS: u32 = 2u;
 const SKIRT: u32 = 3u; // blocks around a level
 
 fn has_area(light: GpuLight) -> bool {
-    return light.traits > 1u;
+    return ((light.traits >> AREA_SHIFT) & AREA_MASK) != 0u;
 }
 
 fn area_of(light: GpuLight) -> GpuArea {

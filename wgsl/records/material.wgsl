@@ -24,7 +24,7 @@ struct GpuMaterial {
     ior: f32,   // of its bodies; 1: straight through
     frost: f32, // blur of what is behind, per distance behind it
     catcher: u32, // 1: shows the surroundings behind it
-    pad: u32,
+    unlit: u32,   // 1: shows its colour, whatever the light
 }
 
 const MAX_MATERIALS: u32 = 512u;
@@ -56,3 +56,8 @@ const RECEIVES_OPAQUE: u32 = 2u;
 const RECEIVES_OTHERS: u32 = 3u;
 
 const MAX_GAIN: f32 = 16.0;
+
+// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
+fn shows_clear(transfer: u32) -> bool {
+    return transfer == TRANSFER_STAIN || transfer == TRANSFER_GAIN || transfer == TRANSFER_OPAQUE;
+}

@@ -13,6 +13,12 @@ const POINT_PANE: u32 = 2u;    // scatters light from both sides
 const POINT_PARTICLE: u32 = 3u; // scatters without a normal
 const POINT_BRICK: u32 = 4u;    // in a brick of voxels: scatters several times
 const POINT_STRAND: u32 = 5u;   // around an axis, its normal: scatters as a cylinder, and mirrors
+const POINT_COVER: u32 = 6u;    // covers what is behind it, scatters light from its face's side
+
+// Whether a point is on a surface.
+fn is_faced(kind: u32) -> bool {
+    return kind == POINT_SOLID || kind == POINT_PANE || kind == POINT_COVER;
+}
 
 const POLISH_STEPS: f32 = 2047.0;
 const METAL_STEPS: f32 = 255.0;
@@ -73,7 +79,7 @@ fn load_point(index: u32) -> Point {
     let surface = textureLoad(points, record_texel(first + 3u), 0);
     let kind = words.w & 7u;
     let shine = unpack2x16unorm(look.w);
-    let has_face = kind == POINT_SOLID || kind == POINT_PANE;
+    let has_face = is_faced(kind);
     return Point(
         kind,
         bitcast<vec3<f32>>(words.xyz),

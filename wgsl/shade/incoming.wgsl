@@ -1,6 +1,6 @@
 // Light that arrives at a point before shadows, and the face of a light's cube that looks at it.
 
-import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT};
+import package::records::light::{END_BIT, GpuLight, INNER_BIT, LIGHT_DIRECTIONAL, LIGHT_SPOT};
 
 // Face of a cube that contains the direction `away` from its centre.
 fn cube_face(away: vec3<f32>) -> u32 {
@@ -26,12 +26,13 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     let away = point - light.position;
     let square = max(dot(away, away), 1e-4);
     let ray = away * inverseSqrt(square);
-    // Fades out towards the end of its range: glTF KHR_lights_punctual, Karis 2013.
+    // Fades out towards the end of its range: glTF KHR_lights_punctual; squared, Karis 2013.
     let part = square * light.per_range2;
     let window = max(1.0 - part * part, 0.0);
-    var color = light.color / square * (window * window);
+    var color = light.color / square * (window * select(window, 1.0, (light.traits & END_BIT) != 0u));
     if light.kind == LIGHT_SPOT {
-        color *= smoothstep(light.cone_outer, light.cone_inner, dot(ray, light.direction));
+        let share = saturate((dot(ray, light.direction) - light.cone_outer) / (light.cone_inner - light.cone_outer));
+        color *= share * share * select(3.0 - 2.0 * share, 1.0, (light.traits & INNER_BIT) != 0u);
     }
     return Incoming(-ray, color);
 }

@@ -6,7 +6,7 @@ import package::bind::uniform::picture_params;
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, load_point,
+    POINT_BRICK, POINT_COVER, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced, load_point,
 };
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
@@ -27,7 +27,7 @@ const ASIDE_SHINE: u32 = ASIDE_LOCAL + 1u;
 // Share of the light from `toward` that a point of albedo 1 sends to the eye.
 fn scattered(point: Point, cosine: f32) -> f32 {
     switch point.kind {
-        case POINT_SOLID: { return max(cosine, 0.0) * PER_PI; }
+        case POINT_SOLID, POINT_COVER: { return max(cosine, 0.0) * PER_PI; }
         case POINT_PANE: { return abs(cosine) * PER_PI; }
         // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
         // that faces the light.
@@ -36,8 +36,7 @@ fn scattered(point: Point, cosine: f32) -> f32 {
 }
 
 fn ambient(point: Point) -> vec3<f32> {
-    let upright = point.kind == POINT_SOLID || point.kind == POINT_PANE;
-    return select(picture_params.ambient, irradiance(point.normal), upright);
+    return select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
 }
 
 // Light of the point `number`. Around a look-up, what is needed behind it is laid aside or read anew.
@@ -110,7 +109,7 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
     let middle = normalize(arriving.toward + to_eye);
     let lobe = highlight(point.normal, middle, point.roughness) * mirrored(gloss, dot(to_eye, middle), head_on);
-    let shines = (point.kind == POINT_SOLID || point.kind == POINT_PANE) && cosine > 0.0;
+    let shines = is_faced(point.kind) && cosine > 0.0;
     let added = select(vec3(0.0), passed * (cosine * lobe), shines);
     lay_aside(ASIDE_SHINE, vec4(bits_of(floats_of(shine).xyz + added, 0.0).xyz, shine.w));
 }

@@ -6,7 +6,8 @@ import package::bind::uniform::{band, materials, views};
 import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_PANE, Point, pixel_number};
+import package::records::material::TRANSFER_SMOKE;
+import package::records::point::{POINT_COVER, POINT_PANE, Point, pixel_number};
 import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
@@ -31,7 +32,7 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
     let mirror = mirrored_share(hit, material, normals.normal, to_eye);
     let scattered = scattered_share(hit, material, true) * (1.0 - mirror);
     return Point(
-        POINT_PANE,
+        select(POINT_PANE, POINT_COVER, material.transfer == TRANSFER_SMOKE),
         position,
         normals.face,
         normals.normal,

@@ -10,7 +10,7 @@ import package::hit::triangle::{triangle_color, triangle_image, triangle_weights
 import package::records::capsule::capsule_of;
 import package::records::caster::{look_material, particle_object};
 import package::records::light::cluster_of;
-import package::records::material::{GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE};
+import package::records::material::{GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear};
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_NONE, POINT_SOLID, Point, pixel_number};
 import package::records::point_list::SURFACE_LIST;
@@ -49,11 +49,15 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let material = materials[setup_texel(setup, 4u).w];
     var albedo = material.tint.rgb * triangle_color(setup, weights).rgb;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
-        albedo *= triangle_image(material.texture, material.texture_size, setup, pixel, weights).rgba.rgb;
+        let all_colors = shows_clear(material.transfer);
+        let size = material.texture_size;
+        albedo *= triangle_image(material.texture, size, setup, pixel, weights, all_colors).rgba.rgb;
     }
     let position = world_point(view, pixel, depth);
     let to_eye = normalize(eye() - position);
     let normals = normals_at(id, setup, weights, to_eye);
+    let around = mirrored_around(material, albedo, normals.normal, to_eye);
+    let is_lit = material.unlit == 0u;
     let point = Point(
         POINT_SOLID,
         rounded(id, weights, normals.face, position),
@@ -63,11 +67,11 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         cluster_of(pixel, depth),
         material.receives,
         owner_tag(setup_texel(setup, 6u).w),
-        albedo,
+        select(vec3(0.0), albedo, is_lit),
         material.roughness,
         0.0,
-        1.0,
-        emission_at(material, setup, pixel, weights) + mirrored_around(material, albedo, normals.normal, to_eye),
+        select(0.0, 1.0, is_lit),
+        emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit),
         material.metallic,
         pixel_number(pixel),
     );

@@ -2,7 +2,7 @@
 
 import choice::aside::{aside, lay_aside};
 import choice::source::receive_light;
-import package::records::light::{GpuLight, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view};
+import package::records::light::{GpuLight, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view};
 import package::records::view::{GpuView, ROLE_FACE, ROLE_WINDOW};
 import package::shade::asides::{
     ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, ASIDE_SUM, ASIDE_VIEWS, bits_of, floats_of,
@@ -89,7 +89,8 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
             lay_aside(ASIDE_SUM, bits_of(select(sum, vec3(0.0), is_done), select(rest, 1.0, is_done)));
             index = select(views.x, views.y & INDEX_MASK, is_done) + 1u;
             light = light_record(views.w);
-            let next = select(0u, viewpoint + 1u, viewpoint > 0u && viewpoint <= light.traits >> VIEWPOINTS_SHIFT);
+            let viewpoints = (light.traits >> VIEWPOINTS_SHIFT) & VIEWPOINTS_MASK;
+            let next = select(0u, viewpoint + 1u, viewpoint > 0u && viewpoint <= viewpoints);
             viewpoint = select(viewpoint, next, is_done);
             if index >= light.first_view + light.view_count {
                 break;

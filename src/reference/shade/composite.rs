@@ -127,7 +127,11 @@ impl Eye<'_> {
         let before = self.air_before(pixel, depth);
         let setup = blended.setup(footprint);
         let met = setup.hit(pixel);
-        let emitted = opacity * blended.emission(material, setup, pixel) * before.left;
+        let mut emission = blended.emission(material, setup, pixel);
+        if material.unlit {
+            emission += seen_color(hit, material);
+        }
+        let emitted = opacity * emission * before.left;
         if material.transfer == Transfer::None {
             let sent = emitted + opacity * seen_color(hit, material) * before.left;
             return Layer { depth, sent, passed: Vec3::ONE, face: None, glass: None, pane: None };
@@ -135,9 +139,8 @@ impl Eye<'_> {
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
         let [_, normal] = blended.normals(footprint, met, to_eye);
         let mirrored = mirrored_share(material, hit, normal, to_eye);
-        // The transfer `over` already attenuates by its coverage.
-        let covers = material.transfer == Transfer::Over;
-        let scattered = if covers { 0.0 } else { scattered_share(material, opacity) };
+        // Attenuates by its coverage already.
+        let scattered = if covers(material) { 0.0 } else { scattered_share(material, opacity) };
         // `gain` amplifies light sources, not the background.
         let gathers = material.transfer == Transfer::Gain;
         let light = if gathers { Vec3::ONE } else { hit.light };
@@ -168,7 +171,10 @@ impl Eye<'_> {
         let reflected = (-surface.to_eye).reflect(surface.normal);
         let share = scattered_share(material, hit.opacity) * (1.0 - mirrored);
         Point {
-            kind: PointKind::Pane,
+            kind: match material.transfer {
+                Transfer::Smoke => PointKind::Cover,
+                _ => PointKind::Pane,
+            },
             albedo: share * seen_color(hit, material),
             gloss: pane_gloss(material, hit),
             emission: mirrored * self.lighting.radiance_around(reflected, material.roughness),
@@ -189,6 +195,9 @@ pub(super) struct Blended {
 
 /// Gloss of a pane, premultiplied: glass keeps its highlights where it is clear.
 fn pane_gloss(material: &Material, hit: &Hit) -> Gloss {
+    if material.unlit {
+        return Gloss { reflectivity: 0.0, polish: 0.0 };
+    }
     let polish = hit.opacity.max(material.transmission);
     Gloss { reflectivity: material.reflectivity, polish }
 }
@@ -198,10 +207,18 @@ fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) ->
     pane_gloss(material, hit).mirrored_sky(normal.dot(to_eye), material.roughness)
 }
 
-/// Share of light that a pane scatters: half of what it covers if it is not clear, filtering the rest.
+/// Whether its transfer attenuates what is behind it by what it covers.
+fn covers(material: &Material) -> bool {
+    matches!(material.transfer, Transfer::Over | Transfer::Smoke)
+}
+
+/// Share of light that a pane scatters: all that it covers where its transfer attenuates by that; else half of it if it is
+/// not clear, filtering the rest.
 fn scattered_share(material: &Material, opacity: f32) -> f32 {
-    let covers = material.transfer == Transfer::Over;
-    opacity * if covers { 1.0 } else { 0.5 * (1.0 - material.transmission) }
+    if material.unlit {
+        return 0.0;
+    }
+    opacity * if covers(material) { 1.0 } else { 0.5 * (1.0 - material.transmission) }
 }
 
 /// Albedo of a pane; `gain` scatters everything.

@@ -62,7 +62,7 @@ impl<'a> Seen<'a> {
     pub(super) fn emission(&self, material: &Material, setup: &TriangleSetup, pixel: Vec2) -> Vec3 {
         let texture = material.emissive_texture.zip(setup.hit(pixel));
         texture.map_or(material.emission, |(texture, met)| {
-            let seen = self.records().seen_image(texture, setup, pixel, met.uv);
+            let seen = self.records().seen_image(texture, setup, pixel, met.uv, true);
             material.emission * seen.rgba.truncate()
         })
     }

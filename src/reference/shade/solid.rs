@@ -12,7 +12,7 @@ use crate::{
         tile::{Tile, TileTexels},
     },
 };
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 /// An opaque caster where a pixel's ray meets it first.
 #[derive(Clone, Copy)]
@@ -83,6 +83,11 @@ impl Eye<'_> {
             let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
             let met = solid.setup(footprint).hit(pixel);
             let position = solid.rounded(footprint, met, face, facet.position);
+            if material.unlit {
+                let emission = facet.emission + albedo;
+                let gloss = Gloss { reflectivity: 0.0, polish: 0.0 };
+                return Point { position, albedo: Vec3::ZERO, gloss, emission, ..facet };
+            }
             return Point {
                 position,
                 to_eye: (self.position() - position).normalize(),

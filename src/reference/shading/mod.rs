@@ -19,7 +19,8 @@ use crate::{
         Scene, View, irradiance_at, octahedral,
     },
     records::{
-        GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords, ViewMaps, owner_tag,
+        END_BIT, GpuLight, GpuView, INNER_BIT, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords,
+        ViewMaps, owner_tag,
     },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
@@ -74,6 +75,8 @@ pub enum PointKind {
     Solid,
     /// A thin pane, which scatters light from both sides.
     Pane,
+    /// A thin layer that covers what is behind it, and scatters light from its face's side.
+    Cover,
     /// Scatters without a normal.
     Particle,
     /// Around an axis, the normal: scatters as a cylinder, and mirrors.
@@ -212,7 +215,9 @@ impl<'a> Lighting<'a> {
     fn ambient_at(&self, point: &Point) -> Vec3 {
         match point.kind {
             PointKind::Particle | PointKind::Strand | PointKind::Brick { .. } => self.ambient,
-            PointKind::Solid | PointKind::Pane => irradiance_at(&self.irradiance, point.normal),
+            PointKind::Solid | PointKind::Pane | PointKind::Cover => {
+                irradiance_at(&self.irradiance, point.normal)
+            }
         }
     }
 
@@ -252,7 +257,9 @@ impl<'a> Lighting<'a> {
                 PointKind::Strand => passed * strand_scattered(point, toward),
                 kind => passed * scattered(kind, cosine),
             };
-            if matches!(point.kind, PointKind::Solid | PointKind::Pane) && cosine > 0.0 {
+            let has_face =
+                matches!(point.kind, PointKind::Solid | PointKind::Pane | PointKind::Cover);
+            if has_face && cosine > 0.0 {
                 shine += passed * (cosine * highlight(point, toward));
             }
         }
@@ -320,11 +327,12 @@ pub fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
     let ray = away / square.sqrt();
     let part = square * light.per_range2;
     let window = (1.0 - part * part).max(0.0);
-    let mut color = light.color / square * (window * window);
+    let squared = if light.traits & END_BIT != 0 { 1.0 } else { window };
+    let mut color = light.color / square * (window * squared);
     if light.kind == LIGHT_SPOT {
         let (outer, inner) = (light.cone_outer, light.cone_inner);
         let t = ((ray.dot(light.direction) - outer) / (inner - outer)).clamp(0.0, 1.0);
-        color *= t * t * (3.0 - 2.0 * t);
+        color *= t * t * if light.traits & INNER_BIT != 0 { 1.0 } else { 3.0 - 2.0 * t };
     }
     (-ray, color)
 }

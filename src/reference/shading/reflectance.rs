@@ -8,7 +8,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 /// Share of the light that a point of albedo 1 sends to the eye.
 pub(super) fn scattered(kind: PointKind, cosine: f32) -> f32 {
     match kind {
-        PointKind::Solid => cosine.max(0.0) * FRAC_1_PI,
+        PointKind::Solid | PointKind::Cover => cosine.max(0.0) * FRAC_1_PI,
         PointKind::Pane => cosine.abs() * FRAC_1_PI,
         // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
         // that faces the light.

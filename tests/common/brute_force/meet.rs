@@ -252,13 +252,20 @@ fn sample(scene: &Scene, material: &Material, uv: DVec2) -> DVec4 {
     };
     let at = uv * DVec2::new(f64::from(texture.width), f64::from(texture.height)) - 0.5;
     let (low, part) = (at.floor(), at - at.floor());
-    let mut sum = DVec4::ZERO;
+    let (mut plain, mut by_alpha) = (DVec4::ZERO, DVec3::ZERO);
     for (x, weight_x) in [(low.x, 1.0 - part.x), (low.x + 1.0, part.x)] {
         for (y, weight_y) in [(low.y, 1.0 - part.y), (low.y + 1.0, part.y)] {
-            sum += texel_of(texture, x as i64, y as i64) * (weight_x * weight_y);
+            let texel = texel_of(texture, x as i64, y as i64) * (weight_x * weight_y);
+            plain += texel;
+            by_alpha += texel.truncate() * texel_of(texture, x as i64, y as i64).w;
         }
     }
-    sum
+    // Where a transfer shows the colour of what is clear, all count alike.
+    match material.transfer {
+        Transfer::Stain | Transfer::Gain | Transfer::Opaque => plain,
+        _ if plain.w == 0.0 => plain,
+        _ => (by_alpha / plain.w).extend(plain.w),
+    }
 }
 
 fn texel_of(texture: &Texture, x: i64, y: i64) -> DVec4 {

@@ -52,6 +52,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "POINT_STRAND",
     "POINT_NONE",
     "POINT_PARTICLE",
+    "POINT_COVER",
     "POINT_PANE",
     "POINT_SOLID",
     "POLISH_STEPS",
