@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     let length = length(path)?;
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.moment.set);
-    load.emitters = false;
+    load.start = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     let at_a_time = at_a_time(&scene);
     // A point has at least three numbers.

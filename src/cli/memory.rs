@@ -59,7 +59,8 @@ impl Needs {
         let emitted: u64 = scene.motions.iter().map(|motion| motion.most_particles()).sum();
         // Voxels of a brick on the device, or as the scene has them, and its own record.
         let brick = if self.backend_is_cpu { 1536 } else { 4672 };
-        let bricks: u64 = scene.grids.iter().map(|grid| grid.bricks.len() as u64).sum();
+        let made: u64 = scene.motions.iter().map(|motion| motion.most_bricks()).sum();
+        let bricks = scene.grids.iter().map(|grid| grid.bricks.len() as u64).sum::<u64>() + made;
         let gaussians = scene.gaussians.len() as u64;
         let segments = |strand: &Strand| strand.vertices.len().saturating_sub(1) as u64;
         let dragged: u64 = scene.motions.iter().map(|motion| motion.most_vertices()).sum();

@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     let share = arguments.casters;
     let mut load = LoadOptions::default();
     load.set.clone_from(&arguments.moment.set);
-    load.emitters = false;
+    load.start = false;
     load.share = Some(share);
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     scene.set_time(f64::from(arguments.moment.frame) / arguments.moment.fps);

@@ -44,6 +44,7 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
     };
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.moment.set);
+    load.start = false;
     let mut relit = scene::load_with_splats(&arguments.scene, &load, &arguments.splats)?;
     let mut scene = std::mem::take(&mut relit.scene);
     let cloud = &relit.cloud;

@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.set);
     load.ground = !arguments.no_ground;
-    load.emitters = false;
+    load.start = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
     // A picture beside maps is made of them.

@@ -91,6 +91,11 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         0
     }
 
+    /// Most bricks of a volume that it makes.
+    fn most_bricks(&self) -> u64 {
+        0
+    }
+
     /// Most vertices of the strands that its particles drag at a time.
     fn most_vertices(&self) -> u64 {
         0

@@ -1,10 +1,10 @@
 //! Generated volumes: clouds, plumes and explosions of noise, the same on every machine but for rounding.
 use super::{SceneError, generate::Chance, keys::Keys, lattice_noise::LatticeNoise};
 use crate::{
-    model::{BRICK_SIZE, Brick, Voxels},
+    model::{BRICK_SIZE, Brick, Density, Voxels},
     records::pcg,
 };
-use glam::{DAffine3, DMat3, IVec3, UVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, IVec3, UVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
@@ -82,12 +82,31 @@ impl Cloud {
         (count / BRICK_SIZE + 2).as_u64vec3().element_product()
     }
 
-    /// Its bricks at a time [s], and the box's space from index space. `kelvin`: the highest temperature, of what glows.
-    pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>) -> (Vec<Brick>, DAffine3) {
+    /// Its box as a brick in which nothing is.
+    pub(super) fn outline(&self) -> Brick {
+        let (_, size) = self.lattice();
+        Brick::new(IVec3::ZERO, Density::Constant { size, density: 0.0 })
+    }
+
+    /// The middle of the box's floor [voxels].
+    fn middle(&self) -> Vec3 {
+        let (_, count) = self.lattice();
+        (count.as_vec3() - 1.0) * Vec3::new(0.5, 0.0, 0.5) - Vec3::new(0.0, 0.5, 0.0)
+    }
+
+    /// The box's space from index space.
+    pub(super) fn box_from_index(&self) -> DAffine3 {
+        let edge = f64::from(self.lattice().0);
+        let matrix3 = DMat3::from_diagonal(DVec3::splat(edge));
+        DAffine3 { matrix3, translation: -self.middle().as_dvec3() * edge }
+    }
+
+    /// Its bricks at a time [s]. `kelvin`: the highest temperature, of what glows.
+    pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>) -> Vec<Brick> {
         let (edge, count) = self.lattice();
         let field = Field::new(self, seconds * f64::from(self.speed));
         let unit = 2.0 / self.size.max_element();
-        let middle = (count.as_vec3() - 1.0) * Vec3::new(0.5, 0.0, 0.5) - Vec3::new(0.0, 0.5, 0.0);
+        let middle = self.middle();
         let point = |voxel: IVec3| (voxel.as_vec3() - middle) * edge;
         let half = self.size * Vec3::new(0.5, 1.0, 0.5);
         let [width, height, depth] = count.to_array();
@@ -121,9 +140,7 @@ impl Cloud {
             };
             bricks.par_iter_mut().with_min_len(64).for_each_init(|| field.noise(), heat);
         }
-        let (edge, middle) = (f64::from(edge), middle.as_dvec3());
-        let matrix3 = DMat3::from_diagonal(glam::DVec3::splat(edge));
-        (bricks, DAffine3 { matrix3, translation: -middle * edge })
+        bricks
     }
 }
 

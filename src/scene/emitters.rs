@@ -195,7 +195,7 @@ impl Loader<'_> {
         }
         let emitters = Emitters::new(&self.scene, emitters);
         self.ask_for(have - self.scene.particles.len(), bytes as u64)?;
-        if self.sends_out {
+        if self.makes_start {
             emitters.apply(&mut self.scene, 0.0);
             self.scene.motions.push(Arc::new(emitters));
         } else {
@@ -203,7 +203,7 @@ impl Loader<'_> {
             let steps = MAX_SAMPLED / all.len();
             let sample = all.iter().flat_map(|emitter| emitter.sample(0.0, FARTHEST, steps));
             self.scene.particles.extend(sample);
-            self.resting = Some(Arc::new(emitters));
+            self.resting.push(Arc::new(emitters));
         }
         Ok(())
     }

@@ -38,10 +38,10 @@ pub struct LoadOptions {
     pub set: Vec<(String, String)>,
     /// Whether a model or particle file that is a scene of its own gets a floor.
     pub ground: bool,
-    /// Whether emitters send out the particles of time 0. If not, the first [`Scene::set_time`] has them do so,
-    /// unless the scene file leaves the camera to be placed by what it sees: for a scene that is rendered at
-    /// another time, or whose particles a device simulates.
-    pub emitters: bool,
+    /// Whether what every time makes anew is made for time 0: particles of emitters, and generated volumes that move. If
+    /// not, the first [`Scene::set_time`] makes it, unless the scene file leaves the camera to be placed by what it
+    /// sees: for a scene that is rendered at another time, or whose particles a device simulates.
+    pub start: bool,
     /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest once the
     /// scene's time is set.
     pub share: Option<Share>,
@@ -51,7 +51,7 @@ pub struct LoadOptions {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { set: Vec::new(), ground: true, emitters: true, share: None, only_checks: false }
+        Self { set: Vec::new(), ground: true, start: true, share: None, only_checks: false }
     }
 }
 
@@ -65,10 +65,10 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
     load_as(path, &LoadOptions { set: set.to_vec(), ..LoadOptions::default() })
 }
 
-/// Like [`load`], for a scene that is not rendered: emitters send nothing out, and a camera that is placed by what it
-/// sees is placed without their particles; textures that no file has are a white texel each.
+/// Like [`load`], for a scene that is not rendered: emitters send nothing out, generated volumes that move are their
+/// boxes, and a camera that is placed by what it sees is placed by those; textures that no file has are a white texel each.
 pub fn check(path: &Path) -> Result<Scene, SceneError> {
-    load_as(path, &LoadOptions { emitters: false, only_checks: true, ..LoadOptions::default() })
+    load_as(path, &LoadOptions { start: false, only_checks: true, ..LoadOptions::default() })
 }
 
 /// Like [`load`], with options.
@@ -137,7 +137,7 @@ fn load_all(
     }
     let mut loader = Loader::new(&source, path);
     loader.share = options.share;
-    loader.sends_out = options.emitters || !options.only_checks && !is_placed(&document);
+    loader.makes_start = options.start || !options.only_checks && !is_placed(&document);
     loader.paints = !options.only_checks;
     loader.document(&document)?;
     let found = with.map(|with| loader.found_splats(with)).transpose()?;
@@ -182,7 +182,9 @@ fn load_all(
     still.extend(moving.into_iter().map(|moving| Arc::new(moving) as _));
     scene.recentre();
     place_again(&mut scene, still);
-    scene.motions.extend(resting.map(|resting| resting.moved(-scene.origin).unwrap_or(resting)));
+    let by = -scene.origin;
+    let resting = resting.into_iter().map(|resting| resting.moved(by).unwrap_or(resting));
+    scene.motions.extend(resting);
     Ok((scene, found))
 }
 

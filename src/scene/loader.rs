@@ -45,8 +45,8 @@ pub(super) struct Loader<'a> {
     placed_names: HashSet<(&'static str, String)>,
     /// Displaced spheres that do not move.
     pub(super) still: Vec<Arc<dyn Motion>>,
-    /// Whether emitters send out their particles.
-    pub(super) sends_out: bool,
+    /// Whether what a later time makes anew is made for time 0: particles of emitters, generated volumes that move.
+    pub(super) makes_start: bool,
     /// The share of the filtering particles to load.
     pub(super) share: Option<Share>,
     /// Files of splats: their splats in the scene, and the id of the first row.
@@ -55,8 +55,8 @@ pub(super) struct Loader<'a> {
     pub(super) leaves_splats: bool,
     /// Whether textures are made that no file has.
     pub(super) paints: bool,
-    /// Emitters that have not sent out anything but a sample.
-    pub(super) resting: Option<Arc<dyn Motion>>,
+    /// Emitters that have sent out a sample, and volumes of which only the box is made.
+    pub(super) resting: Vec<Arc<dyn Motion>>,
 }
 
 impl<'a> Loader<'a> {
@@ -74,12 +74,12 @@ impl<'a> Loader<'a> {
             placed: Vec::new(),
             placed_names: HashSet::new(),
             still: Vec::new(),
-            sends_out: true,
+            makes_start: true,
             share: None,
             splat_files: Vec::new(),
             leaves_splats: false,
             paints: true,
-            resting: None,
+            resting: Vec::new(),
         }
     }
 

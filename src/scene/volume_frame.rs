@@ -67,6 +67,24 @@ impl Content {
         }
     }
 
+    /// A generated volume that changes as its box without anything in it; `None` for others.
+    pub(super) fn outline(&self) -> Option<Frame> {
+        match self {
+            Self::Cloud { cloud, .. } if cloud.moves() => {
+                Some(Frame::of_cloud(cloud, vec![cloud.outline()]))
+            }
+            _ => None,
+        }
+    }
+
+    /// Bricks that it makes at most; 0 for a file.
+    pub(super) fn most_bricks(&self) -> u64 {
+        match self {
+            Self::File { .. } => 0,
+            Self::Cloud { cloud, .. } => cloud.most_bricks(),
+        }
+    }
+
     /// The file at a time [s]; the name of none for a cloud.
     pub(super) fn path(&self, seconds: f64) -> PathBuf {
         match self {
@@ -102,11 +120,16 @@ impl Content {
                 frame(&path, names, channel, hot.as_ref()).map_err(of_file)
             }
             Self::Cloud { cloud, kelvin } => {
-                let (bricks, volume_from_index) = cloud.bricks(seconds, *kelvin);
-                let (skipped, notes) = Default::default();
-                Ok(Frame { bricks, scale: 1.0, volume_from_index, skipped, notes })
+                Ok(Frame::of_cloud(cloud, cloud.bricks(seconds, *kelvin)))
             }
         }
+    }
+}
+
+impl Frame {
+    fn of_cloud(cloud: &Cloud, bricks: Vec<Brick>) -> Self {
+        let (skipped, notes) = Default::default();
+        Self { bricks, scale: 1.0, volume_from_index: cloud.box_from_index(), skipped, notes }
     }
 }
 

@@ -28,17 +28,16 @@ struct Moving {
     world_from_volume: DMat4,
     /// Optical depth of a metre of density 1 [1/m].
     factor: f32,
-    /// What it shows at the start, which is asked for again when the start is rendered.
-    start: Arc<Frame>,
+    /// What it shows at the start, if that is made: it is asked for again when the start is rendered.
+    start: Option<Arc<Frame>>,
 }
 
 impl Motion for Moving {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
-        let is_start = seconds == 0.0;
-        let frame = if is_start {
-            Ok(Frame::clone(&self.start))
-        } else {
-            self.content.at(seconds).map_err(|_| ())
+        let start = self.start.as_ref().filter(|_| seconds == 0.0);
+        let frame = match start {
+            Some(start) => Ok(Frame::clone(start)),
+            None => self.content.at(seconds).map_err(|_| ()),
         };
         let grid = &mut scene.grids[self.index];
         grid.bricks.clear();
@@ -52,9 +51,13 @@ impl Motion for Moving {
         if !is_shown || !fits {
             scene.grids[self.index].bricks.clear();
             *scene.skipped.entry(moved::FRAME).or_default() += 1;
-        } else if wrong > 0 && !is_start {
+        } else if wrong > 0 && start.is_none() {
             *scene.skipped.entry(moved::VOXEL).or_default() += wrong;
         }
+    }
+
+    fn most_bricks(&self) -> u64 {
+        self.content.most_bricks()
     }
 
     fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
@@ -117,7 +120,9 @@ impl Loader<'_> {
         let is_alone =
             given.file.as_ref().is_some_and(|file| self.folder.join(file) == self.source.path());
         let named = |error| if is_alone { error } else { self.named_by(span, key, error) };
-        let starts = contents.iter().map(|content| content.at(0.0));
+        let outline = |content: &Content| content.outline().filter(|_| !self.makes_start);
+        let starts =
+            contents.iter().map(|content| outline(content).map_or_else(|| content.at(0.0), Ok));
         let starts = starts.collect::<Result<Vec<_>, _>>().map_err(named)?;
         let have = self.scene.grids.iter().map(|grid| grid.bricks.len()).sum();
         let bricks = starts.iter().map(|start| start.bricks.len()).sum();
@@ -155,9 +160,12 @@ impl Loader<'_> {
             grid.factor *= factor;
             add_skipped(&mut self.scene.skipped, &start.skipped);
             if content.moves() {
-                let (index, start) = (self.scene.grids.len(), Arc::new(start));
+                let is_outline = !self.makes_start && content.outline().is_some();
+                let start = (!is_outline).then(|| Arc::new(start));
+                let index = self.scene.grids.len();
                 let moving = Moving { index, content, world_from_volume, factor, start };
-                self.scene.motions.push(Arc::new(moving));
+                let motions = if is_outline { &mut self.resting } else { &mut self.scene.motions };
+                motions.push(Arc::new(moving));
             }
             self.scene.grids.push(grid);
         }

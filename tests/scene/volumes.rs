@@ -142,6 +142,60 @@ fn generated_volumes_repeat_and_move() {
     }
 }
 
+/// `--frame N` makes a volume once, at its own time.
+#[test]
+fn generated_volumes_that_move_are_made_at_the_first_time_asked_for() {
+    let folder = Folder::new();
+    let of_start = |start: bool, path: &std::path::Path| {
+        let mut options = scene::LoadOptions::default();
+        options.start = start;
+        scene::load_as(path, &options).unwrap_or_else(|e| panic!("{e}"))
+    };
+    for x in [0, 400_000] {
+        let toml = format!(
+            "[camera]\neye = [0, 1, 9]\ntarget = [0, 1, 0]\n[[light]]\nkind = \"directional\"\n\
+             direction = [0, -1, 0]\n[[volume]]\ntranslation = [{x}, 0, 0]\n\
+             generate = {{ kind = \"plume\", voxels = 16 }}\n"
+        );
+        let path = folder.write("plume.toml", toml);
+        let (mut late, mut whole) = (of_start(false, &path), of_start(true, &path));
+        let outline = &late.grids[0].bricks;
+        assert!(outline.len() == 1 && outline[0].voxels().is_none(), "{outline:?}");
+        assert!(whole.grids[0].bricks.len() > 1);
+        assert_eq!(late.origin, whole.origin);
+        assert_eq!(late.origin == Vec3::ZERO, x == 0);
+        for seconds in [0.5, 0.0] {
+            late.set_time(seconds);
+            whole.set_time(seconds);
+            assert_eq!(late.grids, whole.grids, "{seconds} s");
+        }
+    }
+}
+
+/// What generators make does not depend on the number of threads.
+#[test]
+fn threads_do_not_change_what_is_generated() {
+    let toml = "[[volume]]\ngenerate = { kind = \"explosion\", voxels = 40 }\nemission = {}\n\
+        [[material]]\nname = \"m\"\n\
+        [[shape]]\nkind = \"sphere\"\nname = \"ball\"\nmaterial = \"m\"\nlevel = 5\ndisplace = { amplitude = 0.2 }\n\
+        [[strands]]\nmaterial = \"m\"\ngenerate = { kind = \"fur\", on = \"ball\", count = 300 }\n\
+        [[emitter]]\nmaterial = \"m\"\nrate = 3000\nlifetime = [1, 2]\n";
+    let made = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| {
+            let mut scene = read(toml).unwrap_or_else(|e| panic!("{e}"));
+            scene.set_time(0.7);
+            let Scene { grids, triangles, strands, particles, .. } = scene;
+            assert!(particles.len() > 1000 && strands.len() == 300);
+            (grids, triangles, strands, particles)
+        })
+    };
+    let one = made(1);
+    for threads in [2, 7] {
+        assert!(made(threads) == one, "{threads} threads");
+    }
+}
+
 #[test]
 fn tables_that_contradict_themselves_are_refused() {
     let generate = "generate = { kind = \"cloud\", voxels = 16 }";
