@@ -136,7 +136,7 @@ pub(crate) struct RenderArguments {
     #[command(flatten)]
     pub(crate) device: DeviceArguments,
     /// Where the particles of emitters are simulated: `device` keeps them there, `cpu` gives the same
-    /// frames on every machine, `auto` is `device` on a GPU and `cpu` on a software adapter
+    /// frames on every machine, `auto` is `device` on a GPU, and on a software adapter where steps are many
     #[arg(long, default_value = "auto")]
     pub(crate) simulation: SimulationName,
     /// Write the shadow maps too

@@ -313,13 +313,16 @@ impl Job<'_> {
 
 /// Leaves emitters to the adapter, and says which it cannot simulate.
 fn leave_to_device(scene: &mut scene::Scene, renderer: &Renderer, simulation: SimulationName) {
-    let is_wanted = match simulation {
-        SimulationName::Auto => !renderer.is_software(),
-        SimulationName::Device => true,
-        SimulationName::Cpu => false,
-    };
-    if let Some(most) = renderer.most_simulated().filter(|_| is_wanted) {
+    /// Steps of particles for one frame from which a software adapter is quicker than the scene's own loop.
+    const MANY_STEPS: u64 = 1 << 24;
+    let Some(most) = renderer.most_simulated() else { return };
+    let steps: u64 = scene.motions.iter().map(|motion| motion.most_steps()).sum();
+    let is_chosen = !renderer.is_software() || simulation == SimulationName::Device;
+    if is_chosen && simulation != SimulationName::Cpu {
         files::warn(&scene.simulate_on_device(most));
+    } else if simulation == SimulationName::Auto && steps >= MANY_STEPS {
+        // On the CPU they stay where they would be anyway.
+        let _ = scene.simulate_on_device(most);
     }
 }
 

@@ -79,6 +79,14 @@ fn emitters_are_simulated_where_the_user_says() {
     assert!(on_cpu["stages"]["simulate"].is_null() && on_cpu["bytes"]["emitted"].is_null());
     assert!(on_device["stages"]["simulate"].is_f64());
     assert!(on_device["bytes"]["emitted"].as_u64() >= Some(200 * 32));
+    // A software adapter is quicker where steps are many.
+    let auto = |lifetime: &str| -> serde_json::Value {
+        let set = format!("emitter.0.lifetime={lifetime}");
+        let by = ["render", "moving.toml", "--json", "--set", "emitter.0.rate=5000", "--set", &set];
+        serde_json::from_str(&folder.run(&by)).unwrap()
+    };
+    assert!(auto("0.5")["stages"]["simulate"].is_null());
+    assert!(auto("10")["stages"]["simulate"].is_f64());
     let by = ["render", "moving.toml", "--backend", "cpu", "--simulation", "device"];
     assert!(folder.fail(&by, 2).contains("--simulation"));
     // What stays on the CPU is said.
