@@ -3,6 +3,7 @@ use super::{
     failure::Failure,
     files, frame,
     look_up::{self, LookUp},
+    output,
     translate::{Kernel, translate},
     values::Target,
     writers::BufferSizes,
@@ -129,10 +130,10 @@ pub(crate) fn run(
     scene: Option<&Path>,
     set: &[(String, String)],
 ) -> Result<(), Failure> {
-    files::create_dir(out)?;
     if let Some(scene) = scene {
         write_json(&out.join("frame.json"), &frame::write(target, scene, set, out)?)?;
     }
+    files::create_dir(out)?;
     let mut kernels = Vec::new();
     for (desc, tier) in variants() {
         for cut in cuts(desc) {
@@ -148,7 +149,7 @@ pub(crate) fn run(
 
 fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(value).expect("plain data is JSON");
-    files::write(path, json.as_bytes())?;
+    output::write(path, json.as_bytes())?;
     files::print(&path.display().to_string())
 }
 
@@ -169,7 +170,7 @@ fn export(
     let outcome = match translate(&kernel) {
         Ok(translation) => {
             let file = format!("{id}.{}", target.extension());
-            files::write(&out.join(&file), &translation.source)?;
+            output::write(&out.join(&file), &translation.source)?;
             files::print(&out.join(&file).display().to_string())?;
             slots = translation.slots;
             Outcome::Written {

@@ -1,89 +1,19 @@
-//! Files that are written atomically, and output streams that may be closed.
-use super::failure::{Failure, harmless};
+//! Folders and names of files, and output streams that may be closed.
+use super::{
+    failure::{Failure, harmless},
+    output::TEMPORARY,
+};
 use sha2::{Digest as _, Sha256};
 use std::{
     collections::HashMap,
-    ffi::OsString,
     fs,
     io::{self, Write as _},
     path::{Path, PathBuf},
 };
-use tempfile::NamedTempFile;
-
-/// A file in the making: it appears complete under its name, or not at all. Its temporary name is its own among all
-/// processes and machines.
-#[derive(Debug)]
-pub(crate) struct Pending {
-    path: PathBuf,
-    file: NamedTempFile,
-}
-
-impl Pending {
-    pub(crate) fn new(path: &Path) -> Result<Self, Failure> {
-        let mut prefix = OsString::from(".");
-        prefix.push(path.file_name().unwrap_or_default());
-        prefix.push(".");
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(TEMPORARY);
-        // What others may read is for the user's mask to say.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file =
-            builder.tempfile_in(folder(path)).map_err(|source| Failure::file(path, source))?;
-        Ok(Self { path: path.to_owned(), file })
-    }
-
-    /// Its name in the end.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Its name until then.
-    pub(crate) fn temporary(&self) -> &Path {
-        self.file.path()
-    }
-
-    /// Where its contents go.
-    pub(crate) fn writer(&self) -> io::Result<fs::File> {
-        self.file.as_file().try_clone()
-    }
-
-    /// Gives the file its name.
-    pub(crate) fn finish(self) -> Result<(), Failure> {
-        let Self { path, file } = self;
-        file.persist(&path).map_err(|error| Failure::file(&path, error.error))?;
-        Ok(())
-    }
-}
-
-/// Suffix of temporary names.
-const TEMPORARY: &str = ".tmp";
 
 /// Folder of a file.
 pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."))
-}
-
-/// Writes a file atomically: it appears complete under its name, or stays untouched.
-pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
-    put(path, contents, |_| Ok(()))
-}
-
-/// Like [`write()`], and the contents are on the disk before the name is.
-pub(crate) fn write_synced(path: &Path, contents: &[u8]) -> Result<(), Failure> {
-    put(path, contents, fs::File::sync_all)
-}
-
-fn put(
-    path: &Path,
-    contents: &[u8],
-    sync: impl Fn(&fs::File) -> io::Result<()>,
-) -> Result<(), Failure> {
-    let mut pending = Pending::new(path)?;
-    let file = pending.file.as_file_mut();
-    let written = file.write_all(contents).and_then(|()| sync(file));
-    written.map_err(|source| Failure::file(path, source))?;
-    pending.finish()
 }
 
 /// Asks for the names in a folder to be on the disk, where systems know that.

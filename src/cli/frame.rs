@@ -3,8 +3,9 @@
 use super::{
     export::binding_entry,
     failure::Failure,
-    files,
+    files, inputs,
     memory::Needs,
+    output,
     structs::structs,
     translate::{self, translate},
     values::Target,
@@ -34,6 +35,11 @@ pub(super) fn write(
     let scene = scene::load_with(path, set)?;
     files::warn(&scene.notes);
     Needs { maps: true, ..Needs::default() }.check(&scene)?;
+    let extension = format!(".{}", target.extension());
+    inputs::check_folder(out, |name| {
+        let is_of_frame = name.starts_with("frame/");
+        is_of_frame || name.ends_with(&extension) || ["frame.json", "manifest.json"].contains(&name)
+    })?;
     files::create_dir(&out.join("frame"))?;
     let mut tiers = Map::new();
     for &tier in Tier::ALL {
@@ -282,7 +288,7 @@ impl Recording<'_> {
     /// Writes a file, and returns its name in `frame.json`.
     fn file(&self, name: &str, bytes: &[u8]) -> Result<String, Failure> {
         let name = format!("{}/{name}", self.folder);
-        files::write(&self.out.join(&name), bytes).map(|()| name)
+        output::write(&self.out.join(&name), bytes).map(|()| name)
     }
 }
 

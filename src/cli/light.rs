@@ -2,9 +2,10 @@
 use super::{
     arguments::LightArguments,
     failure::Failure,
-    files::{self, Pending},
+    files, inputs,
     memory::Needs,
     npy::{self, Fault},
+    output::{self, Output},
 };
 use gobo::{
     Scene,
@@ -29,10 +30,12 @@ const MAX_SHARES: usize = (256 << 20) / size_of::<[f32; 3]>();
 pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     let path = &arguments.points;
     let length = length(path)?;
+    inputs::add(path);
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.moment.set);
     load.start = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
+    Output::check(&arguments.out)?;
     let at_a_time = at_a_time(&scene);
     // A point has at least three numbers.
     let count = (length / size_of::<Vec3>() as u64).min(at_a_time as u64);
@@ -53,7 +56,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("looking light up with {}", renderer.device());
     let look_up = renderer.point_look_up(&scene, receivers)?;
-    let out = Pending::new(&arguments.out)?;
+    let out = Output::new(&arguments.out)?;
     let failed = |source| Failure::file(&arguments.out, source);
     let shape = [rows, scene.lights.len(), 3];
     let mut shares = npy::Writer::new(out.writer().map_err(failed)?, &shape).map_err(failed)?;
@@ -61,7 +64,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     write_shares(look_up, points, at_a_time, |some| shares.add(some).map_err(failed))?;
     shares.finish().map_err(failed)?;
     out.finish()?;
-    files::print(&arguments.out.display().to_string())
+    output::print_name(&arguments.out)
 }
 
 /// Number of points that are in memory at a time.

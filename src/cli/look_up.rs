@@ -2,7 +2,7 @@
 use super::{
     export::{BindingEntry, binding_entry},
     failure::Failure,
-    files,
+    files, output,
     translate::{Kernel, translate},
     values::Target,
 };
@@ -57,7 +57,7 @@ pub(super) fn write(target: Target, out: &Path) -> Result<Vec<LookUp>, Failure> 
             _ => target.extension(),
         };
         let file = format!("light_n{nodes}{}.{extension}", if gain { "_gain" } else { "" });
-        files::write(&out.join(&file), text.as_bytes())?;
+        output::write(&out.join(&file), text.as_bytes())?;
         files::print(&out.join(&file).display().to_string())?;
         let bindings =
             bindings.iter().map(|it| binding_entry(it, &kernel, &translation.slots)).collect();

@@ -1,6 +1,6 @@
 //! `gobo man` and `gobo completions`: manual pages and shell completions, generated from the command line's
 //! arguments.
-use super::{arguments::Arguments, failure::Failure, files};
+use super::{arguments::Arguments, failure::Failure, files, output};
 use clap::{Command, CommandFactory as _};
 use clap_complete::Shell;
 use clap_mangen::Man;
@@ -33,7 +33,7 @@ pub(crate) fn man(out: Option<&Path>) -> Result<(), Failure> {
     for command in std::iter::once(&whole).chain(whole.get_subcommands()) {
         let name = command.get_display_name().unwrap_or_else(|| command.get_name());
         let path = out.join(format!("{name}.1"));
-        files::write(&path, &page(command)?)?;
+        output::write(&path, &page(command)?)?;
         files::print(&path.display().to_string())?;
     }
     Ok(())

@@ -1,8 +1,9 @@
 //! `gobo merge`: joins maps of all shares of a scene's casters.
 use super::{
     failure::Failure,
-    files,
+    files, inputs,
     maps::Arrays,
+    output,
     part::{Array, Part},
     sidecar,
 };
@@ -22,12 +23,15 @@ pub(crate) fn run(paths: &[PathBuf], out: &Path) -> Result<(), Failure> {
     let parts = whole(paths)?;
     let head = &parts[0].head;
     let folder = out.join(sidecar::maps(head.frame));
+    inputs::check_folder(&folder, |name| {
+        name == "views.json" || head.names.iter().any(|stem| name.starts_with(&format!("{stem}.")))
+    })?;
     files::create_dir(&folder)?;
     for view in 0..head.sizes.len() {
-        let mut write = |name: &str, bytes: &[u8]| files::write(&folder.join(name), bytes);
+        let mut write = |name: &str, bytes: &[u8]| output::write(&folder.join(name), bytes);
         merge(&parts, view, &mut write)?;
     }
-    files::write(&folder.join("views.json"), head.views.as_bytes())?;
+    output::write(&folder.join("views.json"), head.views.as_bytes())?;
     files::print(&folder.display().to_string())
 }
 
@@ -36,6 +40,7 @@ fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
     let mut parts = BTreeMap::new();
     for path in paths {
         let part = Part::open(path)?;
+        inputs::add(path);
         let refused = |message, help| Err(Failure::refused(path, message, help));
         let [index, count] = part.head.share;
         if let Some(first) = parts.values().next() {

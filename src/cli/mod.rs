@@ -11,6 +11,7 @@ mod failure;
 mod files;
 mod frame;
 mod info;
+mod inputs;
 mod layers;
 mod light;
 mod look_up;
@@ -19,6 +20,7 @@ mod maps;
 mod memory;
 mod merge;
 mod npy;
+mod output;
 mod pack;
 mod part;
 mod preview;
@@ -41,6 +43,8 @@ pub(crate) use files::Quiet;
 pub(crate) use stop::give_aborts_a_status;
 
 pub(crate) fn run(command: Command) -> Result<(), Failure> {
+    stop::listen()?;
+    inputs::watch();
     match command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

@@ -1,7 +1,8 @@
 //! `gobo pack`: a scene with all files that it names, in one archive.
 use super::{
     failure::Failure,
-    files::{self, Pending},
+    files, inputs,
+    output::{self, Output},
 };
 use gobo::scene;
 use std::{
@@ -16,11 +17,8 @@ use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 pub(crate) fn run(path: &Path, out: &Path) -> Result<(), Failure> {
     scene::check(path)?;
     let all = scene::files(path)?;
-    let is_out = |file: &PathBuf| same_file::is_same_file(file, out).unwrap_or(false);
-    if all.iter().any(is_out) {
-        return Err(Failure::refused(out, "is a file of the scene", "name another archive"));
-    }
-    let pending = Pending::new(out)?;
+    all.iter().for_each(|file| inputs::add(file));
+    let pending = Output::new(out)?;
     let failed = |source| Failure::file(out, source);
     let mut archive = ZipWriter::new(pending.writer().map_err(failed)?);
     for (file, name) in all.iter().zip(names(&all)?) {
@@ -36,7 +34,7 @@ pub(crate) fn run(path: &Path, out: &Path) -> Result<(), Failure> {
     }
     archive.finish().map_err(|error| failed(error.into()))?;
     pending.finish()?;
-    files::print(&out.display().to_string())
+    output::print_name(out)
 }
 
 /// Paths from the closest folder around all files, with `/`.

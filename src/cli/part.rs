@@ -6,9 +6,10 @@
 use super::{
     arguments::{MapsArguments, MomentArguments},
     failure::Failure,
-    files::{self, Digesting, Pending},
-    maps,
+    files::{self, Digesting},
+    inputs, maps,
     memory::Needs,
+    output::{self, Output},
 };
 use gobo::{
     internals::records::ViewMaps,
@@ -17,8 +18,9 @@ use gobo::{
     scene::{self, LoadOptions, Scene},
 };
 use serde::{Deserialize, Serialize};
-use sha2::Digest as _;
+use sha2::{Digest as _, Sha256};
 use std::{
+    collections::BTreeSet,
     fs::File,
     io::{self, BufWriter, Read as _, Seek as _, SeekFrom, Write as _},
     path::{Path, PathBuf},
@@ -92,6 +94,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     load.start = false;
     load.share = Some(share);
     let mut scene = scene::load_as(&arguments.scene, &load)?;
+    Output::check(&arguments.out)?;
     scene.set_time(f64::from(arguments.moment.frame) / arguments.moment.fps);
     share.keep(&mut scene);
     scene.shadow.detail = false;
@@ -116,7 +119,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
         views,
     };
     write(&arguments.out, &head, &maps)?;
-    files::print(&arguments.out.display().to_string())
+    output::print_name(&arguments.out)
 }
 
 /// Refuses what no sum holds.
@@ -165,25 +168,25 @@ pub(super) fn rendered(renderer: &mut Renderer, scene: &Scene) -> Result<Vec<Vie
     Ok(maps)
 }
 
-/// Digest of all that decides a part besides its share.
+/// Digest of all that decides a part besides its share: options, and the contents of all files that were read.
 fn digest(arguments: &MapsArguments) -> Result<String, Failure> {
-    let MapsArguments { scene, moment, .. } = arguments;
-    let MomentArguments { frame, fps, set, .. } = moment;
-    let mut all = Digesting::new(io::sink());
-    all.digest.update(format!("{frame} {fps} {set:?}"));
-    for path in scene::files(scene)? {
+    let MomentArguments { frame, fps, set, .. } = &arguments.moment;
+    // Wherever the files are, and whatever they are called.
+    let mut contents = BTreeSet::new();
+    for path in inputs::all() {
         let failed = |source| Failure::file(&path, source);
-        let mut file = File::open(&path).map_err(failed)?;
-        all.digest.update(file.metadata().map_err(failed)?.len().to_le_bytes());
-        io::copy(&mut file, &mut all).map_err(failed)?;
+        let mut file = Digesting::new(io::sink());
+        io::copy(&mut File::open(&path).map_err(failed)?, &mut file).map_err(failed)?;
+        contents.insert(files::hex(file.digest.finalize()));
     }
-    Ok(files::hex(all.digest.finalize()))
+    let all = format!("{frame} {fps} {set:?} {contents:?}");
+    Ok(files::hex(Sha256::digest(all)))
 }
 
 fn write(path: &Path, head: &Head, maps: &[ViewMaps]) -> Result<(), Failure> {
     let failed = |source| Failure::file(path, source);
-    let pending = Pending::new(path)?;
-    let mut out = Digesting::new(BufWriter::new(pending.writer().map_err(failed)?));
+    let output = Output::new(path)?;
+    let mut out = Digesting::new(BufWriter::new(output.writer().map_err(failed)?));
     let json = serde_json::to_vec(head).expect("plain data is JSON");
     let mut write = |bytes: &[u8]| out.write_all(bytes).map_err(failed);
     write(MAGIC)?;
@@ -205,7 +208,7 @@ fn write(path: &Path, head: &Head, maps: &[ViewMaps]) -> Result<(), Failure> {
     }
     let Digesting { mut file, digest } = out;
     file.write_all(&digest.finalize()).and_then(|()| file.flush()).map_err(failed)?;
-    pending.finish()
+    output.finish()
 }
 
 /// A part that was written.

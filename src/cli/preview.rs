@@ -2,7 +2,8 @@
 use super::{
     claim::Claim,
     failure::Failure,
-    files::{Pending, folder, temporaries},
+    files::{folder, temporaries},
+    output::Output,
 };
 use gobo::{glam::UVec2, internals::records::Picture};
 use std::{
@@ -19,10 +20,11 @@ const MARK: &str = "gobo --preview";
 
 /// Frames so far, in a temporary file until the last one is there.
 pub(super) struct Preview {
-    file: Pending,
+    file: Output,
     encoder: Encoder,
     size: UVec2,
-    _claim: Claim,
+    /// None of a device or pipe.
+    _claim: Option<Claim>,
 }
 
 enum Encoder {
@@ -51,17 +53,8 @@ impl Preview {
             let message = format!("{frames} frames, but an animated PNG has at most {MAX}");
             return Err(Failure::refused(path, message, "name an .mp4, or fewer frames"));
         }
-        if !is_free(path, format).map_err(|source| Failure::file(path, source))? {
-            let help = "remove it, or name another file";
-            return Err(Failure::refused(path, "exists, and is no preview of gobo", help));
-        }
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let Some(claim) = Claim::attempt(folder(path), &name)? else {
-            let help = "wait for that, or name another file";
-            return Err(Failure::refused(path, "another process is writing it", help));
-        };
-        claim.sweep(temporaries(folder(path), &format!("{name}.")));
-        let file = Pending::new(path)?;
+        let claim = if Output::is_stream(path)? { None } else { Some(claimed(path, format)?) };
+        let file = Output::new(path)?;
         let encoder = match format {
             Format::Png => {
                 let writer = file.writer().map_err(|source| Failure::file(path, source))?;
@@ -193,11 +186,25 @@ fn check_name(path: &Path, out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The right to write a file that is a preview, or not there.
+fn claimed(path: &Path, format: Format) -> Result<Claim, Failure> {
+    if !is_free(path, format).map_err(|source| Failure::file(path, source))? {
+        let help = "remove it, or name another file";
+        return Err(Failure::refused(path, "exists, and is no preview of gobo", help));
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let Some(claim) = Claim::attempt(folder(path), &name)? else {
+        let help = "wait for that, or name another file";
+        return Err(Failure::refused(path, "another process is writing it", help));
+    };
+    claim.sweep(temporaries(folder(path), &format!("{name}.")));
+    Ok(claim)
+}
+
 /// Whether nothing, or an earlier preview, has this name.
 fn is_free(path: &Path, format: Format) -> io::Result<bool> {
-    match path.symlink_metadata() {
-        Ok(metadata) if metadata.is_file() => {}
-        Ok(_) => return Ok(false),
+    match path.metadata() {
+        Ok(_) => {}
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(true),
         Err(error) => return Err(error),
     }

@@ -1,5 +1,11 @@
 //! `gobo relight`: splats with the light of a scene in their colours.
-use super::{arguments::RelightArguments, failure::Failure, files, memory::Needs};
+use super::{
+    arguments::RelightArguments,
+    failure::Failure,
+    files,
+    memory::Needs,
+    output::{self, Output},
+};
 use gobo::{
     glam::{DMat2, DVec2, DVec3, Vec3},
     internals::{
@@ -46,6 +52,7 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
     load.set.clone_from(&arguments.moment.set);
     load.start = false;
     let mut relit = scene::load_with_splats(&arguments.scene, &load, &arguments.splats)?;
+    Output::check(out)?;
     let mut scene = std::mem::take(&mut relit.scene);
     let cloud = &relit.cloud;
     if cloud.extinction.is_some() {
@@ -77,8 +84,8 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
         Written::Spz => splats::to_spz(&cloud.splats, &colors)
             .map_err(|error| Failure::refused(out, error.to_string(), "write a .ply instead"))?,
     };
-    files::write(out, &bytes)?;
-    files::print(&out.display().to_string())
+    output::write(out, &bytes)?;
+    output::print_name(out)
 }
 
 /// Curves say how much light is left before each splat; the reach of the filter says which texels a splat must not

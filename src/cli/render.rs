@@ -4,8 +4,9 @@ use super::{
     claim::{self, Claim},
     exr::{self, Channel},
     failure::Failure,
-    files, layers, maps,
+    files, inputs, layers, maps,
     memory::Needs,
+    output::{self, Output},
     preview::Preview,
     report::{json, kept_json},
     sidecar::{self, FrameFiles, Sidecar},
@@ -57,8 +58,13 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let is_named = arguments.maps || arguments.layers;
     let light_names = if is_named { maps::light_names(&scene.lights) } else { Vec::new() };
+    if let Some(path) = &arguments.preview {
+        Output::check(path)?;
+    }
+    let all = arguments.all_frames();
+    inputs::check_folder(&arguments.out, |name| sidecar::is_of_frames(name, &all))?;
     files::create_dir(&arguments.out)?;
-    stop::listen()?;
+    stop::begin_job();
     let frames = arguments.frames();
     let (size, fps) = (scene.camera.size, arguments.fps);
     let preview = |path| Preview::new(path, &arguments.out, size, frames.len(), fps);
@@ -286,7 +292,7 @@ impl Job<'_> {
         if let (Some(preview), Some(path)) = (self.preview, &self.arguments.preview) {
             preview.finish()?;
             if !self.arguments.json {
-                files::print(&path.display().to_string())?;
+                output::print_name(path)?;
             }
         }
         let Counts { shrunk, unmasked, skipped } = self.counts;

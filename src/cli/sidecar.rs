@@ -4,6 +4,7 @@ use super::{
     arguments::RenderArguments,
     failure::Failure,
     files::{self, Digesting, hex},
+    output,
 };
 use gobo::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -103,8 +104,9 @@ impl<'a> FrameFiles<'a> {
     /// Writes a file. `name`: its path from the folder, with `/`.
     pub(super) fn write(&mut self, name: String, bytes: &[u8]) -> Result<(), Failure> {
         let path = self.dir.join(&name);
-        let Some(written) = &mut self.written else { return files::write(&path, bytes) };
-        files::write_synced(&path, bytes)?;
+        let Some(written) = &mut self.written else { return output::write(&path, bytes) };
+        check_plain(&path)?;
+        output::write_synced(&path, bytes)?;
         let sha256 = hex(Sha256::digest(bytes));
         written.insert(name, Contents { bytes: bytes.len() as u64, sha256 });
         Ok(())
@@ -133,7 +135,9 @@ impl<'a> FrameFiles<'a> {
         }
         files::sync_dir(self.dir);
         let text = serde_json::to_string_pretty(&sidecar).expect("plain data is JSON");
-        files::write_synced(&path(self.dir, frame), (text + "\n").as_bytes())?;
+        let path = path(self.dir, frame);
+        check_plain(&path)?;
+        output::write_synced(&path, (text + "\n").as_bytes())?;
         files::sync_dir(self.dir);
         Ok(())
     }
@@ -165,6 +169,15 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
     (format!("{frame:04}") == number).then_some(frame)
 }
 
+/// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a folder of such.
+pub(super) fn is_of_frames(name: &str, frames: &Range<u32>) -> bool {
+    let of_map = name.strip_prefix("maps/");
+    let stem = of_map.unwrap_or(name).strip_prefix("frame_");
+    let digits = stem.and_then(|stem| stem.split(['.', '/']).next());
+    let frame = digits.and_then(|digits| digits.parse().ok());
+    name == "maps/" || frame.is_some_and(|frame| frames.contains(&frame))
+}
+
 /// Whether a path from the folder is that of a file of a frame: beside its picture, or a map.
 fn is_of(name: &str, frame: u32) -> bool {
     let map = name.strip_prefix(&maps(frame)).and_then(|rest| rest.strip_prefix('/'));
@@ -175,9 +188,20 @@ fn is_of(name: &str, frame: u32) -> bool {
     map.or(beside).is_some_and(is_plain)
 }
 
+/// Refuses what a frame that is checked later cannot be written to.
+fn check_plain(path: &Path) -> Result<(), Failure> {
+    match fs::metadata(path) {
+        Ok(metadata) if !metadata.is_file() => {
+            let message = "is no plain file, which --skip-existing could check";
+            Err(Failure::refused(path, message, "remove it, or leave --skip-existing out"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Opens a plain file: a pipe or a device might never end.
 fn plain(path: &Path) -> io::Result<fs::File> {
-    if fs::symlink_metadata(path)?.is_file() {
+    if fs::metadata(path)?.is_file() {
         return fs::File::open(path);
     }
     Err(io::ErrorKind::NotFound.into())

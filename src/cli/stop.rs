@@ -1,23 +1,106 @@
-//! Stopping by signals: a job ends after the present frame, an abort with a status.
+//! Stopping by signals, and an abort's status.
 use super::failure::Failure;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    collections::BTreeSet,
+    fs, io,
+    path::PathBuf,
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
 static STOPPED: AtomicBool = AtomicBool::new(false);
+/// Whether the command looks at [`is_stopped`].
+static IS_JOB: AtomicBool = AtomicBool::new(false);
+/// Files that are removed where a signal ends the program.
+static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Listens for SIGINT, SIGTERM and SIGHUP, and their equivalents elsewhere. A second signal ends the
-/// program at once.
+fn temporaries() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A temporary file that a signal removes. Whoever makes it removes it otherwise, before this is dropped.
+#[derive(Debug)]
+pub(super) struct Swept(PathBuf);
+
+/// Makes a temporary file: no signal comes between its making and its entry.
+pub(super) fn swept<T>(make: impl FnOnce() -> io::Result<(T, PathBuf)>) -> io::Result<(T, Swept)> {
+    let mut temporaries = temporaries();
+    let (made, path) = make()?;
+    temporaries.insert(path.clone());
+    Ok((made, Swept(path)))
+}
+
+impl Drop for Swept {
+    fn drop(&mut self) {
+        temporaries().remove(&self.0);
+    }
+}
+
+/// Listens for SIGINT, SIGTERM and SIGHUP, and their equivalents elsewhere: they end the program at once and leave no
+/// temporary files, but a job's first one, which the job ends by after the present frame.
 pub(super) fn listen() -> Result<(), Failure> {
-    let stop = || {
-        if STOPPED.swap(true, Ordering::Relaxed) {
-            std::process::exit(1);
+    handle(|| {
+        if STOPPED.swap(true, Ordering::Relaxed) || !IS_JOB.load(Ordering::Relaxed) {
+            // Held until the end: nothing is made any more.
+            let temporaries = temporaries();
+            for path in &*temporaries {
+                let _ = fs::remove_file(path);
+            }
+            exit();
         }
-    };
-    ctrlc::set_handler(stop)
-        .map_err(|error| Failure::Wrong(format!("cannot listen for signals: {error}")))
+    })
+    .map_err(|error| Failure::Wrong(format!("cannot listen for signals: {error}")))
+}
+
+/// Says that the command ends by itself once it [`is_stopped`].
+pub(super) fn begin_job() {
+    IS_JOB.store(true, Ordering::Relaxed);
 }
 
 pub(super) fn is_stopped() -> bool {
     STOPPED.load(Ordering::Relaxed)
+}
+
+#[cfg(unix)]
+fn handle(stop: impl Fn() + Send + 'static) -> io::Result<()> {
+    use signal_hook::{consts, iterator::Signals};
+    let ignored = ignored();
+    let signals = [consts::SIGINT, consts::SIGTERM, consts::SIGHUP];
+    // What `nohup` and shells without jobs ignore stays so.
+    let heeded = signals.into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let mut signals = Signals::new(heeded)?;
+    std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        for _ in signals.forever() {
+            stop();
+        }
+    })?;
+    Ok(())
+}
+
+/// Signals that the program was started to ignore, a bit each from the first, where the system says so.
+#[cfg(unix)]
+fn ignored() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    line.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()).unwrap_or(0)
+}
+
+/// Without the exit handlers of drivers, whose threads still work.
+#[cfg(unix)]
+fn exit() -> ! {
+    signal_hook::low_level::exit(1)
+}
+
+#[cfg(not(unix))]
+fn handle(stop: impl FnMut() + Send + 'static) -> io::Result<()> {
+    ctrlc::set_handler(stop).map_err(io::Error::other)
+}
+
+#[cfg(not(unix))]
+fn exit() -> ! {
+    std::process::exit(1)
 }
 
 /// Gives an abort the status of other failures. An allocation that fails aborts the program after a message:

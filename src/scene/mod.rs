@@ -74,6 +74,9 @@ pub use limits::Limit;
 pub use load::{LoadOptions, Relit, check, load, load_as, load_with, load_with_splats};
 pub use named::files;
 pub use particles::ParticleFile;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub use read::watch_files;
 pub use share::Share;
 pub use splat_file::load_splats;
 pub use summary::Summary;

@@ -4,7 +4,18 @@ use std::{
     fs,
     io::{self, Read as _},
     path::Path,
+    sync::OnceLock,
 };
+
+static WATCH: OnceLock<fn(&Path)> = OnceLock::new();
+
+/// From now on, `watch` is called with each file before it is read: for a program that must not write over them. The
+/// first call in a process counts.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub fn watch_files(watch: fn(&Path)) {
+    let _ = WATCH.set(watch);
+}
 
 /// All bytes of a regular file. A pipe or a device might never end.
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
@@ -26,11 +37,14 @@ pub(super) fn check(path: &Path) -> Result<(), SceneError> {
     length(path).map(|_| ())
 }
 
-/// Length of a regular file [bytes].
+/// Length of a regular file that is about to be read [bytes].
 pub(super) fn length(path: &Path) -> Result<u64, SceneError> {
     let metadata = fs::metadata(path).map_err(|source| failed(path, source))?;
     let kind = metadata.file_type();
     if kind.is_file() {
+        if let Some(watch) = WATCH.get() {
+            watch(path);
+        }
         return Ok(metadata.len());
     }
     let message = if kind.is_dir() { "is a folder" } else { "is a device or a pipe" };

@@ -89,6 +89,9 @@ fn a_pipe_is_no_sidecar() {
     let mut child = gobo(&folder).args(["verify", "o"]).spawn().unwrap();
     assert_eq!(ends(&mut child), Some(1));
     let mut child = gobo(&folder).args(job).args(QUICK).spawn().unwrap();
+    assert_eq!(ends(&mut child), Some(2));
+    fs::remove_file(&sidecar).unwrap();
+    let mut child = gobo(&folder).args(job).args(QUICK).spawn().unwrap();
     assert_eq!(ends(&mut child), Some(0));
     folder.run(&["verify", "o"]);
 }

@@ -3,7 +3,7 @@ use super::commands::{Folder, npy};
 use std::fs;
 
 /// An array in the format of `numpy`.
-fn array(kind: &str, columns: usize, bytes: &[u8]) -> Vec<u8> {
+pub(super) fn array(kind: &str, columns: usize, bytes: &[u8]) -> Vec<u8> {
     let size = if kind == "<f8" { 8 } else { 4 };
     let shape = (bytes.len() / size / columns, columns);
     let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape:?}, }}");

@@ -8,6 +8,7 @@ mod layers;
 mod light;
 mod manual;
 mod moving;
+mod outputs;
 mod pack;
 mod preview;
 mod relight;

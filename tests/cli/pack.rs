@@ -12,7 +12,7 @@ const SCENE: &str = "[camera]\nsize = [16, 8]\n[shadow]\nsize = 16\n[environment
     [[material]]\nname = 'hair'\n[[strands]]\nmaterial = 'hair'\nfile = 'deep/hair.csv'\n";
 
 /// A scene whose files are beside it, below it and above it; one is named twice.
-fn folder(name: &str) -> Folder {
+pub(super) fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/room.hdr");
     for dir in ["in/scenes/deep", "in/sky", "in/models/parts"] {

@@ -1,6 +1,6 @@
 //! `gobo bench --stage mask`: shadows through masks, compared with PCF of 5 x 5 in shading.
 use super::{arguments::BenchArguments, measure::Times};
-use crate::cli::{failure::Failure, files};
+use crate::cli::{failure::Failure, files, output};
 use gobo::{
     Camera, Light, LightKind, Material, RenderOptions, Renderer, ShadowSettings, Transfer,
     Triangle,
@@ -52,7 +52,7 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     }
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&rows).expect("plain data is JSON");
-        files::write(path, (text + "\n").as_bytes())?;
+        output::write(path, (text + "\n").as_bytes())?;
     }
     Ok(())
 }

@@ -16,7 +16,11 @@ mod raster;
 
 pub(crate) use arguments::BenchArguments;
 
-use super::{failure::Failure, files};
+use super::{
+    failure::Failure,
+    files,
+    output::{self, Output},
+};
 use arguments::{MAX_LIST, ReceiverName, ShapeName};
 use gobo::internals::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
@@ -35,6 +39,8 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
                 .to_owned(),
         ));
     }
+    let outputs = arguments.json.iter().chain(&arguments.html);
+    outputs.clone().try_for_each(|path| Output::check(path))?;
     if arguments.stage.is_some() {
         return masks::run(arguments);
     }
@@ -51,6 +57,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     let (cases, of_file) = match &arguments.splats {
         Some(path) => {
             let mut splats = gobo::scene::load(path)?.gaussians;
+            outputs.clone().try_for_each(|path| Output::check(path))?;
             if splats.is_empty() {
                 let help = "name a file of splats, such as a .ply, .spz or .sog";
                 return Err(Failure::refused(path, "holds no splats", help));
@@ -88,10 +95,10 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
         report.rows.push(row);
     }
     if let Some(path) = &arguments.json {
-        files::write(path, report.json().as_bytes())?;
+        output::write(path, report.json().as_bytes())?;
     }
     if let Some(path) = &arguments.html {
-        files::write(path, page::page(&report).as_bytes())?;
+        output::write(path, page::page(&report).as_bytes())?;
     }
     Ok(())
 }

@@ -4,7 +4,11 @@ use super::{
     measure::{Bench, Measured},
     report::{self, Report},
 };
-use crate::cli::{failure::Failure, files};
+use crate::cli::{
+    failure::Failure,
+    files,
+    output::{self, Output},
+};
 use gobo::{internals::view::shadow_views, scene};
 use serde::Serialize;
 use std::path::Path;
@@ -28,6 +32,7 @@ pub(super) fn run(
     path: &Path,
 ) -> Result<(), Failure> {
     let scene = scene::load_with(path, &arguments.set)?;
+    arguments.json.as_deref().map(Output::check).transpose()?;
     let (casters, views) = (scene.casters(), shadow_views(&scene));
     if views.is_empty() {
         let help = "give it a light that casts shadows";
@@ -54,7 +59,7 @@ pub(super) fn run(
     ))?;
     report.rows.push(row);
     match &arguments.json {
-        Some(path) => files::write(path, report.json().as_bytes()),
+        Some(path) => output::write(path, report.json().as_bytes()),
         None => Ok(()),
     }
 }
