@@ -7,6 +7,9 @@ use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};
 
 fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
+    if arguments.command.opens_a_device() {
+        cli::name_a_runtime_folder();
+    }
     let chosen = std::env::var("GOBO_LOG").ok().and_then(|text| text.parse().ok());
     let warnings = || Targets::new().with_target("gobo", tracing::Level::WARN);
     let messages = tracing_subscriber::fmt::layer()

@@ -62,11 +62,7 @@ pub(crate) enum Command {
         dir: PathBuf,
     },
     /// List the adapters, their limits, and the tier that each would run
-    Info {
-        /// Print JSON
-        #[arg(long)]
-        json: bool,
-    },
+    Info(InfoArguments),
     /// Write the kernels and a manifest for engines without wgpu
     Export {
         /// The shading language
@@ -168,6 +164,18 @@ pub(crate) struct RenderArguments {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct InfoArguments {
+    /// Render a small scene, and say whether its maps and picture are those of the CPU reference
+    #[arg(long = "try")]
+    pub(crate) tries: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct LightArguments {
     /// A .toml, .glb, .gltf, .ply or .vdb file
     pub(crate) scene: PathBuf,
@@ -207,6 +215,27 @@ pub(crate) struct RelightArguments {
     pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) moment: MomentArguments,
+}
+
+impl Command {
+    /// Whether it asks drivers for adapters.
+    pub(crate) fn opens_a_device(&self) -> bool {
+        match self {
+            Self::Render(_)
+            | Self::Bench(_)
+            | Self::Light(_)
+            | Self::Maps(_)
+            | Self::Relight(_)
+            | Self::Info(_) => true,
+            Self::Export { scene, .. } => scene.is_some(),
+            Self::Check { .. }
+            | Self::Pack { .. }
+            | Self::Merge { .. }
+            | Self::Verify { .. }
+            | Self::Man { .. }
+            | Self::Completions { .. } => false,
+        }
+    }
 }
 
 impl RenderArguments {

@@ -1,8 +1,10 @@
 //! `gobo info`: adapters, limits, tiers and their reasons.
-use super::{failure::Failure, files};
+use super::{arguments::InfoArguments, failure::Failure, files, trial};
 use gobo::{
     Error,
-    internals::gpu::{Selection, TierChoice, all_adapters, shortcoming, unusable_adapter},
+    internals::gpu::{
+        Backend, Selection, TierChoice, adapters, all_adapters, shortcoming, unusable_adapter,
+    },
     wgpu,
 };
 use serde::Serialize;
@@ -40,8 +42,22 @@ struct AdapterEntry {
     features: Vec<&'static str>,
 }
 
-pub(crate) fn run(json: bool) -> Result<(), Failure> {
-    let found = all_adapters();
+pub(crate) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
+    let (device, json) = (&arguments.device, arguments.json);
+    if device.backend() == Backend::Cpu {
+        let message =
+            "gobo info is about adapters, and the CPU reference has none: leave --backend cpu out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    if arguments.tries {
+        return trial::run(device, json);
+    }
+    let found = match (device.backend(), &device.adapter) {
+        (Backend::Auto, None) => all_adapters(),
+        (backend, adapter) => {
+            adapters(&Selection { backend, adapter: adapter.clone(), tier: None })
+        }
+    };
     let lacking: Vec<_> = found
         .iter()
         .filter_map(|adapter| Some(unusable_adapter(&adapter.get_info(), &shortcoming(adapter)?)))
@@ -60,7 +76,10 @@ pub(crate) fn run(json: bool) -> Result<(), Failure> {
         return Ok(());
     }
     if lacking.is_empty() {
-        return Err(Error::Adapter { wanted: None, found: Vec::new() }.into());
+        let wanted = device.adapter.clone();
+        let others = wanted.iter().flat_map(|_| all_adapters());
+        let found = others.map(|adapter| adapter.get_info().name).collect();
+        return Err(Error::Adapter { wanted, found }.into());
     }
     Err(Error::Unusable(lacking).into())
 }

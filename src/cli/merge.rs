@@ -4,7 +4,7 @@ use super::{
     files, inputs,
     maps::Arrays,
     output,
-    part::{Array, Part},
+    part::{Array, Head, Part},
     sidecar,
 };
 use gobo::internals::{
@@ -37,23 +37,17 @@ pub(crate) fn run(paths: &[PathBuf], out: &Path) -> Result<(), Failure> {
 
 /// The parts in the order of their shares: all of them, each once, of the same maps.
 fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
-    let mut parts = BTreeMap::new();
+    let mut parts = BTreeMap::<u32, Part>::new();
     for path in paths {
         let part = Part::open(path)?;
         inputs::add(path);
         let refused = |message, help| Err(Failure::refused(path, message, help));
         let [index, count] = part.head.share;
-        if let Some(first) = parts.values().next() {
-            let Part { path: other, head, .. } = first;
-            let mut same_share = part.head.clone();
-            same_share.share[0] = head.share[0];
-            if same_share != *head {
-                let message = format!(
-                    "is not of the same scene, frame, number of shares and version as {}",
-                    other.display()
-                );
-                return refused(message, "name parts of one job");
-            }
+        if let Some(first) = parts.values().next()
+            && let Some(difference) = difference(&part.head, &first.head)
+        {
+            let message = format!("{difference} than {}", first.path.display());
+            return refused(message, "name parts of one job");
         }
         if let Some(Part { path: other, .. }) = parts.insert(index, part) {
             let message = format!("has share {index}/{count}, as {} has", other.display());
@@ -68,6 +62,23 @@ fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
         return Err(Failure::Usage(message));
     }
     Ok(parts.into_values().collect())
+}
+
+/// How two parts are not of one job.
+fn difference(head: &Head, other: &Head) -> Option<&'static str> {
+    let mut same_share = head.clone();
+    same_share.share[0] = other.share[0];
+    if head.gobo != other.gobo {
+        Some("was written by another version")
+    } else if head.frame != other.frame {
+        Some("is of another frame")
+    } else if head.scene != other.scene {
+        Some("is of another scene, or of other options,")
+    } else if head.share[1] != other.share[1] {
+        Some("is of another number of shares")
+    } else {
+        (same_share != *other).then_some("has other views")
+    }
 }
 
 /// Writes the maps of a view.

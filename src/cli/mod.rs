@@ -27,11 +27,14 @@ mod preview;
 mod relight;
 mod render;
 mod report;
+mod runtime_folder;
 mod sidecar;
 mod specialise;
 mod stop;
 mod structs;
 mod translate;
+mod trial;
+mod trial_scene;
 mod values;
 mod verify;
 mod writers;
@@ -40,6 +43,7 @@ pub(crate) use arguments::Arguments;
 use arguments::Command;
 use failure::Failure;
 pub(crate) use files::Quiet;
+pub(crate) use runtime_folder::name_a_runtime_folder;
 pub(crate) use stop::give_aborts_a_status;
 
 pub(crate) fn run(command: Command) -> Result<(), Failure> {
@@ -55,7 +59,7 @@ pub(crate) fn run(command: Command) -> Result<(), Failure> {
         Command::Merge { parts, out } => merge::run(&parts, &out),
         Command::Relight(arguments) => relight::run(&arguments),
         Command::Verify { dir } => verify::run(&dir),
-        Command::Info { json } => info::run(json),
+        Command::Info(arguments) => info::run(&arguments),
         Command::Export { target, out, scene, set } => {
             export::run(target, &out, scene.as_deref(), &set)
         }

@@ -43,7 +43,9 @@ impl Place {
                 inputs::check(path, &metadata)?;
                 Ok(Self::File(behind_links(path)))
             }
-            Ok(metadata) if metadata.is_dir() => refused("is a folder"),
+            Ok(metadata) if metadata.is_dir() => {
+                Err(Failure::file(path, io::ErrorKind::IsADirectory.into()))
+            }
             Ok(metadata) if is_stream(&metadata) => Ok(Self::Stream),
             Ok(_) => refused("is no file, device or pipe"),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -201,7 +203,7 @@ fn put(
 /// Prints the name of an output, unless the output itself went to standard output.
 pub(crate) fn print_name(path: &Path) -> Result<(), Failure> {
     let is_printed = || {
-        let printed = inputs::Identity::of(Path::new("/dev/stdout")).ok()?;
+        let printed = inputs::Identity::of(Path::new("/dev/fd/1")).ok()?;
         Some(printed == inputs::Identity::of(path).ok()?)
     };
     if cfg!(unix) && is_printed() == Some(true) {

@@ -13,7 +13,7 @@ use super::{
 };
 use gobo::{
     internals::records::ViewMaps,
-    model::{Class, Material, Receiver, Transfer},
+    model::{Class, MAX_MAP_SIZE, Material, Receiver, Transfer},
     render::{RenderOptions, Renderer},
     scene::{self, LoadOptions, Scene},
 };
@@ -54,6 +54,22 @@ const MAX_HEAD: u64 = 1 << 26;
 const MAGIC: &[u8] = b"gobo part 1\n";
 const DIGEST: u64 = 32;
 
+/// Longest name of a view's files, of two numbered names of 64 characters at most [bytes].
+const MAX_NAME: usize = 150;
+
+/// Whether a name is that of a file beside others: no path, no hidden file, and none that a terminal takes for more.
+fn is_plain(name: &str) -> bool {
+    let is_safe = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    (1..=MAX_NAME).contains(&name.len()) && !name.starts_with('.') && name.chars().all(is_safe)
+}
+
+/// Names in an entry of `views.json`.
+#[derive(Deserialize)]
+struct Named {
+    light: String,
+    view: String,
+}
+
 /// An array of a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Array {
@@ -73,6 +89,32 @@ impl Head {
             Array::Opaque => 1,
             Array::Colored => 3 * usize::from(self.colored),
             Array::Curve => 2 * self.nodes,
+        }
+    }
+
+    /// What is wrong with a head that was read: its names become files, and its numbers memory.
+    fn fault(&self) -> Option<&'static str> {
+        let is_count = self.names.len() == self.sizes.len();
+        let is_size = |size: &[u32; 2]| size.iter().all(|side| (1..=MAX_MAP_SIZE).contains(side));
+        let unique: BTreeSet<_> = self.names.iter().map(|name| name.to_ascii_lowercase()).collect();
+        let views: Option<Vec<Named>> = serde_json::from_str(&self.views).ok();
+        let is_named = || {
+            let views = views.iter().flatten();
+            views.map(|view| format!("{}.{}", view.light, view.view)).eq(self.names.iter().cloned())
+        };
+        let is_text = |text: &str| text.len() <= MAX_NAME && text.chars().all(|c| !c.is_control());
+        if !(is_count && is_text(&self.gobo) && is_text(&self.scene)) {
+            Some("its head is damaged")
+        } else if self.share[0] >= self.share[1] || !matches!(self.nodes, 0 | 4 | 8 | 16) {
+            Some("its head has numbers that no part has")
+        } else if !self.sizes.iter().all(is_size) {
+            Some("a view of it has a size that no map has")
+        } else if !self.names.iter().all(|name| is_plain(name)) || unique.len() < self.names.len() {
+            Some("the name of a view of it is no file's")
+        } else if !is_named() {
+            Some("its views.json is not that of its views")
+        } else {
+            None
         }
     }
 
@@ -252,13 +294,13 @@ impl Part {
         file.read_exact(&mut json).map_err(unreadable)?;
         let head: Head =
             serde_json::from_slice(&json).map_err(|_| refused("its head is damaged"))?;
-        let is_sane = head.names.len() == head.sizes.len()
-            && head.share[0] < head.share[1]
-            && matches!(head.nodes, 0 | 4 | 8 | 16);
+        if let Some(fault) = head.fault() {
+            return Err(refused(fault));
+        }
         let first = start.len() as u64 + head_length;
         let arrays = (0..head.sizes.len()).map(|view| head.bytes(view));
         let expected = arrays.fold(first.saturating_add(DIGEST), u64::saturating_add);
-        if !is_sane || expected != length {
+        if expected != length {
             return Err(refused("it is damaged, or was not written to its end"));
         }
         let mut all = Digesting::new(io::sink());

@@ -39,16 +39,19 @@ enum Format {
 }
 
 impl Preview {
-    /// `out`: folder of the frames; `frames`: their number; `fps`: frames per second.
-    pub(super) fn new(
-        path: &Path,
-        out: &Path,
-        size: UVec2,
-        frames: usize,
-        fps: f64,
-    ) -> Result<Self, Failure> {
-        let format = format(path)?;
+    /// Refuses a name that no preview can have, before the frames are rendered.
+    pub(super) fn check(path: &Path, out: &Path) -> Result<(), Failure> {
+        format(path)?;
         check_name(path, out)?;
+        if path.is_dir() {
+            return Err(taken(path));
+        }
+        Output::check(path)
+    }
+
+    /// `out`: folder of the frames; `frames`: their number; `fps`: frames per second.
+    pub(super) fn new(path: &Path, size: UVec2, frames: usize, fps: f64) -> Result<Self, Failure> {
+        let format = format(path)?;
         if format == Format::Png && frames > MAX {
             let message = format!("{frames} frames, but an animated PNG has at most {MAX}");
             return Err(Failure::refused(path, message, "name an .mp4, or fewer frames"));
@@ -186,11 +189,15 @@ fn check_name(path: &Path, out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+fn taken(path: &Path) -> Failure {
+    let help = "remove it, or name another file";
+    Failure::refused(path, "exists, and is no preview of gobo", help)
+}
+
 /// The right to write a file that is a preview, or not there.
 fn claimed(path: &Path, format: Format) -> Result<Claim, Failure> {
     if !is_free(path, format).map_err(|source| Failure::file(path, source))? {
-        let help = "remove it, or name another file";
-        return Err(Failure::refused(path, "exists, and is no preview of gobo", help));
+        return Err(taken(path));
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let Some(claim) = Claim::attempt(folder(path), &name)? else {

@@ -6,7 +6,7 @@ use super::{
     failure::Failure,
     files, inputs, layers, maps,
     memory::Needs,
-    output::{self, Output},
+    output,
     preview::Preview,
     report::{json, kept_json},
     sidecar::{self, FrameFiles, Sidecar},
@@ -58,16 +58,16 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let is_named = arguments.maps || arguments.layers;
     let light_names = if is_named { maps::light_names(&scene.lights) } else { Vec::new() };
-    if let Some(path) = &arguments.preview {
-        Output::check(path)?;
-    }
     let all = arguments.all_frames();
     inputs::check_folder(&arguments.out, |name| sidecar::is_of_frames(name, &all))?;
     files::create_dir(&arguments.out)?;
+    if let Some(path) = &arguments.preview {
+        Preview::check(path, &arguments.out)?;
+    }
     stop::begin_job();
     let frames = arguments.frames();
     let (size, fps) = (scene.camera.size, arguments.fps);
-    let preview = |path| Preview::new(path, &arguments.out, size, frames.len(), fps);
+    let preview = |path| Preview::new(path, size, frames.len(), fps);
     let preview = arguments.preview.as_deref().map(preview).transpose()?;
     let strays = files::temporaries(&arguments.out, "frame_");
     let progress = progress_bar(frames.len() as u64);

@@ -153,6 +153,13 @@ pub(super) fn picture(frame: u32) -> String {
     stem(frame) + ".png"
 }
 
+/// The frame that a file or folder of this name is of: `frame_0001`, or that with an ending.
+pub(super) fn frame_of_any(name: &str) -> Option<u32> {
+    let frame = name.strip_prefix("frame_")?.split('.').next()?.parse().ok()?;
+    let rest = name.strip_prefix(&stem(frame))?;
+    (rest.is_empty() || rest.starts_with('.')).then_some(frame)
+}
+
 /// Folder of a frame's maps, from that of its picture.
 pub(super) fn maps(frame: u32) -> String {
     format!("maps/{}", stem(frame))
@@ -171,10 +178,8 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
 
 /// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a folder of such.
 pub(super) fn is_of_frames(name: &str, frames: &Range<u32>) -> bool {
-    let of_map = name.strip_prefix("maps/");
-    let stem = of_map.unwrap_or(name).strip_prefix("frame_");
-    let digits = stem.and_then(|stem| stem.split(['.', '/']).next());
-    let frame = digits.and_then(|digits| digits.parse().ok());
+    let own = name.strip_prefix("maps/").unwrap_or(name).split('/').next();
+    let frame = own.and_then(frame_of_any);
     name == "maps/" || frame.is_some_and(|frame| frames.contains(&frame))
 }
 
@@ -190,7 +195,7 @@ fn is_of(name: &str, frame: u32) -> bool {
 
 /// Refuses what a frame that is checked later cannot be written to.
 fn check_plain(path: &Path) -> Result<(), Failure> {
-    match fs::metadata(path) {
+    match fs::symlink_metadata(path) {
         Ok(metadata) if !metadata.is_file() => {
             let message = "is no plain file, which --skip-existing could check";
             Err(Failure::refused(path, message, "remove it, or leave --skip-existing out"))
@@ -201,7 +206,7 @@ fn check_plain(path: &Path) -> Result<(), Failure> {
 
 /// Opens a plain file: a pipe or a device might never end.
 fn plain(path: &Path) -> io::Result<fs::File> {
-    if fs::metadata(path)?.is_file() {
+    if fs::symlink_metadata(path)?.is_file() {
         return fs::File::open(path);
     }
     Err(io::ErrorKind::NotFound.into())

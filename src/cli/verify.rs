@@ -2,13 +2,14 @@
 use super::{
     failure::Failure,
     files::{self, entries},
-    sidecar::{Fault, Sidecar, frame_of, maps, stem},
+    sidecar::{Fault, Sidecar, frame_of, frame_of_any, maps, stem},
     values::DebugName,
 };
 use clap::ValueEnum as _;
 use gobo::internals::picture::debug::DebugMode;
 use std::{
-    collections::{BTreeMap, HashMap, HashSet},
+    collections::{BTreeMap, BTreeSet, HashMap, HashSet},
+    fs,
     path::Path,
 };
 
@@ -62,6 +63,13 @@ pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
         }
     }
     bad += missing(next, end)?;
+    let is_known = |frame: &u32| (first..end).contains(frame) || sidecars.contains_key(frame);
+    for frame in pictured(dir, &names).into_iter().filter(|frame| !is_known(frame)) {
+        for name in own(dir, frame, &names) {
+            files::print(&format!("frame {frame} has {name} of another run"))?;
+            foreign += 1;
+        }
+    }
     let count = end - first;
     if bad > 0 {
         return Err(Failure::Wrong(format!(
@@ -103,18 +111,33 @@ fn missing(first: u32, end: u32) -> Result<u64, Failure> {
     Ok(u64::from(end - first))
 }
 
+/// Frames of which there is a file or a folder of maps.
+fn pictured(dir: &Path, names: &HashSet<&str>) -> BTreeSet<u32> {
+    // Without maps there is no such folder.
+    let maps = fs::read_dir(dir.join("maps")).into_iter().flatten().flatten();
+    let maps = maps.filter_map(|entry| frame_of_any(entry.file_name().to_str()?));
+    names.iter().filter_map(|name| frame_of_any(name)).chain(maps).collect()
+}
+
 /// Files where a frame has its own that it did not write.
 fn strays(dir: &Path, frame: u32, sidecar: &Sidecar, names: &HashSet<&str>) -> Vec<String> {
+    let mut strays = own(dir, frame, names);
+    strays.retain(|name| !sidecar.names(name));
+    strays
+}
+
+/// Files where a frame has its own.
+fn own(dir: &Path, frame: u32, names: &HashSet<&str>) -> Vec<String> {
     let stem = stem(frame);
     let modes = DebugName::value_variants().iter().map(|&mode| DebugMode::from(mode).name());
-    let beside = modes.map(|mode| format!("{stem}.{mode}.png")).chain([format!("{stem}.exr")]);
-    let mut strays: Vec<String> = beside.filter(|name| names.contains(name.as_str())).collect();
+    let beside = modes.map(|mode| format!("{stem}.{mode}.png"));
+    let beside = beside.chain(["exr", "png"].map(|end| format!("{stem}.{end}")));
+    let mut own: Vec<String> = beside.filter(|name| names.contains(name.as_str())).collect();
     let folder = maps(frame);
     // A frame without maps has no such folder.
     let found = entries(&dir.join(&folder)).unwrap_or_default();
     let found = found.iter().filter_map(|path| path.file_name()?.to_str());
-    strays.extend(found.map(|name| format!("{folder}/{name}")));
-    strays.retain(|name| !sidecar.names(name));
-    strays.sort();
-    strays
+    own.extend(found.map(|name| format!("{folder}/{name}")));
+    own.sort();
+    own
 }

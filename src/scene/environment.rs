@@ -1,6 +1,7 @@
 //! The `[environment]` table: two colours, a sky, or an image.
 use super::{
-    SceneError, defaults, document::EnvironmentTable, keys::Keys, limits, loader::Loader, read,
+    SceneError, defaults, document::EnvironmentTable, images, keys::Keys, limits, loader::Loader,
+    read,
 };
 use crate::model::{Environment, Sky, SunDisc};
 use glam::{UVec2, Vec3};
@@ -105,6 +106,7 @@ type Image = (UVec2, Vec<[f32; 3]>);
 fn decode(bytes: &[u8]) -> Result<Image, (String, String)> {
     let help = || format!("use a Radiance .hdr of at most {MAX_SIDE} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());
+    images::check_header(bytes, bytes.len() as u64).map_err(|message| (message, help()))?;
     let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(|error| bad(&error))?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {

@@ -20,13 +20,34 @@ pub(super) fn size(bytes: &[u8], most: u32) -> Option<[u32; 2]> {
     if ktx2::is_container(bytes) {
         return ktx2::size(bytes).filter(|size| size.iter().all(|&side| side <= most));
     }
+    check_header(bytes, bytes.len() as u64).ok()?;
     size_of(Cursor::new(bytes), most)
 }
 
 /// Like [`size`], of a file.
 pub(super) fn size_of_file(path: &Path, most: u32) -> Option<[u32; 2]> {
-    read::check(path).ok()?;
+    let (head, length) = read::head(path, MAX_HEADER).ok()?;
+    check_header(&head, length).ok()?;
     size_of(BufReader::new(File::open(path).ok()?), most)
+}
+
+/// Longest header of a Radiance image, with the line of its size [bytes]. Those that programs write have a few hundred.
+const MAX_HEADER: u64 = 1 << 16;
+
+/// Refuses a long header of a Radiance image, all lines of which the decoder keeps. `start`: of a file of `length` bytes,
+/// longer than such a header if the file is.
+pub(super) fn check_header(start: &[u8], length: u64) -> Result<(), String> {
+    if length <= MAX_HEADER || !start.starts_with(b"#?") {
+        return Ok(());
+    }
+    let start = &start[..start.len().min(MAX_HEADER as usize)];
+    let mut lines = start.split_inclusive(|&byte| byte == b'\n');
+    let ends = lines.any(|line| line == b"\n" || line == b"\r\n");
+    let size = ends.then(|| lines.next()).flatten();
+    match size {
+        Some(line) if line.ends_with(b"\n") => Ok(()),
+        _ => Err(format!("its header has more than {MAX_HEADER} bytes")),
+    }
 }
 
 fn size_of(contents: impl BufRead + Seek, most: u32) -> Option<[u32; 2]> {
@@ -46,6 +67,7 @@ pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaIm
         *texels = all;
         return Ok(image);
     }
+    check_header(bytes, bytes.len() as u64).map_err(|message| bad(&message))?;
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let decoder =
         reader.map_err(|error| bad(&error))?.into_decoder().map_err(|error| bad(&error))?;

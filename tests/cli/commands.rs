@@ -76,14 +76,20 @@ impl Folder {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Standard error of a command that must fail.
+    /// Standard error of a command that must fail, before it has a result.
     pub(super) fn fail(&self, arguments: &[&str], status: i32) -> String {
+        let (stdout, stderr) = self.fail_after(arguments, status);
+        assert_eq!(stdout, b"", "{arguments:?}");
+        stderr
+    }
+
+    /// Results so far, and standard error, of a command that must fail.
+    pub(super) fn fail_after(&self, arguments: &[&str], status: i32) -> (Vec<u8>, String) {
         let output = self.gobo(arguments);
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(status), "{arguments:?}: {stderr}");
-        assert_eq!(output.stdout, b"", "{arguments:?}");
         assert!(!stderr.contains("panicked"), "{stderr}");
-        stderr
+        (output.stdout, stderr)
     }
 }
 

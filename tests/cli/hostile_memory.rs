@@ -43,6 +43,29 @@ fn files_that_the_host_has_no_memory_for_are_refused() {
     refused(1_500_000, &["check", "nodes.gltf"], "no memory");
 }
 
+/// Each line of such a header becomes a string.
+#[cfg(target_os = "linux")]
+#[test]
+fn radiance_headers_take_no_more_than_their_bytes() {
+    let folder = Folder::new("hdr");
+    let header = "A=1\n".repeat(10 << 20);
+    let image = format!("#?RADIANCE\n{header}\n-Y 2 +X 4\n{}", "a".repeat(32));
+    fs::write(folder.0.join("long.hdr"), image).unwrap();
+    fs::write(folder.0.join("sky.toml"), "[environment]\nfile = \"long.hdr\"\n").unwrap();
+    let texture = "[[material]]\nname = \"m\"\ntexture = \"long.hdr\"\n";
+    fs::write(folder.0.join("texture.toml"), texture).unwrap();
+    for name in ["sky.toml", "texture.toml"] {
+        let (status, told) = with_memory(&folder, 300_000, &["check", name]);
+        assert_eq!(status, Some(2), "{told}");
+        assert!(told.contains("its header has more than 65536 bytes"), "{told}");
+    }
+    // A short one, before many texels.
+    let image = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 128 +X 256\n".to_vec();
+    let image = [image, [100, 120, 140, 128].repeat(128 * 256)].concat();
+    fs::write(folder.0.join("long.hdr"), image).unwrap();
+    folder.run(&["check", "sky.toml"]);
+}
+
 #[test]
 fn previews_of_more_frames_than_the_format_has_are_refused() {
     let folder = Folder::new("frames-preview");

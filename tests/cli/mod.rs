@@ -4,6 +4,7 @@ mod commands;
 mod export;
 mod hostile;
 mod hostile_memory;
+mod info;
 mod layers;
 mod light;
 mod manual;
@@ -16,6 +17,8 @@ mod results;
 mod sequence;
 mod shared;
 mod shares;
+#[cfg(unix)]
+mod signals;
 #[cfg(target_os = "linux")]
 mod synced;
 mod verify;

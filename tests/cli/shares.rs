@@ -1,5 +1,7 @@
 //! `gobo maps` and `gobo merge`: maps of shares of the casters, joined.
 use super::commands::{Folder, files};
+use serde_json::Value;
+use sha2::{Digest as _, Sha256};
 use std::{fs, path::Path};
 
 /// Particles of several blocks behind and before panes, fur, a blocking box, and a lamp of each kind that has one view.
@@ -43,6 +45,85 @@ fn same(a: &Path, b: &Path) {
     for name in names {
         assert!(fs::read(a.join(&name)).unwrap() == fs::read(b.join(&name)).unwrap(), "{name}");
     }
+}
+
+/// A part whose head is changed, with a digest that fits.
+fn forged(part: &[u8], change: impl Fn(&mut Value)) -> Vec<u8> {
+    let length = u64::from_le_bytes(part[12..20].try_into().unwrap()) as usize;
+    let mut head = serde_json::from_slice(&part[20..20 + length]).unwrap();
+    change(&mut head);
+    let json = serde_json::to_vec(&head).unwrap();
+    let mut bytes = part[..12].to_vec();
+    bytes.extend((json.len() as u64).to_le_bytes());
+    bytes.extend(json);
+    bytes.extend(&part[20 + length..part.len() - 32]);
+    let digest = Sha256::digest(&bytes);
+    bytes.extend(&digest[..]);
+    bytes
+}
+
+/// Names in a part are those of plain files in the folder, whoever wrote it.
+#[test]
+fn a_part_names_no_files_elsewhere() {
+    let folder = Folder::new("shares-forged");
+    fs::create_dir(folder.0.join("o")).unwrap();
+    folder.run(&["maps", "scene.toml", "-o", "a.gobo", "--backend", "cpu"]);
+    let part = fs::read(folder.0.join("a.gobo")).unwrap();
+    let merge = |bytes: &[u8]| {
+        fs::write(folder.0.join("b.gobo"), bytes).unwrap();
+        folder.gobo(&["merge", "b.gobo", "-o", "o"])
+    };
+    let absolute = folder.0.join("evil").display().to_string();
+    let long = "n".repeat(5000);
+    let names = [
+        &absolute,
+        "../evil",
+        "../../../evil",
+        "a/b",
+        "a\\b",
+        "..",
+        ".",
+        "",
+        ".evil",
+        "c:evil",
+        "a\u{1b}[2Jb",
+        "a\0b",
+        "a\u{202e}b",
+        &long,
+    ];
+    let before = files(&folder.0).len() + 1;
+    let refused = |change: &dyn Fn(&mut Value), what: &str| {
+        let output = merge(&forged(&part, change));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{what:?}: {said}");
+        assert!(said.len() < 1000 && !said.contains('\u{1b}'), "{what:?}: {said}");
+        assert_eq!(files(&folder.0).len(), before, "{what:?} writes");
+    };
+    for name in names {
+        let rename = |head: &mut Value| {
+            let mut views: Value = serde_json::from_str(head["views"].as_str().unwrap()).unwrap();
+            head["names"][0] = name.into();
+            // Also where the views agree.
+            let (light, view) = name.split_once('.').unwrap_or((name, ""));
+            (views[0]["light"], views[0]["view"]) = (light.into(), view.into());
+            head["views"] = views.to_string().into();
+        };
+        refused(&rename, name);
+    }
+    refused(&|head| head["names"][1] = head["names"][0].clone(), "twice");
+    refused(&|head| head["views"] = "[]".into(), "no views");
+    refused(&|head| head["views"] = "\u{1b}[2J".into(), "no JSON");
+    refused(&|head| head["gobo"] = long.clone().into(), "a long version");
+    refused(&|head| head["scene"] = "\u{1b}".into(), "a digest that is none");
+    refused(&|head| head["nodes"] = 1_000_000_000.into(), "nodes");
+    refused(&|head| head["sizes"][0] = [0, 0].into(), "no texels");
+    refused(&|head| head["sizes"][0] = [u32::MAX, u32::MAX].into(), "many texels");
+    refused(&|head| head["sizes"][0] = [4096, 4096].into(), "texels that are not there");
+    let mut claims = part.clone();
+    claims[12..20].copy_from_slice(&u64::MAX.to_le_bytes());
+    assert_eq!(merge(&claims).status.code(), Some(2));
+    // The same with nothing changed.
+    assert_eq!(merge(&forged(&part, |_| ())).status.code(), Some(0));
 }
 
 /// Values of an array.
@@ -149,7 +230,23 @@ fn parts_that_do_not_belong_together_are_refused() {
     let foreign =
         ["maps", "own.toml", "--casters", "1/2", "-o", "c.gobo", "--set", "shadow.size=32"];
     folder.run(&[&foreign[..], &["--backend", "cpu"]].concat());
-    assert!(folder.fail(&["merge", a, "c.gobo"], 2).contains("not of the same scene"));
+    let error = folder.fail(&["merge", a, "c.gobo"], 2);
+    let named = format!("c.gobo: is of another scene, or of other options, than {a}\n");
+    assert!(error.contains(&named), "{error}");
+    let late = ["maps", "own.toml", "--casters", "1/2", "-o", "c.gobo", "--frame", "1"];
+    folder.run(&[&late[..], &["--backend", "cpu"]].concat());
+    let error = folder.fail(&["merge", a, "c.gobo"], 2);
+    assert!(error.contains(&format!("c.gobo: is of another frame than {a}\n")), "{error}");
+    // The scene's own file is the same, and what it names is not.
+    let named = format!("{SCENE}[[material]]\nname = 'gel'\ntexture = 'gel.png'\n");
+    fs::write(folder.0.join("named.toml"), named).unwrap();
+    for (name, red) in [("d.gobo", 200), ("e.gobo", 201)] {
+        let image = image::RgbImage::from_pixel(2, 2, image::Rgb([red, 90, 40]));
+        image.save(folder.0.join("gel.png")).unwrap();
+        let share = if red == 200 { "0/2" } else { "1/2" };
+        folder.run(&["maps", "named.toml", "--casters", share, "-o", name, "--backend", "cpu"]);
+    }
+    assert!(folder.fail(&["merge", "d.gobo", "e.gobo"], 2).contains("another scene"));
     let bytes = fs::read(folder.0.join(a)).unwrap();
     let mut changed = bytes.clone();
     let middle = bytes.len() / 2;

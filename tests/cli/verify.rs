@@ -131,6 +131,37 @@ fn only_plain_files_are_read() {
     let fifo = std::process::Command::new("mkfifo").arg(&picture).status().unwrap();
     assert!(fifo.success());
     assert_eq!(faults(&folder), ["frame 1 lacks frame_0001.png"]);
+    let (_, error) = folder.fail_after(&JOB, 2);
+    assert!(error.contains("frame_0001.png: is no plain file"), "{error}");
+    fs::remove_file(&picture).unwrap();
     folder.run(&JOB);
     folder.run(&["verify", "out"]);
+}
+
+/// Of another run: without a sidecar, outside of the job.
+#[test]
+fn stray_frames_are_named() {
+    let folder = job("strays");
+    let out = folder.0.join("out");
+    for name in ["frame_0007.png", "frame_0007.cost.png", "frame_12345.exr"] {
+        fs::write(out.join(name), "of an earlier run").unwrap();
+    }
+    // Theirs are other names.
+    for name in ["frame_007.png", "frame_0008x.png", "frame_0009.notes.txt", "frame_.png"] {
+        fs::write(out.join(name), "somebody's").unwrap();
+    }
+    fs::create_dir_all(out.join("maps/frame_0009")).unwrap();
+    fs::write(out.join("maps/frame_0009/sun.0.filter.npy"), "").unwrap();
+    let expected = [
+        "frame 7 has frame_0007.cost.png of another run",
+        "frame 7 has frame_0007.png of another run",
+        "frame 9 has maps/frame_0009/sun.0.filter.npy of another run",
+        "frame 12345 has frame_12345.exr of another run",
+    ];
+    assert_eq!(faults(&folder), expected);
+    // What is missing is rendered again, and what is there of it is not its own.
+    fs::write(out.join("frame_0002.exr"), "of an earlier run").unwrap();
+    fs::remove_file(out.join("frame_0002.json")).unwrap();
+    assert_eq!(faults(&folder)[..1], ["frame 2 is missing"]);
+    assert_eq!(faults(&folder).len(), 5);
 }

@@ -147,7 +147,7 @@ fn generated_volumes_repeat_and_move() {
 fn generated_volumes_that_move_are_made_at_the_first_time_asked_for() {
     let folder = Folder::new();
     let of_start = |start: bool, path: &std::path::Path| {
-        let mut options = scene::LoadOptions::default();
+        let mut options = LoadOptions::default();
         options.start = start;
         scene::load_as(path, &options).unwrap_or_else(|e| panic!("{e}"))
     };

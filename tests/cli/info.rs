@@ -1,0 +1,55 @@
+//! `gobo info`, and what drivers say.
+use super::commands::Folder;
+use serde_json::Value;
+use std::process::Command;
+
+/// The adapter of the tests is right.
+#[test]
+fn an_adapter_is_tried() {
+    let folder = Folder::new("try");
+    let text = folder.run(&["info", "--try", "--json"]);
+    let report: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["trusted"], true);
+    let compared = report["compared"].as_array().unwrap();
+    // Three lights have eight views, each with four maps; and the picture.
+    assert_eq!(compared.len(), 4 * 8 + 1);
+    for (i, map) in compared.iter().enumerate() {
+        let texels = map["texels"].as_u64().unwrap();
+        assert!(texels >= 32 * 32 && map["apart"].as_u64().unwrap() * 500 <= texels, "{i}: {map}");
+    }
+    let casts = |name: &str| compared.iter().any(|map| map["name"] == name);
+    assert!(casts("sun.0.filter") && casts("spot.0.curve") && casts("lamp.ny.opaque"));
+}
+
+#[test]
+fn an_adapter_that_is_none_is_named() {
+    let folder = Folder::new("try-none");
+    for arguments in [&["info"][..], &["info", "--try"], &["info", "--json"]] {
+        let none = [arguments, &["--adapter", "no such thing"]].concat();
+        let error = folder.fail_after(&none, 3).1;
+        assert!(error.contains("no such thing"), "{error}");
+        let cpu = [arguments, &["--backend", "cpu"]].concat();
+        assert!(folder.fail(&cpu, 2).contains("leave --backend cpu out"));
+    }
+}
+
+/// On a machine without a desktop.
+#[cfg(target_os = "linux")]
+#[test]
+fn drivers_print_nothing_of_their_own() {
+    let folder = Folder::new("quiet");
+    let render = ["render", "scene.toml", "-o", "o", "--set", "camera.size=[16,8]", "--set"];
+    for arguments in [&["info"][..], &[&render[..], &["shadow.size=16"]].concat()] {
+        for folder_for_sockets in [None, Some(""), Some("not/absolute")] {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_gobo"));
+            command.args(arguments).current_dir(&folder.0).env_remove("GOBO_LOG");
+            match folder_for_sockets {
+                None => command.env_remove("XDG_RUNTIME_DIR"),
+                Some(path) => command.env("XDG_RUNTIME_DIR", path),
+            };
+            let output = command.output().unwrap();
+            assert_eq!(output.status.code(), Some(0));
+            assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{arguments:?}");
+        }
+    }
+}
