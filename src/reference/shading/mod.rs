@@ -184,8 +184,7 @@ impl<'a> Lighting<'a> {
     /// Radiance of the background or environment from a unit direction, prefiltered for a roughness.
     pub fn radiance_around(&self, direction: Vec3, roughness: f32) -> Vec3 {
         let Some(environment) = self.environment else {
-            // Brighter above.
-            return self.background * (1.0 + 0.35 * direction.y);
+            return self.background;
         };
         let point = octahedral(direction) * 0.5 + 0.5;
         let level = roughness.clamp(0.0, 1.0) * (LEVELS - 1) as f32;
