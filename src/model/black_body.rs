@@ -4,7 +4,7 @@ use glam::{Mat3, Vec3};
 /// Planck's second radiation constant [nm K].
 pub const RADIATION: f32 = 14_387_770.0;
 /// Wavelengths of the sum over what is seen: the first, their distance [nm] and their number.
-pub const SHORTEST: f32 = 380.0;
+pub const FIRST_WAVELENGTH: f32 = 380.0;
 pub const WAVELENGTH_STEP: f32 = 10.0;
 pub const WAVELENGTHS: u32 = 41;
 /// Of the sum, so that red is 1 at 1500 K.
@@ -27,7 +27,7 @@ pub fn black_body(kelvin: f32) -> Vec3 {
         return Vec3::ZERO;
     }
     let of_wavelength = |i: u32| {
-        let nm = SHORTEST + WAVELENGTH_STEP * i as f32;
+        let nm = FIRST_WAVELENGTH + WAVELENGTH_STEP * i as f32;
         let power = (RADIATION / (nm * kelvin)).clamp(LEAST_POWER, MOST_POWER);
         observer(nm) * ((600.0 / nm).powi(5) / (power.exp() - 1.0))
     };

@@ -224,7 +224,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("BLACK", BLACK),
         ("DARKEST", shading::DARKEST),
         ("RADIATION", black_body::RADIATION),
-        ("SHORTEST", black_body::SHORTEST),
+        ("FIRST_WAVELENGTH", black_body::FIRST_WAVELENGTH),
         ("WAVELENGTH_STEP", black_body::WAVELENGTH_STEP),
         ("UNIT_RADIANCE", black_body::UNIT_RADIANCE),
         ("LEAST_POWER", black_body::LEAST_POWER),

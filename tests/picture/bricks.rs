@@ -184,14 +184,16 @@ fn marched(scene: &Scene, line: &Line) -> DVec3 {
         // Up to the middle of the way.
         let through = passed(toward.optical_depths(grid, [0.0, 8.0], 1)[0]);
         let cosine = sun.dot(line.way);
-        let mut arriving = DVec3::ZERO;
+        let (mut arriving, mut before) = (DVec3::ZERO, DVec3::ZERO);
         for order in 0..4 {
             let half = 0.5_f64.powi(order);
             let g = f64::from(grid.anisotropy) * half;
             let spread = 1.0 + g * g - 2.0 * g * cosine;
             let phase = (1.0 - g * g) / (4.0 * std::f64::consts::PI * spread.powf(1.5));
             let kept = ((through - 1.0 / 1024.0) / (1.0 - 1.0 / 1024.0)).max(DVec3::ZERO);
-            arriving += (0.5 * albedo).powf(f64::from(order)) * kept.powf(half) * phase;
+            let found = kept.powf(half);
+            arriving += (0.5 * albedo).powf(f64::from(order)) * (found - before) * phase;
+            before = found;
         }
         light += (from - to) * arriving * albedo * f64::from(scene.lights[0].intensity);
     }

@@ -2,7 +2,7 @@
 
 const RADIATION: f32 = 14387770.0; // Planck's second radiation constant [nm K]
 // Wavelengths of the sum over what is seen: the first, their distance [nm] and their number.
-const SHORTEST: f32 = 380.0;
+const FIRST_WAVELENGTH: f32 = 380.0;
 const WAVELENGTH_STEP: f32 = 10.0;
 const WAVELENGTHS: u32 = 41u;
 const UNIT_RADIANCE: f32 = 423638.56; // of the sum, so that red is 1 at 1500 K
@@ -15,7 +15,7 @@ const MOST_POWER: f32 = 80.0;
 fn black_body(kelvin: f32) -> vec3<f32> {
     var seen = vec3(0.0);
     for (var i = 0u; i < WAVELENGTHS && kelvin > 0.0; i += 1u) {
-        let nm = SHORTEST + WAVELENGTH_STEP * f32(i);
+        let nm = FIRST_WAVELENGTH + WAVELENGTH_STEP * f32(i);
         let power = clamp(RADIATION / (nm * kelvin), LEAST_POWER, MOST_POWER);
         let shorter = 600.0 / nm;
         let longer = shorter * shorter;
