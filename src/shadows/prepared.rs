@@ -61,6 +61,9 @@ impl Prepared {
     ) -> Result<(), Error> {
         self.check_current()?;
         self.commands.rendering.record(encoder, timeline);
+        if self.commands.draws {
+            self.light_shelf.redraw();
+        }
         self.recorded.store(true, Ordering::Relaxed);
         timeline.end(encoder);
         Ok(())
