@@ -109,6 +109,7 @@ impl Gpu {
         &self,
         buffer: &wgpu::Buffer,
     ) -> Result<Vec<T>, Error> {
+        phase!("read_back");
         let bytes = self.read_back(buffer.size(), |encoder, to| {
             encoder.copy_buffer_to_buffer(buffer, 0, to, 0, buffer.size());
         })?;
@@ -120,6 +121,7 @@ impl Gpu {
         &self,
         texture: &wgpu::Texture,
     ) -> Result<Vec<T>, Error> {
+        phase!("read_back");
         let size = texture.size();
         let rows = u64::from(size.height) * u64::from(size.depth_or_array_layers);
         let bytes = rows as usize * (size.width * texel_size(texture)) as usize;
@@ -187,6 +189,7 @@ pub(crate) fn read_back(
     size: u64,
     copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
 ) -> Result<wgpu::BufferView, Error> {
+    phase!("read_back");
     let staging = staging(device, "readback", size);
     let mut encoder = device.create_command_encoder(&Default::default());
     copy(&mut encoder, &staging);
