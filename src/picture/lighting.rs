@@ -47,7 +47,8 @@ impl Lighting {
         let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
         let features = Features::of_maps(maps.nodes, maps.gain)
             .with(Flags::HAS_FILTERS, records.is_filtered());
-        let levels = AreaLevels::new(allocator, kernels, prepared, records, &resources)?;
+        let levels =
+            AreaLevels::new(allocator, kernels, maps, prepared.light_shelf(), records, &resources)?;
         let features = features.with(Flags::HAS_AREAS, levels.is_some());
         let of_levels = levels.as_ref().map(AreaLevels::texture);
         let resources = resources.with_any("levels", of_levels);

@@ -123,6 +123,12 @@ impl Prepared {
         is_last.then_some(()).ok_or(Error::Superseded)
     }
 
+    /// What look-ups in the maps are made of.
+    #[cfg(feature = "picture")]
+    pub(crate) fn light_shelf(&self) -> &Arc<LightShelf> {
+        &self.light_shelf
+    }
+
     /// The views of the maps.
     pub(crate) fn views(&self) -> &[View] {
         &self.views

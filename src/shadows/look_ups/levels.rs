@@ -8,7 +8,7 @@ use crate::{
     frame::{Commands, Kernels},
     gpu::{Allocator, KernelError, Resources, Timeline},
     records::{BLOCK_TEXELS, GpuLight, LightRecords, MAX_AREAS, ROLE_FACE, ROW, SKIRT, level_size},
-    shadows::{Maps, Prepared},
+    shadows::Maps,
     stage::{
         features::{Features, Flags},
         levels::{self, GROUP_SIZE, LevelParams},
@@ -49,11 +49,12 @@ impl AreaLevels {
         Ok(())
     }
 
-    /// `None` without area lights. `resources`: the maps of `prepared`, `lights` and `picture_params`.
+    /// `None` without area lights. `shelf`: of the maps; `resources`: the maps, `lights` and `picture_params`.
     pub(crate) fn new(
         allocator: &mut Allocator<'_>,
         kernels: &Kernels,
-        prepared: &Prepared,
+        maps: &Maps,
+        shelf: &Arc<LightShelf>,
         records: &LightRecords,
         resources: &Resources,
     ) -> Result<Option<Self>, Error> {
@@ -73,14 +74,14 @@ impl AreaLevels {
         let views: Vec<_> = (0..records.leveled.len()).map(|i| *records.view_of(i)).collect();
         let has_faces = views.iter().any(|view| view.role == ROLE_FACE);
         let largest = views.iter().map(|view| view.size.as_uvec2()).fold(UVec2::ZERO, UVec2::max);
-        let (view_count, maps) = (views.len() as u32, prepared.maps());
+        let view_count = views.len() as u32;
         let key = LevelKey {
             leveled: records.leveled.clone(),
             views,
             maps: [maps.filters.clone(), maps.curves.clone()],
             gain: maps.gain,
         };
-        let shelf = Arc::clone(&prepared.light_shelf);
+        let shelf = Arc::clone(shelf);
         let levels = shelf.levels.take(key, allocator, [all, longest].map(texels))?;
         let (texture, new) = (&levels.texture, &levels.new);
         let features = features(maps, has_faces);

@@ -64,7 +64,7 @@ impl Prepared {
             maps.look_up_resources().with("lights", &lights).with("picture_params", &params);
         let levels = if with_areas {
             let kernels = self.kernels_on(allocator.shelf);
-            AreaLevels::new(allocator, &kernels, self, &records, &resources)?
+            AreaLevels::new(allocator, &kernels, maps, &self.light_shelf, &records, &resources)?
         } else {
             None
         };
