@@ -133,6 +133,19 @@ impl Eye {
         let per_metre = if self.parallel { self.scale } else { self.scale / p.dot(self.forward) };
         self.size * 0.5 + DVec2::new(p.dot(self.right), -p.dot(self.up)) * per_metre
     }
+
+    /// The part of an edge from half the near plane's distance on [texels]; `None` if it has none.
+    fn edge(&self, from: DVec3, to: DVec3) -> Option<[DVec2; 2]> {
+        let ends = [from, to].map(|end| self.along_axis(end));
+        let least = if self.parallel { f64::NEG_INFINITY } else { self.near * 0.5 };
+        if ends[0].max(ends[1]) <= least {
+            return None;
+        }
+        let cut = from + (to - from) * ((least - ends[0]) / (ends[1] - ends[0]));
+        let shown =
+            [(from, ends[0]), (to, ends[1])].map(|(end, at)| if at < least { cut } else { end });
+        Some(shown.map(|end| self.project(end)))
+    }
 }
 
 /// Cosine to a perspective view's axis up to which a Gaussian is beside it and stays as it is.

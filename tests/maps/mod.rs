@@ -30,6 +30,8 @@ mod proxies;
 mod puffs;
 mod queue;
 mod rivals;
+mod round;
+mod round_triangles;
 mod strand_modes;
 mod strands;
 mod textured;

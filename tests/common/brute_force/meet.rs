@@ -220,11 +220,8 @@ pub(super) fn meet_triangle(
     material: &Material,
 ) -> Met {
     let [a, b, c] = triangle.positions.map(f64s);
-    let [pa, pb, pc] = [a, b, c].map(|p| eye.project(p));
-    let (low, high) = (pa.min(pb).min(pc) - EDGE, pa.max(pb).max(pc) + EDGE);
-    let is_near = ray.texel.cmpge(low).all() && ray.texel.cmple(high).all();
-    let edges = [(pa, pb), (pb, pc), (pc, pa)];
-    for (from, to) in edges.into_iter().filter(|_| is_near) {
+    for (from, to) in [(a, b), (b, c), (c, a)] {
+        let Some([from, to]) = eye.edge(from, to) else { continue };
         let along = to - from;
         let part = ((ray.texel - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
         if (from + along * part).distance(ray.texel) < EDGE {
