@@ -43,7 +43,7 @@ impl Projected {
             depth: 0.0,
             red_green: 0,
             blue_slope: 0,
-            base: 0,
+            thin: 0,
             caster: 0,
         },
         key: INVISIBLE,
@@ -143,7 +143,7 @@ pub fn project_caster(
         Footprint { center, radius, depth, caster, ..Projected::INVISIBLE.footprint };
     footprint.set_opacity(
         color.truncate().min(Vec3::ONE),
-        material.reflectivity * thin,
+        thin,
         (1.0 - material.reflectivity) * color.w * thin,
     );
     let key = if rect.is_scattered() { INVISIBLE } else { depth_key(front) };
@@ -223,7 +223,7 @@ pub fn project_triangle(
         depth: nearest,
         red_green: setup_index,
         blue_slope: 0,
-        base: 0,
+        thin: 0,
         caster: triangle_id | TRIANGLE_BIT,
     };
     let front = if params.by_distance && view.perspective > 0.0 {
