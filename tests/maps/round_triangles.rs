@@ -2,6 +2,7 @@
 //! centres. Truth: the renderer in 64 bits, and rays in 64 bits through closed bodies.
 use super::{
     brute_force::assert_agrees,
+    curve::curved,
     round::Round,
     volumes::{COLOR, DISTANCE, all_maps, cuboid, fog, ray},
 };
@@ -100,22 +101,45 @@ fn a_shared_edge_is_met_once() {
     }
 }
 
+/// `count` panes of the materials in turn, along axes and in planes of each other, around the lamps.
+fn panes(seed: u64, materials: Vec<Material>, count: usize) -> Scene {
+    let mut round = Round::new(seed);
+    let kinds = materials.len();
+    let mut scene = empty(materials);
+    let mut places = Vec::new();
+    for i in 0..count {
+        let (center, axis) = (round.place(2.0), i % 3);
+        let [x, y] =
+            [(axis + 1) % 3, (axis + 2) % 3].map(|axis| Vec3::AXES[axis] * round.half(0.5, 1.5));
+        places.push(round.on_box(center, x + y));
+        scene.triangles.extend(pane(center, x, y, (i % kinds) as u32));
+    }
+    let size = round.one_of(&[32, 33]);
+    scene.lights = round.lights(&places, size).into();
+    scene
+}
+
 #[test]
 fn panes_at_round_places() {
-    for seed in 0..4 {
-        let mut round = Round::new(seed);
-        let mut scene = empty(materials());
-        let mut places = Vec::new();
-        for i in 0..6 {
-            let (center, axis) = (round.place(2.0), i % 3);
-            let [x, y] = [(axis + 1) % 3, (axis + 2) % 3]
-                .map(|axis| Vec3::AXES[axis] * round.half(0.5, 1.5));
-            places.push(round.on_box(center, x + y));
-            scene.triangles.extend(pane(center, x, y, u32::from(i % 3 != 0)));
+    let tinted = |transfer, w| Material { tint: TINT.with_w(w), ..material(transfer) };
+    let solid = vec![
+        tinted(Transfer::Filter, 0.5),
+        material(Transfer::Opaque),
+        tinted(Transfer::Stain, 0.5),
+        Material { cutoff: 0.75, ..tinted(Transfer::Cutout, 0.5) },
+        tinted(Transfer::Smoke, 1.0),
+        tinted(Transfer::Dither, 1.0),
+        tinted(Transfer::Gain, 1.0),
+    ];
+    let over = vec![tinted(Transfer::Over, 0.5), tinted(Transfer::Over, 1.0)];
+    for (materials, count) in [(solid, 7), (over, 4)] {
+        for seed in 0..3 {
+            let scene = panes(seed, materials.clone(), count);
+            // Panes in one plane: rounding decides the order of equal depths.
+            let tolerance = Tolerance { undecided: 0.4, ..TOLERANCE };
+            assert_agrees(&scene, tolerance);
+            assert_agrees(&curved(scene, 8), tolerance);
         }
-        let size = round.one_of(&[32, 33]);
-        scene.lights = round.lights(&places, size).into();
-        assert_agrees(&scene, TOLERANCE);
     }
 }
 
