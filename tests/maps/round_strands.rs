@@ -121,7 +121,7 @@ pub(super) fn round_strand(round: &mut Round, id: u32) -> Strand {
     let radius = round.one_of(&[0.5, 0.25, 0.01]);
     let count = round.one_of(&[2, 2, 3, 4]);
     let vertices = (0..count).map(|i| {
-        let is_tip = i + 1 == count && id % 3 == 0;
+        let is_tip = i + 1 == count && id.is_multiple_of(3);
         let radius = if is_tip { 0.0 } else { radius };
         let vertex = StrandVertex { position, radius, color: round.color() };
         let way = round.direction();
