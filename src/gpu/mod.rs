@@ -34,10 +34,10 @@ pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, wo
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};
-pub use scope::allocated;
+pub use scope::{allocated, has_texture};
 pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
 pub use timing::{Profiler, Timeline};
-pub(crate) use transfer::{read_back, staging};
+pub(crate) use transfer::{filled, read_back, staging};

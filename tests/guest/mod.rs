@@ -9,10 +9,12 @@ mod grids;
 mod kernels;
 mod layouts;
 mod moving;
+mod numbers;
 mod profiler;
 mod rendered;
 mod splat_light;
 mod statistics;
+mod submissions;
 mod warm_up;
 mod wrong;
 
