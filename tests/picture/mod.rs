@@ -6,6 +6,7 @@ mod bricks;
 mod catcher;
 mod emitters;
 mod environment;
+mod estimate;
 mod golden;
 mod host_masks;
 mod images;
