@@ -148,7 +148,7 @@ impl Marks {
     /// Whether all frames ran that were believed to be on their way.
     pub(super) fn have_run(&self) -> bool {
         let mapped = self.earlier.iter().filter(|mark| mark.state.load(SeqCst) == MAPPED);
-        mapped.fold(true, |all, mark| mark.is_written() && all)
+        mapped.filter(|mark| !mark.is_written()).count() == 0
     }
 
     /// Leaves the last frame valid.

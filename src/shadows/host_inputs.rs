@@ -8,7 +8,7 @@ use crate::{
 use glam::Mat4;
 use wgpu::{BindGroup, Buffer, Texture};
 
-/// Inputs that a host has on the device, for [`Shadows::prepare_with`].
+/// Inputs that a host has on the device, for [`Shadows::prepare_with`](crate::Shadows::prepare_with).
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct HostInputs<'a> {
