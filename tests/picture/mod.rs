@@ -7,6 +7,7 @@ mod catcher;
 mod emitters;
 mod environment;
 mod estimate;
+mod furnace;
 mod golden;
 mod host_masks;
 mod images;
