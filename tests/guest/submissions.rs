@@ -43,10 +43,10 @@ fn counts(prepared: &Prepared) -> [u64; 2] {
     [counters.views_rendered, counters.views_kept]
 }
 
-/// The device's error of `work`.
-fn refusal(gpu: &Gpu, work: impl FnOnce()) -> Option<String> {
+/// The device's error of a submission.
+fn refusal(gpu: &Gpu, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) -> Option<String> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-    work();
+    gpu.queue.submit(commands);
     let mut context = std::task::Context::from_waker(std::task::Waker::noop());
     match std::pin::pin!(scope.pop()).as_mut().poll(&mut context) {
         std::task::Poll::Ready(error) => error.map(|error| error.to_string()),
@@ -148,7 +148,7 @@ fn a_frame_that_is_refused_did_not_run() {
     encoder.clear_buffer(&gone, 0, None);
     let commands = encoder.finish();
     gone.destroy();
-    assert!(refusal(gpu, || drop(gpu.queue.submit([commands]))).is_some());
+    assert!(refusal(gpu, [commands]).is_some());
     let again = prepare(&mut shadows, &casters, &views);
     assert_eq!(counts(&again), [views.len() as u64, 0]);
     assert_equal(&submit(gpu, &again), &truth(gpu, &casters, &views), "refused");
@@ -165,7 +165,7 @@ fn a_frame_that_is_submitted_after_the_next_prepare_is_refused() {
         let late = recorded(gpu, &prepare(&mut shadows, &of(1.0), &views));
         let next = prepare(&mut shadows, &of(2.0), &views);
         let late = [late.finish(), recorded(gpu, &next).finish()];
-        let error = refusal(gpu, || drop(gpu.queue.submit(late)));
+        let error = refusal(gpu, late);
         assert!(error.is_some_and(|it| it.contains("later `prepare`")), "{tier:?}");
         // The frame that went with it did not run either.
         let next = prepare(&mut shadows, &of(2.0), &views);
@@ -175,7 +175,7 @@ fn a_frame_that_is_submitted_after_the_next_prepare_is_refused() {
         let late = recorded(gpu, &prepared).finish();
         run(gpu, &prepared);
         let next = prepare(&mut shadows, &of(4.0), &views);
-        assert!(refusal(gpu, || drop(gpu.queue.submit([late]))).is_some(), "{tier:?}");
+        assert!(refusal(gpu, [late]).is_some(), "{tier:?}");
         assert_equal(&submit(gpu, &next), &truth(gpu, &of(4.0), &views), &format!("{tier:?}"));
         gpu.check().unwrap();
     }
