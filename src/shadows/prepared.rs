@@ -66,6 +66,9 @@ impl Prepared {
     ) -> Result<(), Error> {
         self.check_current()?;
         self.commands.rendering.record(encoder, timeline);
+        if self.commands.draws {
+            self.light_shelf.redraw();
+        }
         timeline.end(encoder);
         self.mark.record(encoder);
         Ok(())
@@ -130,6 +133,12 @@ impl Prepared {
     pub(crate) fn check_usable(&self) -> Result<(), Error> {
         self.check_current()?;
         check_alive(self.device().0)
+    }
+
+    /// What look-ups in the maps are made of.
+    #[cfg(feature = "picture")]
+    pub(crate) fn light_shelf(&self) -> &Arc<LightShelf> {
+        &self.light_shelf
     }
 
     /// The views of the maps.

@@ -201,6 +201,10 @@ impl Shadows {
         let device = self.kernels.device();
         let mut earlier = self.maps.take();
         let has_run = self.marks.has_run(device)?;
+        if !has_run {
+            // Nor did levels that were recorded with it.
+            self.light_shelf.redraw();
+        }
         // Sums are reset in each frame.
         if let Some(maps) = earlier.as_mut().filter(|_| !has_run || self.config.toggles.sums) {
             maps.cache.forget();
@@ -230,7 +234,8 @@ impl Shadows {
         self.light_shelf.turn();
         if inputs.area_lights {
             let maps = &frame.maps.set.maps;
-            AreaLevels::request_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
+            let has_faces = views.iter().any(|view| matches!(view.role, ViewRole::Face(_)));
+            AreaLevels::request_kernels(&self.kernels, maps, has_faces)?;
         }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, pair_capacity, culled } = frame;
@@ -331,6 +336,12 @@ impl Shadows {
             || allocated(device, || CasterSet::reserving(device, queue, casters, inputs, &grids));
         let set = kept.map_or_else(new, Ok)?;
         Ok(self.casters.insert(set).id())
+    }
+
+    /// Maps whose levels were made, in all frames since the last [`Self::forget`].
+    #[doc(hidden)]
+    pub fn levels_made(&self) -> u64 {
+        self.light_shelf.levels_made()
     }
 
     /// The casters of the last frame.
