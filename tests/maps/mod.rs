@@ -33,6 +33,7 @@ mod rivals;
 mod round;
 mod round_gaussians;
 mod round_grids;
+mod round_mixtures;
 mod round_particles;
 mod round_strands;
 mod round_triangles;

@@ -109,7 +109,7 @@ pub(super) fn quarter_turn(round: &mut Round) -> Quat {
 }
 
 /// Balls, pancakes and needles, of material 0 or 1.
-fn round_gaussian(round: &mut Round, id: u32) -> Gaussian {
+pub(super) fn round_gaussian(round: &mut Round, id: u32) -> Gaussian {
     Gaussian {
         center: round.place(1.5),
         rotation: quarter_turn(round),
@@ -122,7 +122,7 @@ fn round_gaussian(round: &mut Round, id: u32) -> Gaussian {
 }
 
 /// Its middle, and one, two and three deviations off.
-fn around(round: &mut Round, gaussian: &Gaussian) -> Vec3 {
+pub(super) fn around(round: &mut Round, gaussian: &Gaussian) -> Vec3 {
     let axes = gaussian.axes();
     gaussian.center + axes.col(round.one_of(&[0, 1, 2])) * round.half(0.0, 3.0).floor()
 }
