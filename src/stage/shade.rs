@@ -219,14 +219,22 @@ crate::records::gpu_struct! {
         pub has_normals: u32,
         /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
         pub list: u32,
+        /// Of points in bricks: first texel of their grid's record.
+        pub grid: u32,
+        /// 1 where their brick's own voxels shadow them.
+        pub own_shadow: u32,
     }
 }
 
 impl PointBatch {
     /// Points of a list of a band whose capacity is `pixel_count` pixels.
     pub fn listed(list: u32, pixel_count: u32) -> Self {
-        let first = LIST_COUNT * LIST_HEAD + list * pixel_count;
-        Self { first, count: 0, has_normals: 0, list }
+        Self { list, ..Self::of(LIST_COUNT * LIST_HEAD + list * pixel_count, 0) }
+    }
+
+    /// Points without a list.
+    pub fn of(first: u32, count: u32) -> Self {
+        Self { first, count, has_normals: 0, list: NO_LIST, grid: 0, own_shadow: 0 }
     }
 }
 

@@ -148,6 +148,9 @@ impl Gloss {
     }
 }
 
+/// Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
+pub const SHORT_OF: f32 = 0.999;
+
 impl<'a> Lighting<'a> {
     /// `maps` of `views`: the shadow views of the scene's lights.
     pub fn new(scene: &'a Scene, views: &'a [View], maps: &'a [ViewMaps]) -> Self {
@@ -228,6 +231,32 @@ impl<'a> Lighting<'a> {
 
     /// Light that a point sends to the eye. `masks`: those of its picture.
     pub fn light(&self, point: &Point, masks: Option<&Masks>) -> Vec3 {
+        self.light_through(point, |index, _, face| {
+            let receiver = point.receiver.of_kind(point.kind);
+            let masked = masks.and_then(|masks| masks.share(index, point));
+            masked
+                .unwrap_or_else(|| self.shadow(index, point.position, face, point.reach, receiver))
+        })
+    }
+
+    /// Light that a point in a body sends to the eye. `own`: from the point towards a light and up to a distance [m], where
+    /// the way leaves the body, and what passes up to there. From there on the maps shadow it, without a bias.
+    pub fn light_in_body(&self, point: &Point, own: impl Fn(Vec3, f32) -> (Vec3, Vec3)) -> Vec3 {
+        self.light_through(point, |index, toward, face| {
+            let light = &self.lights()[index];
+            if light.view_count == 0 {
+                return Vec3::ONE;
+            }
+            let away = light.position.distance(point.position);
+            let end = if light.kind == LIGHT_DIRECTIONAL { f32::MAX } else { SHORT_OF * away };
+            let (outside, passed) = own(toward, end);
+            passed * self.shadow(index, outside, face, -light.bias, point.receiver)
+        })
+    }
+
+    /// `through`: share of a light by number that comes through to a point from a direction, with the normal on the light's
+    /// side.
+    fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
         let (mut diffuse, mut shine) = (self.ambient_at(point), Vec3::ZERO);
         for (index, light) in self.lights().iter().enumerate() {
             let (toward, color) = incoming(light, point.position);
@@ -244,10 +273,7 @@ impl<'a> Lighting<'a> {
                 (false, true) => point.normal,
                 (false, false) => -point.face,
             };
-            let receiver = point.receiver.of_kind(point.kind);
-            let masked = masks.and_then(|masks| masks.share(index, point));
-            let through = masked
-                .unwrap_or_else(|| self.shadow(index, point.position, face, point.reach, receiver));
+            let through = through(index, toward, face);
             let passed = color * through;
             diffuse += match point.kind {
                 PointKind::Brick { anisotropy } => {

@@ -34,7 +34,7 @@ use crate::{
     frame::Kernels,
     gpu::{Allocator, Memory, Resources},
     model::{CLASSES, Casters, Class, Grid, Material, absorptions, by_class, dither::window},
-    records::{Capsules, GpuView, TriangleRecord},
+    records::{Bricks, Capsules, GpuView, TriangleRecord},
     stage::features::{Features, Flags},
 };
 use bricks::UploadedBricks;
@@ -311,9 +311,9 @@ impl CasterSet {
         self.id
     }
 
-    /// Indices of the bricks among their records.
-    pub(crate) fn brick_records(&self) -> Range<u32> {
-        self.bricks.bricks().brick_records()
+    /// Records of the bricks.
+    pub(crate) fn bricks(&self) -> &Bricks {
+        self.bricks.bricks()
     }
 
     /// The casters of `classes`.

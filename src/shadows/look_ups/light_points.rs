@@ -8,7 +8,7 @@ use crate::{
     model::Light,
     stage::{
         features::{Features, Flags},
-        shade::{AREA_LIGHT_SHARES, LIGHT_SHARES, NO_LIST, PointBatch, point_grid},
+        shade::{AREA_LIGHT_SHARES, LIGHT_SHARES, PointBatch, point_grid},
     },
 };
 use wgpu::{Buffer, BufferUsages};
@@ -88,10 +88,8 @@ impl Prepared {
             let copied = BufferUsages::COPY_SRC;
             let shares = allocator.storage::<[f32; 3]>("point_shares", answers, copied)?;
             let batch = PointBatch {
-                first: 0,
-                count: answers as u32,
                 has_normals: u32::from(points.normals.is_some()),
-                list: NO_LIST,
+                ..PointBatch::of(0, answers as u32)
             };
             let batch_buffer = allocator.uniform("point_batch", &batch);
             let resources = source
