@@ -262,6 +262,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("LEAST_WAY", brick::LEAST_WAY),
         ("SERIES", brick_light::SERIES),
         ("SHORT_OF", shading::SHORT_OF),
+        ("SUN_DISTANCE", shading::SUN_DISTANCE),
         ("SQUARE", brick::SQUARE),
         ("MIN_BEND", curve::bodies::MIN_BEND),
         ("MIN_INCIDENCE", receive::MIN_INCIDENCE),

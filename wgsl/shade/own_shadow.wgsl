@@ -7,7 +7,7 @@ import package::records::light::{GpuLight, LIGHT_DIRECTIONAL};
 
 // Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
 const SHORT_OF: f32 = 0.999;
-const ENDLESS: f32 = 3.4e38; // [m]
+const SUN_DISTANCE: f32 = 3.4e38; // distance of a directional light [m]
 
 // A point's way towards a light in its own brick.
 struct OwnWay {
@@ -20,7 +20,7 @@ fn own_way(brick: Brick, grid: Grid, light: GpuLight, position: vec3<f32>, towar
     let ray = IndexRay((position - grid.anchor) * grid.index_from_world, way, 1.0);
     let leaves = max((brick.low - ray.start) * (1.0 / way), (brick.high - ray.start) * (1.0 / way));
     let away = SHORT_OF * length(light.position - position);
-    let most = select(away, ENDLESS, light.kind == LIGHT_DIRECTIONAL);
+    let most = select(away, SUN_DISTANCE, light.kind == LIGHT_DIRECTIONAL);
     return OwnWay(ray, max(min(min(leaves.x, leaves.y), min(leaves.z, most)), 0.0));
 }
 

@@ -69,14 +69,14 @@ fn point_light(number: u32) -> vec3<f32> {
                 light.view_count = select(light.view_count, 0u, masked(index, point).is_masked);
                 var through = vec3(1.0);
                 if HAS_SHADOWS {
-                    var from = point.position;
+                    var origin = point.position;
                     var reach = point.reach;
                     if HAS_BRICKS && point.brick > 0u && light.view_count > 0u {
-                        from = outside(point.brick, light, from, arriving.toward);
+                        origin = outside(point.brick, light, origin, arriving.toward);
                         // There is no surface that a bias could help.
                         reach = -light.bias;
                     }
-                    through = shadow(light, index, from, face, arriving.toward, reach);
+                    through = shadow(light, index, origin, face, arriving.toward, reach);
                 }
                 add_light(listed_index(list, i), through);
             }

@@ -150,6 +150,8 @@ impl Gloss {
 
 /// Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
 pub const SHORT_OF: f32 = 0.999;
+/// Distance of a directional light [m].
+pub const SUN_DISTANCE: f32 = 3.4e38;
 
 impl<'a> Lighting<'a> {
     /// `maps` of `views`: the shadow views of the scene's lights.
@@ -248,7 +250,7 @@ impl<'a> Lighting<'a> {
                 return Vec3::ONE;
             }
             let away = light.position.distance(point.position);
-            let end = if light.kind == LIGHT_DIRECTIONAL { f32::MAX } else { SHORT_OF * away };
+            let end = if light.kind == LIGHT_DIRECTIONAL { SUN_DISTANCE } else { SHORT_OF * away };
             let (outside, passed) = own(toward, end);
             passed * self.shadow(index, outside, face, -light.bias, point.receiver)
         })
