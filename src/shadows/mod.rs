@@ -50,6 +50,8 @@ pub use look_ups::{
 };
 pub use masks::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 pub use pair_capacity::PairCapacity;
+#[cfg(feature = "picture")]
+pub(crate) use pair_capacity::roomy;
 pub use prepared::Prepared;
 pub use shadows::Shadows;
 #[cfg(feature = "picture")]

@@ -61,6 +61,9 @@ impl Prepared {
     ) -> Result<(), Error> {
         self.check_current()?;
         self.commands.rendering.record(encoder, timeline);
+        if self.commands.draws {
+            self.light_shelf.redraw();
+        }
         self.recorded.store(true, Ordering::Relaxed);
         timeline.end(encoder);
         Ok(())
@@ -118,6 +121,12 @@ impl Prepared {
     pub(crate) fn check_current(&self) -> Result<(), Error> {
         let is_last = self.last.load(Ordering::Relaxed) == self.frame;
         is_last.then_some(()).ok_or(Error::Superseded)
+    }
+
+    /// What look-ups in the maps are made of.
+    #[cfg(feature = "picture")]
+    pub(crate) fn light_shelf(&self) -> &Arc<LightShelf> {
+        &self.light_shelf
     }
 
     /// The views of the maps.

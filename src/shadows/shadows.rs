@@ -14,7 +14,7 @@ use crate::{
     },
     model::{
         Casters, Class, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Projection,
-        ShadowSettings, View,
+        ShadowSettings, View, ViewRole,
     },
     stage::{features::Features, sort::pair_limit},
 };
@@ -212,7 +212,8 @@ impl Shadows {
         self.light_shelf.turn();
         if inputs.area_lights {
             let maps = &frame.maps.set.maps;
-            AreaLevels::request_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
+            let has_faces = views.iter().any(|view| matches!(view.role, ViewRole::Face(_)));
+            AreaLevels::request_kernels(&self.kernels, maps, has_faces)?;
         }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, pair_capacity, culled } = frame;
@@ -313,6 +314,12 @@ impl Shadows {
             || allocated(device, || CasterSet::reserving(device, queue, casters, inputs, &grids));
         let set = kept.map_or_else(new, Ok)?;
         Ok(self.casters.insert(set).id())
+    }
+
+    /// Maps whose levels were made, in all frames since the last [`Self::forget`].
+    #[doc(hidden)]
+    pub fn levels_made(&self) -> u64 {
+        self.light_shelf.levels_made()
     }
 
     /// The casters of the last frame.

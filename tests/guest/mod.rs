@@ -8,6 +8,7 @@ mod gaussians;
 mod grids;
 mod kernels;
 mod layouts;
+mod levels;
 mod moving;
 mod profiler;
 mod rendered;

@@ -2,7 +2,7 @@
 // along a ray within a cell, and two points of Gauss integrate a cubic. CPU reference: src/reference/brick.rs.
 
 import package::features::{CELLS_AT_ONCE, NODES, unrolled};
-import package::hit::brick_cells::{CELLS, LEAST_WAY, first_cell, index_ray, stretch_in, two_densities};
+import package::hit::brick_cells::{CELLS, LEAST_WAY, first_cell, index_ray, way_in_cell, two_densities};
 import package::hit::brick_light::SHADES_BRICKS;
 import package::records::brick::{Brick, Grid};
 import package::records::view::GpuView;
@@ -81,7 +81,7 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     for (var turn = 0u; turn < CELLS; turn += CELLS_AT_ONCE) {
         for (var n = 0u; n < unrolled(CELLS_AT_ONCE); n += 1u) {
             if t < last {
-                let stretch = stretch_in(ray, brick.low, cell, t, last);
+                let stretch = way_in_cell(ray, brick.low, cell, t, last);
                 let next = stretch.next;
                 let at = brick.first_texel + vec3<u32>(cell);
                 let within = two_densities(at, stretch.a, stretch.b) * (0.5 * (next - t));

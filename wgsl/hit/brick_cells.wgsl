@@ -41,7 +41,7 @@ fn first_cell(ray: IndexRay, low: vec3<f32>, t: f32) -> vec3<f32> {
 }
 
 // The way of a ray in one cell.
-struct Stretch {
+struct CellWay {
     next: f32,            // where it ends, along the axis [m]
     a: vec3<f32>,         // the points of Gauss, in the cell
     b: vec3<f32>,
@@ -49,7 +49,7 @@ struct Stretch {
 }
 
 // From `t` on, up to `last`, in a `cell` of a brick whose lowest voxel is `low`.
-fn stretch_in(ray: IndexRay, low: vec3<f32>, cell: vec3<f32>, t: f32, last: f32) -> Stretch {
+fn way_in_cell(ray: IndexRay, low: vec3<f32>, cell: vec3<f32>, t: f32, last: f32) -> CellWay {
     let rises = ray.way > vec3(0.0);
     let lowest = low + cell;
     let faces = (lowest + select(vec3(0.0), vec3(1.0), rises) - ray.start) * (1.0 / ray.way);
@@ -59,7 +59,7 @@ fn stretch_in(ray: IndexRay, low: vec3<f32>, cell: vec3<f32>, t: f32, last: f32)
     let a = clamp(middle - apart, vec3(0.0), vec3(1.0));
     let b = clamp(middle + apart, vec3(0.0), vec3(1.0));
     let following = clamp(cell + select(vec3(-1.0), vec3(1.0), rises), vec3(0.0), vec3(LAST_CELL));
-    return Stretch(next, a, b, select(cell, following, faces <= vec3(next)));
+    return CellWay(next, a, b, select(cell, following, faces <= vec3(next)));
 }
 
 // Densities on two sides in z of a cell, at a place in it. A texel has four voxels: its own, and the next in y, in z and

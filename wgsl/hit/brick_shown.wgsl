@@ -1,7 +1,7 @@
 // Light that a brick sends along a ray to the eye: of a thin grid by thirds, of a dense one cell by cell. CPU reference:
 // src/reference/brick.rs, src/reference/brick_light.rs.
 
-import package::hit::brick_cells::{CELLS, GAUSS, IndexRay, each_density, first_cell, index_ray, stretch_in};
+import package::hit::brick_cells::{CELLS, GAUSS, IndexRay, each_density, first_cell, index_ray, way_in_cell};
 import package::hit::brick_light::{brick_light, lattice_light};
 import package::records::brick::{Brick, Grid, LATTICE_EDGE, grid_lattices, lattice_points};
 import package::records::view::GpuView;
@@ -29,7 +29,7 @@ fn dense_light(
     var cell = first_cell(ray, brick.low, ends.x);
     var t = ends.x;
     for (var i = 0u; i < max(CELLS, EVEN_PARTS) && t < ends.y; i += 1u) {
-        let stretch = stretch_in(ray, brick.low, cell, t, ends.y);
+        let stretch = way_in_cell(ray, brick.low, cell, t, ends.y);
         let part_end = select(mix(ends.x, ends.y, f32(i + 1u) / f32(EVEN_PARTS)), ends.y, i + 1u == EVEN_PARTS);
         let next = select(stretch.next, part_end, is_even);
         let two = each_density(texel + vec3<u32>(cell), stretch.a, stretch.b);

@@ -1,7 +1,7 @@
 // What a brick's own voxels do to the light of a point in it. A curve keeps too little of them where they are dense. CPU
 // reference: src/reference/brick.rs, src/reference/shading/mod.rs.
 
-import package::hit::brick_cells::{CELLS, IndexRay, first_cell, never_parallel, stretch_in, two_densities};
+import package::hit::brick_cells::{CELLS, IndexRay, first_cell, never_parallel, way_in_cell, two_densities};
 import package::records::brick::{Brick, Grid, brick_of, grid_of};
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL};
 
@@ -41,7 +41,7 @@ fn own_passed(id: u32, light: GpuLight, position: vec3<f32>, toward: vec3<f32>) 
     var cell = first_cell(own.ray, brick.low, 0.0);
     var t = 0.0;
     for (var i = 0u; i < CELLS && t < end; i += 1u) {
-        let stretch = stretch_in(own.ray, brick.low, cell, t, end);
+        let stretch = way_in_cell(own.ray, brick.low, cell, t, end);
         let densities = two_densities(brick.first_texel + vec3<u32>(cell), stretch.a, stretch.b);
         depth += densities * (0.5 * (stretch.next - t));
         cell = stretch.following;

@@ -7,7 +7,8 @@ use crate::{
     model::{Light, MaskSettings},
     records::{ALL_LIGHTS, COLORED_BIT, FormerSlots, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds},
     shadows::{
-        Prepared, Shadows, batch::context::view_uniform, look_ups::light_source::LightSource,
+        AreaLevels, Prepared, Shadows, batch::context::view_uniform,
+        look_ups::light_source::LightSource,
     },
     stage::{
         features::{Features, Flags},
@@ -109,6 +110,7 @@ pub struct LightMasks {
 #[derive(Debug)]
 struct Frame {
     memory: MaskMemory,
+    levels: Option<AreaLevels>,
     commands: Commands,
     bytes: Memory,
 }
@@ -175,7 +177,9 @@ impl LightMasks {
                 Inputs { prepared, source: &source, camera: &camera, view, memory: &memory };
             let commands = inputs.commands(&mut allocator)?;
             commands.compile()?;
-            self.frame = Some(Frame { memory, commands, bytes });
+            let levels = source.levels;
+            levels.iter().try_for_each(AreaLevels::compile)?;
+            self.frame = Some(Frame { memory, levels, commands, bytes });
             Ok(())
         })
     }
@@ -187,7 +191,8 @@ impl LightMasks {
 
     /// Like [`Self::record`], with timestamps around each pass.
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let Some(Frame { commands, .. }) = &self.frame else { return };
+        let Some(Frame { levels, commands, .. }) = &self.frame else { return };
+        levels.iter().for_each(|levels| levels.record(encoder, timeline));
         commands.record(encoder, timeline);
         timeline.end(encoder);
     }
@@ -279,8 +284,7 @@ impl Inputs<'_> {
             .with(Flags::HAS_FILTERS, source.is_filtered);
         let joined = view.joined.as_ref();
         dispatches.extend(memory.dispatches(kernels, queue, features, &resources, joined)?);
-        let levels = source.levels.as_ref();
-        let mut commands = levels.map_or_else(Commands::new, |levels| levels.commands.clone());
+        let mut commands = Commands::new();
         commands.pass("gobo mask", dispatches);
         Ok(commands)
     }
