@@ -82,8 +82,12 @@ fn marched(eye: DVec3, way: DVec3, sun: DVec3, depth: f64) -> DVec3 {
         }
         let passed = (-COLOR * tau).map(f64::exp);
         let shadow = COLOR * shade(place, sun) * depth;
-        let orders = (0..4).map(|order| 0.5_f64.powi(order));
-        let arriving: DVec3 = orders.map(|half| half * (-shadow * half).map(f64::exp)).sum();
+        let (mut arriving, mut before) = (DVec3::ZERO, DVec3::ZERO);
+        for half in [1.0, 0.5, 0.25, 0.125] {
+            let found = (-shadow * half).map(f64::exp);
+            arriving += half * (found - before);
+            before = found;
+        }
         sum += left * (1.0 - passed) * arriving;
         left *= passed;
     }

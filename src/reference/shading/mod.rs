@@ -244,23 +244,20 @@ impl<'a> Lighting<'a> {
         })
     }
 
-    /// Light that a point in a body sends to the eye. `own`: from the point towards a light and up to a distance [m], where
-    /// the way leaves the body, and what passes up to there. From there on the maps shadow it, without a bias.
+    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance [m], where the way leaves
+    /// the body, and what passes up to there, from where the maps shadow it without a bias.
     pub fn light_in_body(&self, point: &Point, own: impl Fn(Vec3, f32) -> (Vec3, Vec3)) -> Vec3 {
         self.light_through(point, |index, toward, face| {
             let light = &self.lights()[index];
-            if light.view_count == 0 {
-                return Vec3::ONE;
-            }
             let away = light.position.distance(point.position);
             let end = if light.kind == LIGHT_DIRECTIONAL { SUN_DISTANCE } else { SHORT_OF * away };
-            let (outside, passed) = own(toward, end);
+            let (outside, passed) =
+                if light.view_count == 0 { (Vec3::ZERO, Vec3::ONE) } else { own(toward, end) };
             passed * self.shadow(index, outside, face, -light.bias, point.receiver)
         })
     }
 
-    /// `through`: share of a light by number that comes through to a point from a direction, with the normal on the light's
-    /// side.
+    /// `through`: share of a light, by number, that comes from a direction, with the normal on its side.
     fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
         let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
         for (index, light) in self.lights().iter().enumerate() {
