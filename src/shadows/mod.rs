@@ -14,6 +14,7 @@ mod count;
 pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
+mod frame_mark;
 mod host_grids;
 mod host_inputs;
 mod look_ups;

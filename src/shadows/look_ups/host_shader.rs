@@ -123,7 +123,7 @@ impl Prepared {
     /// lights are treated as points.
     ///
     /// # Errors
-    /// If a light is invalid or does not exist, or a later `prepare` has taken the maps over.
+    /// If a light is invalid or does not exist, a later `prepare` has taken the maps over, or the device is lost.
     pub fn bind_lights(&self, lights: &[Light], chosen: &[usize]) -> Result<LightBindings, Error> {
         self.bind_source(OF_POINT, lights, chosen)
     }
@@ -148,7 +148,7 @@ impl Prepared {
         lights: &[Light],
         chosen: &[usize],
     ) -> Result<LightBindings, Error> {
-        self.check_current()?;
+        self.check_usable()?;
         let (device, _) = self.device();
         allocated(device, || {
             let mut memory = Memory::default();

@@ -47,7 +47,7 @@ impl Prepared {
     ///
     /// # Errors
     /// If a light is invalid or does not exist, a buffer is shorter than its points, a later `prepare` has
-    /// taken the maps over, or the device is out of memory for the shares.
+    /// taken the maps over, or the device is lost or out of memory for the shares.
     pub fn light_points(
         &self,
         lights: &[Light],
@@ -78,7 +78,7 @@ impl Prepared {
         chosen: &[usize],
         points: &PointBuffers<'_>,
     ) -> Result<LightPoints, Error> {
-        self.check_current()?;
+        self.check_usable()?;
         check(points)?;
         let (device, maps) = (self.device().0, self.maps());
         allocated(device, || {

@@ -3,7 +3,10 @@ use super::{MaskMemory, MaskTextures, camera::MaskCamera};
 use crate::{
     error::{Error, Input},
     frame::Commands,
-    gpu::{Allocator, HostText, Kernel, KernelError, Memory, Shelf, Tier, Timeline, allocated},
+    gpu::{
+        Allocator, HostText, Kernel, KernelError, Memory, Shelf, Tier, Timeline, allocated,
+        check_alive,
+    },
     model::{Light, MaskSettings},
     records::{ALL_LIGHTS, COLORED_BIT, FormerSlots, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds},
     shadows::{
@@ -51,7 +54,7 @@ impl Shadows {
     /// `label` names the text in errors.
     ///
     /// # Errors
-    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
+    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`; or the device is lost.
     pub fn shadow_function(
         &self,
         label: &str,
@@ -59,6 +62,7 @@ impl Shadows {
         layout: &BindGroupLayout,
     ) -> Result<ShadowFunction, Error> {
         let (device, tier) = self.device();
+        check_alive(device)?;
         let (label, wgsl) = (label.to_owned(), wgsl.to_owned());
         let made = Mutex::default();
         let function =
@@ -126,8 +130,8 @@ impl LightMasks {
     /// The textures are kept while the size stays and their capacity suffices.
     ///
     /// # Errors
-    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device is out of
-    /// memory.
+    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device is lost or
+    /// out of memory.
     pub fn prepare(
         &mut self,
         prepared: &Prepared,
@@ -136,7 +140,7 @@ impl LightMasks {
         view: &MaskView<'_>,
         settings: &MaskSettings,
     ) -> Result<(), Error> {
-        prepared.check_current()?;
+        prepared.check_usable()?;
         check(settings)?;
         let (device, queue) = prepared.device();
         allocated(device, || {
@@ -145,7 +149,7 @@ impl LightMasks {
                 self.shelf.insert(kept.unwrap_or_else(|| (device.clone(), Shelf::new(queue))));
             shelf.turn();
             let shelf = Some(&*shelf);
-            let camera = view.camera(shelf)?;
+            let camera = view.camera(device, shelf)?;
             let mut bytes = Memory::default();
             let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut bytes) };
             let source =
@@ -300,8 +304,10 @@ fn check(settings: &MaskSettings) -> Result<(), Error> {
         return invalid("limit must be 1 to 64");
     }
     let is_usable = |v: f32| v.is_finite() && v >= 0.0;
-    if !(is_usable(depth_scale) && is_usable(sensitivity)) {
-        return invalid("depth_scale and sensitivity must be finite and not negative");
+    if !(is_usable(depth_scale) && is_usable(sensitivity) && sensitivity > 0.0) {
+        return invalid(
+            "depth_scale must be finite and not negative, sensitivity finite and above 0",
+        );
     }
     Ok(())
 }

@@ -6,10 +6,6 @@ pub(in crate::shadows) use relocation::Relocation;
 use crate::model::View;
 use crate::shadows::cull::Occluders;
 use crate::shadows::{casters::CasterSet, views::host_depths::DepthInput};
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
-};
 
 /// Inputs of each view's cached map.
 #[derive(Debug, Default)]
@@ -19,9 +15,10 @@ pub(in crate::shadows) struct MapCache {
     set: u64,
     /// Views to render or rendered last, in order.
     pub pending: Vec<usize>,
-    /// Whether the other maps are in their places only after this is recorded.
+    /// Whether the other maps are in their places only after the frame ran.
     moving: bool,
-    recorded: Arc<AtomicBool>,
+    /// Whether the frame is not known to have run.
+    lost: bool,
 }
 
 /// An input from the host.
@@ -84,7 +81,6 @@ impl MapCache {
         depths: &[Option<DepthInput>],
     ) -> Self {
         let same_set = self.set == casters.id();
-        let was_recorded = self.recorded.load(Ordering::Relaxed);
         let (was_moving, moving) = (self.moving, !self.fits(views));
         self.pending.clear();
         self.views.truncate(views.len());
@@ -125,7 +121,7 @@ impl MapCache {
                 sees_change = cached.groups != groups || groups.iter().any(changed);
                 cached.groups = groups;
             }
-            let lost = !was_recorded && (was_moving || cached.pending);
+            let lost = self.lost && (was_moving || cached.pending);
             let is_kept = same_view
                 && !lost
                 && !sees_change
@@ -141,7 +137,7 @@ impl MapCache {
             cached.at = changed_at;
             std::mem::swap(&mut cached.inputs, &mut inputs);
         }
-        (self.set, self.moving, self.recorded) = (casters.id(), moving, Arc::default());
+        (self.set, self.moving, self.lost) = (casters.id(), moving, false);
         self
     }
 
@@ -169,15 +165,8 @@ impl MapCache {
         self.pending.iter().map(|&view| self.views[view].hidden).sum()
     }
 
-    /// Whether the pending views are recorded in the host's encoder, which the frame's [`Prepared`] sets.
-    ///
-    /// [`Prepared`]: crate::shadows::Prepared
-    pub(in crate::shadows) fn recorded(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.recorded)
-    }
-
     /// Marks the pending views to be rendered again.
-    pub(in crate::shadows) fn forget(&self) {
-        self.recorded.store(false, Ordering::Relaxed);
+    pub(in crate::shadows) fn forget(&mut self) {
+        self.lost = true;
     }
 }
