@@ -1,8 +1,5 @@
 //! Capsules of strands as kernels read them.
-use super::{
-    Caster,
-    pack::{from_octahedral, octahedral},
-};
+use super::Caster;
 use crate::model::{Capsule, Particle, Strand};
 use glam::Vec3;
 use std::borrow::Cow;
@@ -17,16 +14,17 @@ crate::records::texel_struct! {
         pub first: Vec3,
         /// Radius there [m].
         pub first_radius: f32,
-        /// Normals of the planes through the ends, from the first end to the last: octahedral.
-        pub planes: [u32; 2],
-        pub unused: u32,
+        /// Unit normal of the plane through it; both are from the first end to the last.
+        pub first_plane: Vec3,
         /// Seed of dither patterns: the strand's, at the place of a particle's.
         pub id: u32,
         /// Last end, world space [m].
         pub last: Vec3,
         /// Radius there [m].
         pub last_radius: f32,
-        pub unused_texel: [u32; 4],
+        /// Unit normal of the plane through it.
+        pub last_plane: Vec3,
+        pub unused: u32,
     }
 }
 
@@ -34,13 +32,9 @@ impl CapsuleRecord {
     pub fn new(capsule: &Capsule, id: u32) -> Self {
         let [first, last] = capsule.ends;
         let [first_radius, last_radius] = capsule.radii;
-        let planes = capsule.planes.map(octahedral);
-        Self { first, first_radius, planes, unused: 0, id, last, last_radius, unused_texel: [0; 4] }
-    }
-
-    /// Unit normals of the planes through the ends.
-    pub fn normals(&self) -> [Vec3; 2] {
-        self.planes.map(from_octahedral)
+        let [first_plane, last_plane] = capsule.planes;
+        let unused = 0;
+        Self { first, first_radius, first_plane, id, last, last_radius, last_plane, unused }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::{
         CAPSULE_MARK, CapsuleRecord, Caster, Footprint, GpuMaterial, GpuView, MIN_RADIUS, TileRect,
     },
 };
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 
 /// Least squared sine between a ray and the axis.
 pub const PARALLEL: f32 = 1e-8;
@@ -108,8 +108,8 @@ impl CapsuleSetup {
     pub fn new(view: &GpuView, record: &CapsuleRecord) -> Self {
         let ends = [record.first, record.last]
             .map(|end| to_map(view.view_from_world.transform_point3(end)));
-        let planes =
-            record.normals().map(|normal| to_map(view.view_from_world.transform_vector3(normal)));
+        let planes = [record.first_plane, record.last_plane]
+            .map(|normal| to_map(view.view_from_world.transform_vector3(normal)));
         let [first, last] = ends;
         let length = first.distance(last).max(f32::MIN_POSITIVE);
         let taper = Line::new([record.first_radius, record.last_radius], length);
@@ -132,10 +132,16 @@ impl CapsuleSetup {
         let off = way * closest - to_first;
         let (begin, step) = (off.dot(self.axis), way.dot(self.axis));
         let across = self.axis.cross(way);
-        let sine = across.length_squared().max(PARALLEL * square);
-        let miss = off.dot(across);
-        // Where the ray is closest to the axis.
-        let middle = begin * step / sine;
+        let (turn, least_turn) = (across.length_squared(), PARALLEL * square);
+        let is_along = turn < least_turn;
+        let sine = turn.max(least_turn);
+        // Where the ray is closest to the axis. One along it keeps its distance: where it begins.
+        let (middle, miss2) = if is_along {
+            let start = (begin + (view.near - closest) * step).clamp(0.0, self.length);
+            ((start - begin) / step, (off - self.axis * begin).length_squared())
+        } else {
+            (begin * step / sine, off.dot(across).powi(2) / sine)
+        };
         let closest_place = begin + middle * step;
         // One cone for the whole ray, the same for the pieces of a strand.
         let nearest = closest_place.clamp(0.0, self.length);
@@ -144,18 +150,19 @@ impl CapsuleSetup {
         let radius = line.at(closest_place);
         let grows = line.slope * step;
         let open = sine - grows * grows;
-        let miss2 = miss * miss / sine;
         let square_root = sine * radius * radius - open * miss2;
-        if square_root.is_nan() || square_root <= 0.0 {
+        if square_root.is_nan() || square_root < 0.0 {
             return None;
         }
         let b = radius * grows;
         let q = b + square_root.sqrt().copysign(b);
-        let roots = [q / open, (miss2 - radius * radius) / q];
+        // Both are 0 of a ray from the tip of the cone.
+        let roots = [q / open, if q == 0.0 { 0.0 } else { (miss2 - radius * radius) / q }];
         let (low, high) = (roots[0].min(roots[1]), roots[0].max(roots[1]));
         // A ray within the cone's own angle stays inside.
         let endless = LONGEST_WAY * self.length;
         let (enters, leaves) = match (open > 0.0, grows > 0.0) {
+            (true, _) if is_along => (-endless, endless),
             (true, _) => (low, high),
             (false, true) => (high, endless),
             (false, false) => (-endless, low),
@@ -174,11 +181,18 @@ impl CapsuleSetup {
             |from: f32, to: f32| line.diameters(along(0.5 * (from + to)), step, to - from, metres);
         let inside = diameters(first, last);
         let point = along(0.5 * (first + last));
-        let depth = |at: f32| (closest + at - view.near) / range;
+        // A ray that begins inside enters at the near plane, not in front of it for rounding.
+        let depth = |at: f32| ((closest + at - view.near) / range).max(0.0);
+        // Exactly 1 on every device, whose divisions may round otherwise.
+        let share = (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0);
         (inside > 0.0).then(|| Way {
             inside,
-            whole: if open > 0.0 { diameters(whole[0], whole[1]).max(inside) } else { LONGEST_WAY },
-            thin: (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0),
+            whole: if open > 0.0 && !is_along {
+                diameters(whole[0], whole[1]).max(inside)
+            } else {
+                LONGEST_WAY
+            },
+            thin: if is_thin { share } else { 1.0 },
             depth: depth(first),
             end: depth(last),
         })
@@ -191,11 +205,13 @@ impl CapsuleSetup {
         {
             let inside = normal.dot(off - self.axis * back) * sign;
             let change = normal.dot(way) * sign;
-            let at = -inside / if change == 0.0 { f32::MIN_POSITIVE } else { change };
             if change > 0.0 {
-                first = first.max(at);
-            } else {
-                last = last.min(at);
+                first = first.max(-inside / change);
+            } else if change < 0.0 {
+                last = last.min(-inside / change);
+            } else if inside < 0.0 || (inside == 0.0 && sign < 0.0) {
+                // A ray in a shared plane belongs to the capsule behind it.
+                last = f32::NEG_INFINITY;
             }
         }
         [first, last]
@@ -258,21 +274,23 @@ pub fn project_capsule(
     params: ProjectParams,
 ) -> Projected {
     let setup = CapsuleSetup::new(view, record);
-    let CapsuleSetup { first, axis, length, planes, taper, least } = setup;
+    let CapsuleSetup { first, axis, length, planes, taper, least: shown } = setup;
     let last = first + axis * length;
-    let slope = taper.slope.abs().max(least.slope.abs());
-    let radii = [0.0, length].map(|point| taper.at(point).max(least.at(point)));
-    let reach = [0, 1].map(|i| radii[i] * mitre(planes[i].dot(axis), slope));
-    let reach = reach[0].max(reach[1]);
+    let slope = taper.slope.abs().max(shown.slope.abs());
+    let radii = [0.0, length].map(|point| taper.at(point).max(shown.at(point)));
+    let reaches = [0, 1].map(|i| radii[i] * mitre(planes[i].dot(axis), slope));
+    let ends = [first.extend(reaches[0]), last.extend(reaches[1])];
     let range = view.far - view.near;
-    let nearest = (first.z.min(last.z) - reach - view.near) / range;
-    let farthest = (first.z.max(last.z) + reach - view.near) / range;
+    let nearest = ((first.z - reaches[0]).min(last.z - reaches[1]) - view.near) / range;
+    let farthest = ((first.z + reaches[0]).max(last.z + reaches[1]) - view.near) / range;
+    let part = (-first.dot(axis)).clamp(0.0, length);
+    let least = ((first + axis * part).length() - reaches[0].max(reaches[1])).max(0.0);
     let unseen = material.transfer == Transfer::None as u32 && !params.include_non_casters;
     // Written so that a NaN is invisible.
     if unseen || !(farthest >= 0.0 && nearest <= 1.0) {
         return Projected::INVISIBLE;
     }
-    let extent = Extent::new(view, first, last, reach);
+    let extent = Extent::new(view, ends, least);
     let Extent { middle, half, width, bounds } = extent;
     let Some(rect) = tile_rect(view, view_index, bounds, middle, f32::INFINITY, false) else {
         return Projected::INVISIBLE;
@@ -292,8 +310,7 @@ pub fn project_capsule(
         return Projected::INVISIBLE;
     }
     let front = if params.by_distance && view.perspective > 0.0 {
-        let part = (-first.dot(axis)).clamp(0.0, length);
-        view.distance_key(((first + axis * part).length() - reach).max(0.0))
+        view.distance_key(least)
     } else {
         nearest
     };
@@ -311,35 +328,40 @@ struct Extent {
 }
 
 impl Extent {
-    /// `reach`: of the spheres around its ends [m].
-    fn new(view: &GpuView, first: Vec3, last: Vec3, reach: f32) -> Self {
+    /// `ends`: to the right, down and along the axis, with the radii of the spheres within whose hull it is [m]; `least`: its
+    /// distance from the light, 0 if that may be inside.
+    fn new(view: &GpuView, ends: [Vec4; 2], least: f32) -> Self {
         let center = view.size * 0.5;
         if view.perspective == 0.0 {
-            let [a, b] = [first, last].map(|end| end.truncate() * view.scale + center);
-            let width = reach * view.scale;
+            let [a, b] = ends.map(|end| end.xy() * view.scale + center);
+            let width = ends[0].w.max(ends[1].w) * view.scale;
             let bounds = TexelBox { min: a.min(b) - width, max: a.max(b) + width };
             return Self { middle: (a + b) * 0.5, half: (b - a) * 0.5, width, bounds };
         }
-        // The part behind the near plane has no place in the map.
-        let clip = |end: Vec3, other: Vec3| {
-            let part = (view.near - end.z) / (other.z - end.z);
-            let clipped = end + (other - end) * part.clamp(0.0, 1.0);
-            if end.z < view.near && other.z > end.z { clipped } else { end }
+        // Spheres behind the near plane do not reach the map.
+        let clip = |end: Vec4, other: Vec4| {
+            let [ahead, beyond] = [end, other].map(|end| end.z + end.w);
+            let part = (view.near - ahead) / (beyond - ahead);
+            if ahead < view.near && beyond > ahead { end.lerp(other, part.min(1.0)) } else { end }
         };
-        let ends = [clip(first, last), clip(last, first)];
+        let ends = [clip(ends[0], ends[1]), clip(ends[1], ends[0])];
         let mut bounds = TexelBox { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
         let mut width = 0.0_f32;
         for end in ends {
-            let x = tangents(end.x, end.z, reach);
-            let y = tangents(end.y, end.z, reach);
+            let x = tangents(end.x, end.z, end.w);
+            let y = tangents(end.y, end.z, end.w);
             bounds.min = bounds.min.min(Vec2::new(x.x, y.x) * view.scale + center);
             bounds.max = bounds.max.max(Vec2::new(x.y, y.y) * view.scale + center);
-            width = width.max(circle(view, end, reach));
+            width = width.max(circle(view, end.truncate(), end.w));
         }
-        let is_beside = ends.iter().any(|end| end.z < view.near.max(f32::MIN_POSITIVE));
-        let [a, b] =
-            ends.map(|end| end.truncate() / end.z.max(f32::MIN_POSITIVE) * view.scale + center);
-        let width = if is_beside || width >= ENDLESS { -1.0 } else { width };
+        if least == 0.0 {
+            bounds = TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
+        }
+        let is_beside = ends.iter().any(|end| end.z < f32::MIN_POSITIVE);
+        let [a, b] = ends.map(|end| end.xy() / end.z * view.scale + center);
+        if is_beside || width >= ENDLESS {
+            return Self { middle: center, half: Vec2::ZERO, width: -1.0, bounds };
+        }
         Self { middle: (a + b) * 0.5, half: (b - a) * 0.5, width, bounds }
     }
 }

@@ -23,6 +23,13 @@ pub use hit::*;
 
 /// Square of a projected deviation below which the conic is enlarged [texels²].
 pub const MIN_SQUARE: f32 = 0.5;
+/// Squared distance from the centre up to which a deviation is measured in the map [standard deviations]: beside a near
+/// eye a Gaussian may span many texels though its middle is thinner than one.
+pub const MEASURED_AT: f32 = 4.0;
+/// Least squared distance of the eye from the centre of one beside the view [standard deviations].
+pub const NEAREST_EYE: f32 = 1e-12;
+/// Squared sine below which a step to the right is along the direction to the centre.
+pub const ALONG: f32 = 1e-10;
 /// Ratio of the squared projected deviations below which the smaller one has no direction in space.
 pub const FLAT: f32 = 1e-12;
 /// Least deviation of a Gaussian beside the view, a share of its longest.
@@ -148,7 +155,7 @@ fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed
         (p, q) = (x * view.scale, y * view.scale);
         along = z / range;
     }
-    let conic = Conic::new(p, q, along);
+    let conic = Conic::new(p, q, along, is_perspective);
     let ellipse = conic.ellipse(at, squared, is_perspective);
     let endless = || TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
     Placed {
@@ -177,7 +184,7 @@ struct Conic {
 impl Conic {
     /// `p`, `q`: deviations to the right and down, in the Gaussian's own space [texels]; `along`: along the axis, a
     /// share of the distance.
-    fn new(p: Vec3, q: Vec3, along: Vec3) -> Self {
+    fn new(p: Vec3, q: Vec3, along: Vec3, is_perspective: bool) -> Self {
         let (xx, xy, yy) = (p.dot(p), p.dot(q), q.dot(q));
         let apart = 0.5 * (xx - yy);
         let radius = (apart * apart + xy * xy).sqrt();
@@ -201,9 +208,15 @@ impl Conic {
         } else {
             (0.0, (along.dot(along) - tilt1 * tilt1).max(0.0))
         };
-        let squares = Vec2::new(large.max(MIN_SQUARE), small.max(MIN_SQUARE));
+        let tilt = Vec2::new(tilt1, tilt2);
+        // Along the principal axes the map shows the deviations times the root of `rest / open^2`.
+        let measured = if is_perspective { MEASURED_AT } else { 0.0 };
+        let open = (1.0 - (tilt * tilt + spread) * measured).max(Vec2::ZERO);
+        let rest = (tilt * tilt * measured + open).max(Vec2::splat(f32::MIN_POSITIVE));
+        let least = (MIN_SQUARE * open * open / rest).max(Vec2::splat(FLAT * large));
+        let squares = Vec2::new(large, small).max(least);
         let thin = (large / squares.x * (small / squares.y)).sqrt();
-        Self { major, squares, tilt: Vec2::new(tilt1, tilt2), spread, thin }
+        Self { major, squares, tilt, spread, thin }
     }
 
     /// With the whitening in triangular form.
@@ -265,13 +278,19 @@ fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f
     let axes = axes.map(Vec3::normalize_or_zero);
     let whitened = |v: Vec3| Vec3::from_array(axes.map(|axis| axis.dot(v))) / sigma;
     let eye = whitened(center);
-    let away = eye.length_squared().max(f32::MIN_POSITIVE);
+    let away = eye.length_squared().max(NEAREST_EYE);
     let toward = eye.normalize_or(Vec3::X);
     let (right, down, along) =
         (whitened(Vec3::X) / view.scale, whitened(Vec3::Y) / view.scale, whitened(Vec3::Z));
     // Two directions across the one from the eye to the centre, the second across a step to the right, too.
     let step = right - toward * toward.dot(right);
-    let first = step.normalize_or(toward.any_orthonormal_vector());
+    let first = if step.length_squared() > ALONG * right.length_squared() {
+        // What rounding left of the direction to the centre.
+        let step = step.normalize();
+        (step - toward * toward.dot(step)).normalize()
+    } else {
+        toward.any_orthonormal_vector()
+    };
     let second = toward.cross(first);
     let ahead = toward / away.sqrt();
     let setup = GaussianSetup {

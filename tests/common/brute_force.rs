@@ -191,7 +191,13 @@ fn seen_by(eye: &Eye, gaussian: &Gaussian) -> gaussian_truth::Seen {
         DVec3::Y * per_metre,
         (-slope * per_metre).extend(1.0),
     );
-    gaussian_truth::Seen::widened(gaussian, project * to_eye, std::f64::consts::FRAC_1_SQRT_2)
+    let middle = eye.project(f64s(gaussian.center));
+    let line = |place| {
+        let ray = eye.ray(middle + place);
+        [ray.start, ray.way]
+    };
+    let least = std::f64::consts::FRAC_1_SQRT_2;
+    gaussian_truth::Seen::widened(gaussian, project * to_eye, least, line)
 }
 
 /// Distance from the camera within which its near plane decides [m].

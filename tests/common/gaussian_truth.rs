@@ -1,6 +1,6 @@
 //! Gaussians in 64 bits, from their definition: in their own space, ray by ray; media by quadrature.
 use gobo::{
-    glam::{DMat3, DVec3},
+    glam::{DMat3, DVec2, DVec3},
     model::{Gaussian, GaussianOpacity, Material},
 };
 
@@ -40,8 +40,14 @@ impl Seen {
 
     /// Widened across the ray to its centre until no principal deviation of its projection is below `least`, and
     /// thinned by the ratio of the areas. `to_map`: from the world to a place in texels and a distance along the axis;
-    /// linear about the centre, where the projection is taken.
-    pub(crate) fn widened(gaussian: &Gaussian, to_map: DMat3, least: f64) -> Self {
+    /// linear about the centre, where the projection is taken. `line`: the ray through a place in texels from the
+    /// centre. How wide it is along a direction is measured: a quarter of what is within two deviations.
+    pub(crate) fn widened(
+        gaussian: &Gaussian,
+        to_map: DMat3,
+        least: f64,
+        line: impl Fn(DVec2) -> [DVec3; 2],
+    ) -> Self {
         let Self { center, own, .. } = Self::whole(gaussian);
         let axes = to_map * own.inverse();
         let [x, y] = [0, 1].map(|i| axes.row(i));
@@ -49,7 +55,30 @@ impl Seen {
         let angle = 0.5 * (2.0 * x.dot(y)).atan2(x.dot(x) - y.dot(y));
         let (sin, cos) = angle.sin_cos();
         let turned = [x * cos + y * sin, y * cos - x * sin];
-        let grown = turned.map(|axis| axis * (least / axis.length()).max(1.0));
+        let distance = |place: DVec2| {
+            let [start, way] = line(place);
+            let (from, along) = (own * (start - center), own * way);
+            from.cross(along).length() / along.length()
+        };
+        // The first place that is two deviations off; ever further steps, then halvings.
+        let reach = |direction: DVec2| {
+            let mut steps = (0..4000).map(|i| 1e-9 * 1.01_f64.powi(i));
+            let Some(mut far) = steps.find(|step| distance(direction * *step) >= 2.0) else {
+                return f64::INFINITY;
+            };
+            let mut near = far / 1.01;
+            for _ in 0..40 {
+                let middle = 0.5 * (near + far);
+                *if distance(direction * middle) >= 2.0 { &mut far } else { &mut near } = middle;
+            }
+            far
+        };
+        let mut grown = turned;
+        for (axis, direction) in grown.iter_mut().zip([DVec2::new(cos, sin), DVec2::new(-sin, cos)])
+        {
+            let measured = 0.25 * (reach(direction) + reach(-direction));
+            *axis *= (least / measured).max(1.0);
+        }
         let [a, b] = grown;
         let rows = [a * cos - b * sin, a * sin + b * cos, axes.row(2)];
         let thin = turned[0].length() * turned[1].length() / (a.length() * b.length());

@@ -7,6 +7,8 @@ use gobo::{
 
 /// Optical depth, as a share of the brick's, below which rounding decides whether there is any density.
 const SURE: f64 = 1e-4;
+/// Distance to a face below which rounding decides the side [voxels].
+const TIED: f64 = 1e-5;
 
 pub(crate) struct Line {
     pub(crate) start: DVec3,
@@ -20,6 +22,8 @@ pub(crate) struct Inside {
     pub(crate) begins: f64,
     /// Where rounding no longer decides that there is some.
     pub(crate) begins_surely: f64,
+    /// How much sooner it may begin, as rounding decides in which cell a line along a face is, in ways.
+    pub(crate) sooner: f64,
 }
 
 pub(crate) fn index_from_world(grid: &Grid) -> DAffine3 {
@@ -117,7 +121,8 @@ impl Line {
         }
         let part = |cut: &[f64]| {
             let at = |part: f64| start + way * (cut[0] + (cut[1] - cut[0]) * part);
-            let cell = at(0.5).floor();
+            // A line along the last face is in the cells before it.
+            let cell = at(0.5).floor().clamp(DVec3::ZERO, DVec3::splat(7.0));
             let value = |part: f64| density(brick, cell, at(part));
             let mean = (value(0.0) + 4.0 * value(0.5) + value(1.0)) / 6.0;
             ([cut[0], cut[1]], mean * (cut[1] - cut[0]) * self.way.length())
@@ -136,7 +141,18 @@ impl Line {
                 (sum > integral * share).then_some(begins)
             })
         };
-        Some(Inside { integral, begins: after(0.0)?, begins_surely: after(SURE)? })
+        // Along a face, or through an edge: two cuts at one place.
+        let index = index_from_world(grid);
+        let (start, way) = (index.transform_point3(self.start), index.transform_vector3(self.way));
+        let cell = 1.0 / way.length();
+        let is_along = (0..3).any(|axis| {
+            let off = start[axis] - start[axis].round();
+            way[axis].abs() < TIED * way.length() && off.abs() < TIED
+        });
+        let is_short = |[from, to]: [f64; 2]| to - from < TIED * cell;
+        let is_tied = is_along || parts.iter().any(|part| is_short(part.0));
+        let sooner = if is_tied { 3_f64.sqrt() * cell } else { 0.0 };
+        Some(Inside { integral, begins: after(0.0)?, begins_surely: after(SURE)?, sooner })
     }
 
     /// Stretches of the line in cells with density, in ways, and its integral along each [m].

@@ -7,12 +7,18 @@ use gobo::{
 /// Halvings of bisection, and panels of quadrature.
 const HALVINGS: u32 = 80;
 const PANELS: u32 = 128;
+/// Distance and cosine below which a ray is in a plane [m].
+const TIED: f64 = 1e-4;
+/// Squared sine below which a ray is along an axis, and as far from all of it.
+const ALONG: f64 = 1e-8;
 
 /// A ray's meeting with a capsule.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Met {
     pub(crate) color: Vec4,
     pub(crate) way: Option<Way>,
+    /// Whether the ray is in the plane of an end, up to rounding.
+    pub(crate) is_tied: bool,
 }
 
 /// A ray's way through a capsule.
@@ -106,8 +112,11 @@ pub(crate) fn meet(
         let (first, last, own) = (at(i), at(i + 1), axis(i));
         let flat = |v: DVec3| v - way * (v.dot(way) / way.length_squared());
         let (off, step) = (flat(first - start), flat(own));
-        let place =
-            (-off.dot(step) / step.length_squared().max(1e-300)).clamp(0.0, first.distance(last));
+        let turn = step.length_squared();
+        // One along the axis takes the radius where it begins.
+        let begins = own.dot(start + way * ends[0] - first);
+        let place = if turn < ALONG { begins } else { -off.dot(step) / turn };
+        let place = place.clamp(0.0, first.distance(last));
         let share = place / first.distance(last);
         let true_radii = [v[i].radius.into(), v[i + 1].radius.into()];
         let least_radii = [least(first), least(last)];
@@ -123,21 +132,24 @@ pub(crate) fn meet(
         let off = (first + last) * 0.5 - start;
         let color = (v[i].color + v[i + 1].color) * 0.5;
         if off.cross(way).length() > reach * way.length() {
-            return Met { color, way: None };
+            return Met { color, way: None, is_tied: false };
         }
         let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
-        let mut clip = ends;
+        let (mut clip, mut is_tied) = (ends, false);
         for (normal, point, sign) in [(plane(i, own), first, 1.0), (plane(i + 1, own), last, -1.0)]
         {
             let (inside, change) = ((start - point).dot(normal) * sign, way.dot(normal) * sign);
+            is_tied |= inside.abs() < TIED && change.abs() < TIED * way.length();
             let t = -inside / change;
             if change > 0.0 {
                 clip[0] = clip[0].max(t);
-            } else {
+            } else if change < 0.0 {
                 clip[1] = clip[1].min(t);
+            } else if inside < 0.0 {
+                clip = [f64::INFINITY, f64::NEG_INFINITY];
             }
         }
-        Met { color, way: through(&cone, &true_cone, start, way, clip) }
+        Met { color, way: through(&cone, &true_cone, start, way, clip), is_tied }
     };
     (0..v.len() - 1).map(capsule).collect()
 }
@@ -196,7 +208,8 @@ fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) ->
     // A ray within the cone's own angle never leaves it.
     let cosine = way.normalize().dot(cone.axis);
     let grows = (cone.radii[1] - cone.radii[0]) / cone.length * cosine;
-    let is_endless = 1.0 - cosine * cosine <= grows * grows;
+    let turn = 1.0 - cosine * cosine;
+    let is_endless = turn <= grows * grows || turn < ALONG;
     let whole = if is_endless { f64::INFINITY } else { diameters(whole[0], whole[1]) };
     let radii = [enters, leaves].map(|t| cone.radius(point(t)));
     (enters < leaves).then_some(Way { enters, leaves, radii, miss, inside, whole, thin })

@@ -214,6 +214,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("VIEW_TEXELS", VIEW_TEXELS),
     ];
     let real = [
+        ("ALONG", gaussian::ALONG),
         ("AT_THE_END", gaussian::AT_THE_END),
         ("LONGEST_WAY", capsule::LONGEST_WAY),
         ("PARALLEL", capsule::PARALLEL),
@@ -239,7 +240,9 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("COARSEST_UNIT", outline::COARSEST_UNIT as f32),
         ("OUTLINE_ROUNDING", OUTLINE_ROUNDING as f32),
         ("MIN_NORMAL", f32::MIN_POSITIVE),
+        ("MEASURED_AT", gaussian::MEASURED_AT),
         ("MIN_SQUARE", gaussian::MIN_SQUARE),
+        ("NEAREST_EYE", gaussian::NEAREST_EYE),
         ("ROOT_TAU", gaussian::ROOT_TAU),
         ("THINNEST", gaussian::THINNEST),
         ("BOX_ROUNDING", frustum::ROUNDING),

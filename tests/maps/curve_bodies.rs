@@ -348,3 +348,31 @@ fn reference_of_other_bodies_differ() {
     puffs.materials[0].shape = Shape::Puff;
     assert!(crate::maps::curve::share_apart(&cpu(&scene), &cpu(&puffs)) > 0.05);
 }
+
+/// A lamp in the middle of a body, and another body behind it. Today the first one's density goes on to the end of the second.
+#[test]
+#[should_panic(expected = "in air between the bodies")]
+fn a_lamps_own_body_ends_in_front_of_the_next() {
+    let [first, second] = [Vec3::new(0.3, 0.6, 0.8), Vec3::new(0.8, 0.5, 0.3)];
+    let body = |attenuation_color, attenuation_distance| Material {
+        attenuation_color,
+        attenuation_distance,
+        ..material(Transfer::Filter)
+    };
+    let mut scene = empty(vec![body(first, 0.4), body(second, 0.6)]);
+    scene.shadow.size = 32;
+    scene.lights.push(light(LightKind::Point { position: Vec3::ZERO }));
+    (scene.lights[0].near, scene.lights[0].far) = (Some(0.01), Some(4.0));
+    let cube = |center: Vec3, half: f32, material| cuboid(center - half, center + half, material);
+    scene.triangles = cube(Vec3::ZERO, 0.4, 0);
+    scene.triangles.extend(cube(Vec3::NEG_Z * 1.5, 0.3, 1));
+    for (maps, _) in all_maps(&curved(scene, 8)) {
+        let down = maps.iter().find(|maps| maps.view.name == "nz").expect("a face");
+        let both = first * second;
+        let places = [(1.0, first, "in air between the bodies"), (2.0, both, "behind both")];
+        for (metres, passed, what) in places {
+            let is = light_at(down, Vec3::NEG_Z * metres);
+            near(is, passed, Vec3::splat(4e-3), what);
+        }
+    }
+}

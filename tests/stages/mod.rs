@@ -11,6 +11,7 @@ mod cull_bound;
 mod dither;
 mod gaussian_tiles;
 mod host_shader;
+mod inexact;
 mod levels_alone;
 mod light_points;
 mod look_up;

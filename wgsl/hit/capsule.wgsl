@@ -5,7 +5,6 @@ import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, to_map};
 import package::records::capsule::capsule_of;
 import package::records::footprint::MIN_RADIUS;
-import package::records::octahedral::from_octahedral;
 import package::records::record::OPACITY_SCALE;
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, MIN_DISTANCE};
@@ -38,8 +37,8 @@ fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
         first,
         (last - first) / length,
         length,
-        to_map(view, from_octahedral(capsule.planes.x)),
-        to_map(view, from_octahedral(capsule.planes.y)),
+        to_map(view, capsule.first_plane),
+        to_map(view, capsule.last_plane),
         vec2(capsule.radii.x, (capsule.radii.y - capsule.radii.x) / length),
         vec2(least.x, (least.y - least.x) / length),
         look.xy,
@@ -94,11 +93,14 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let begin = dot(off, capsule.axis);
     let step = dot(way, capsule.axis);
     let across = cross(capsule.axis, way);
+    let is_along = dot(across, across) < PARALLEL * square;
     let sine = max(dot(across, across), PARALLEL * square);
     let miss = dot(off, across);
-    let miss2 = miss * miss / sine;
-    // Where the ray is closest to the axis.
-    let middle = begin * step / sine;
+    // Where the ray is closest to the axis. One along it keeps its distance: where it begins.
+    let begins = clamp(begin + (view.near - closest) * step, 0.0, capsule.length) - begin;
+    let aside = off - capsule.axis * begin;
+    let middle = select(begin, begins, is_along) * step / select(sine, step * step, is_along);
+    let miss2 = select(miss * miss / sine, dot(aside, aside), is_along);
     let closest_along = begin + middle * step;
     // One cone for the whole ray, the same for the pieces of a strand.
     let nearest = clamp(closest_along, 0.0, capsule.length);
@@ -109,19 +111,24 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let open = sine - grows * grows;
     let discriminant = sine * radius * radius - open * miss2;
     // Written so that a NaN is a miss.
-    if !(discriminant > 0.0) {
+    if !(discriminant >= 0.0) {
         return NO_WAY;
     }
     let b = radius * grows;
     let root = sqrt(discriminant);
     let q = b + select(-root, root, b >= 0.0);
     let one = q / open;
-    let other = (miss2 - radius * radius) / q;
+    // Both are 0 of a ray from the tip of the cone.
+    let other = select((miss2 - radius * radius) / select(q, 1.0, q == 0.0), 0.0, q == 0.0);
     var enters = min(one, other);
     var leaves = max(one, other);
+    let endless = LONGEST_WAY * capsule.length;
+    if open > 0.0 && is_along {
+        enters = -endless;
+        leaves = endless;
+    }
     if open <= 0.0 {
         // A ray within the cone's own angle stays inside.
-        let endless = LONGEST_WAY * capsule.length;
         let turn = enters;
         enters = select(-endless, leaves, grows > 0.0);
         leaves = select(turn, endless, grows > 0.0);
@@ -133,13 +140,17 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     var last = min(leaves, view.near + opaque_depth * range - closest);
     let ahead = dot(capsule.first_plane, way);
     let behind = -dot(capsule.last_plane, way);
-    let at_first = -dot(capsule.first_plane, off) / select(ahead, MIN_DISTANCE, ahead == 0.0);
-    let at_last = dot(capsule.last_plane, off - capsule.axis * capsule.length) / select(behind, MIN_DISTANCE, behind == 0.0);
+    let from_first = dot(capsule.first_plane, off);
+    let from_last = dot(capsule.last_plane, capsule.axis * capsule.length - off);
+    let at_first = -from_first / select(ahead, 1.0, ahead == 0.0);
+    let at_last = -from_last / select(behind, 1.0, behind == 0.0);
     first = max(first, max(select(first, at_first, ahead > 0.0), select(first, at_last, behind > 0.0)));
-    last = min(last, min(select(at_first, last, ahead > 0.0), select(at_last, last, behind > 0.0)));
+    last = min(last, min(select(last, at_first, ahead < 0.0), select(last, at_last, behind < 0.0)));
+    // A ray in a shared plane belongs to the capsule behind it.
+    let is_outside = ((ahead == 0.0) & (from_first < 0.0)) | ((behind == 0.0) & (from_last <= 0.0));
     let along = begin + 0.5 * (first + last) * step;
     let mean = radius_at(line, along);
-    if !(first < last && mean > 0.0) {
+    if is_outside || !(first < last && mean > 0.0) {
         return NO_WAY;
     }
     let metres = sqrt(square);
@@ -148,10 +159,12 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let of_whole = diameters(metres * (leaves - enters), mean_of_whole, 0.5 * grows * (leaves - enters) / mean_of_whole);
     return Way(
         inside,
-        select(LONGEST_WAY, max(of_whole, inside), open > 0.0),
-        clamp(radius_at(capsule.taper, along) / mean, 0.0, 1.0),
-        (closest + first - view.near) / range,
-        (closest + last - view.near) / range,
+        select(LONGEST_WAY, max(of_whole, inside), open > 0.0 && !is_along),
+        // Exactly 1 on every device, whose divisions may round otherwise.
+        select(1.0, clamp(radius_at(capsule.taper, along) / mean, 0.0, 1.0), is_thin),
+        // A ray that begins inside enters at the near plane, not in front of it for rounding.
+        max((closest + first - view.near) / range, 0.0),
+        max((closest + last - view.near) / range, 0.0),
     );
 }
 

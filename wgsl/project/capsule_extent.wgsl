@@ -12,7 +12,7 @@ struct CapsuleExtent {
     hi: vec2<f32>,
     nearest: f32,     // light depths
     farthest: f32,
-    least: f32,       // distance of its nearest point from the light, at most [m]
+    least: f32,       // distance of its nearest point from the light, at most; 0 if that may be inside [m]
 }
 
 // How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis; `slope` of
@@ -35,10 +35,12 @@ fn circle(view: GpuView, center: vec3<f32>, radius: f32) -> f32 {
     return select(ENDLESS, reach, sine < 1.0 && rest > 0.0);
 }
 
-// The end, or the part of the axis behind it that is not behind the near plane.
-fn clipped(view: GpuView, end: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
-    let part = clamp((view.near - end.z) / (other.z - end.z), 0.0, 1.0);
-    return select(end, end + (other - end) * part, end.z < view.near && other.z > end.z);
+// The end, or the first of the spheres behind it that reaches the near plane: only those reach the map.
+fn clipped(view: GpuView, end: vec4<f32>, other: vec4<f32>) -> vec4<f32> {
+    let ahead = end.z + end.w;
+    let beyond = other.z + other.w;
+    let part = min((view.near - ahead) / (beyond - ahead), 1.0);
+    return select(end, mix(end, other, part), ahead < view.near && beyond > ahead);
 }
 
 fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
@@ -46,15 +48,18 @@ fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
     let last = first + capsule.axis * capsule.length;
     let slope = max(abs(capsule.taper.y), abs(capsule.least.y));
     let at_last = max(radius_at(capsule.taper, capsule.length), radius_at(capsule.least, capsule.length));
-    let reach = max(
+    // The ends, with the radii of the spheres within whose hull it is [m].
+    let first_end = vec4(
+        first,
         max(capsule.taper.x, capsule.least.x) * mitre(dot(capsule.first_plane, capsule.axis), slope),
-        at_last * mitre(dot(capsule.last_plane, capsule.axis), slope),
     );
+    let last_end = vec4(last, at_last * mitre(dot(capsule.last_plane, capsule.axis), slope));
+    let reach = max(first_end.w, last_end.w);
     let range = view.far - view.near;
     let center = view.size * 0.5;
     var extent: CapsuleExtent;
-    extent.nearest = (min(first.z, last.z) - reach - view.near) / range;
-    extent.farthest = (max(first.z, last.z) + reach - view.near) / range;
+    extent.nearest = (min(first.z - first_end.w, last.z - last_end.w) - view.near) / range;
+    extent.farthest = (max(first.z + first_end.w, last.z + last_end.w) - view.near) / range;
     let part = clamp(-dot(first, capsule.axis), 0.0, capsule.length);
     extent.least = max(length(first + capsule.axis * part) - reach, 0.0);
     let depth = (0.5 * (first.z + last.z) - view.near) / range;
@@ -68,20 +73,28 @@ fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
         extent.hi = max(a, b) + width;
         return extent;
     }
-    // What is behind the near plane does not project into the map.
-    let a = clipped(view, first, last);
-    let b = clipped(view, last, first);
-    let a_x = tangents(a.x, a.z, reach);
-    let a_y = tangents(a.y, a.z, reach);
-    let b_x = tangents(b.x, b.z, reach);
-    let b_y = tangents(b.y, b.z, reach);
+    let a = clipped(view, first_end, last_end);
+    let b = clipped(view, last_end, first_end);
+    let a_x = tangents(a.x, a.z, a.w);
+    let a_y = tangents(a.y, a.z, a.w);
+    let b_x = tangents(b.x, b.z, b.w);
+    let b_y = tangents(b.y, b.z, b.w);
     extent.lo = min(vec2(a_x.x, a_y.x), vec2(b_x.x, b_y.x)) * view.scale + center;
     extent.hi = max(vec2(a_x.y, a_y.y), vec2(b_x.y, b_y.y)) * view.scale + center;
-    let width = max(circle(view, a, reach), circle(view, b, reach));
-    let is_beside = min(a.z, b.z) < max(view.near, MIN_DISTANCE) || width >= ENDLESS;
-    let at_a = a.xy / max(a.z, MIN_DISTANCE) * view.scale + center;
-    let at_b = b.xy / max(b.z, MIN_DISTANCE) * view.scale + center;
-    extent.bounds = vec4((at_a + at_b) * 0.5, select(width, -1.0, is_beside), depth);
+    if extent.least == 0.0 {
+        // The light may be inside.
+        extent.lo = vec2(-ENDLESS);
+        extent.hi = vec2(ENDLESS);
+    }
+    let width = max(circle(view, a.xyz, a.w), circle(view, b.xyz, b.w));
+    let is_beside = min(a.z, b.z) < MIN_DISTANCE || width >= ENDLESS;
+    if is_beside {
+        extent.bounds = vec4(center, -1.0, depth);
+        return extent;
+    }
+    let at_a = a.xy / a.z * view.scale + center;
+    let at_b = b.xy / b.z * view.scale + center;
+    extent.bounds = vec4((at_a + at_b) * 0.5, width, depth);
     extent.half = (at_b - at_a) * 0.5;
     return extent;
 }

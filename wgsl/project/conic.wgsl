@@ -6,6 +6,9 @@ import package::records::gaussian::GaussianSetup;
 import package::records::view::GpuView;
 
 const MIN_SQUARE: f32 = 0.5;  // squared deviation below which the conic is enlarged [texels^2]
+const MEASURED_AT: f32 = 4.0; // squared distance up to which a deviation is measured in the map [deviations]
+const NEAREST_EYE: f32 = 1e-12; // least squared distance of the eye from the centre of one beside the view [deviations]
+const ALONG: f32 = 1e-10;     // squared sine below which a step to the right is along the direction to the centre
 const FLAT: f32 = 1e-12;      // ratio of squared deviations below which the smaller has no direction in space
 const THINNEST: f32 = 1e-5;   // least deviation of a Gaussian beside the view, a share of its longest
 const ENDLESS: f32 = 1e6;     // bounds of one that reaches the eye's plane [texels]
@@ -74,7 +77,13 @@ fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared:
         tilt.y = -dot(along, w2);
         spread = ray * ray;
     }
-    let squares = max(vec2(large, small), vec2(MIN_SQUARE));
+    // Beside a near eye it may span many texels though its middle is thinner than one: along the principal axes the
+    // map shows the deviations times the root of rest / wide^2.
+    let measured = MEASURED_AT * view.perspective;
+    let wide = max(1.0 - measured * (spread + tilt * tilt), vec2(0.0));
+    let rest_of = max(measured * tilt * tilt + wide, vec2(MIN_NORMAL));
+    let least = max(MIN_SQUARE * wide * wide / rest_of, vec2(FLAT * large));
+    let squares = max(vec2(large, small), least);
     placed.thin = sqrt(large / squares.x * (small / squares.y));
 
     // The whitening in triangular form.
@@ -134,12 +143,17 @@ fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: v
     let right = rows[0] / thick / view.scale;
     let down = rows[1] / thick / view.scale;
     let along = rows[2] / thick;
-    let away = max(dot(eye, eye), MIN_NORMAL);
+    let away = max(dot(eye, eye), NEAREST_EYE);
     let toward = normalize_or(eye, vec3(1.0, 0.0, 0.0));
     // Two directions across the one from the eye to the centre, the second across a step to the right, too.
     let step = right - toward * dot(toward, right);
     let aside = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(toward.x) > 0.5);
-    let first = normalize_or(step, normalize(cross(toward, aside)));
+    var first = normalize(cross(toward, aside));
+    if dot(step, step) > ALONG * dot(right, right) {
+        // Without what rounding left of the direction to the centre.
+        first = normalize(step);
+        first = normalize(first - toward * dot(toward, first));
+    }
     let second = cross(toward, first);
     let ahead = toward / sqrt(away);
     var placed: Placed;

@@ -11,7 +11,8 @@ struct Capsule {
     first: vec3<f32>, // ends, world space [m]
     last: vec3<f32>,
     radii: vec2<f32>, // [m]
-    planes: vec2<u32>, // normals of the planes through the ends, from the first to the last: octahedral
+    first_plane: vec3<f32>, // unit normals of the planes through the ends, from the first to the last
+    last_plane: vec3<f32>,
 }
 
 fn is_capsule(footprint: Footprint) -> bool {
@@ -22,7 +23,8 @@ fn is_capsule(footprint: Footprint) -> bool {
 fn capsule_of(record: u32) -> Capsule {
     let at = CASTER_TEXELS * record;
     let first = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at), 0));
-    let planes = textureLoad(casters, record_texel(at + 1u), 0);
+    let first_plane = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 1u), 0));
     let last = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 2u), 0));
-    return Capsule(first.xyz, last.xyz, vec2(first.w, last.w), planes.xy);
+    let last_plane = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 3u), 0));
+    return Capsule(first.xyz, last.xyz, vec2(first.w, last.w), first_plane.xyz, last_plane.xyz);
 }

@@ -142,12 +142,17 @@ pub(super) fn meet_strand(
     };
     let tint = material.tint.as_dvec4();
     for met in strand_truth::meet(strand, ray.start, ray.way, ends, least) {
+        if met.is_tied {
+            visit(Met::Edge);
+            continue;
+        }
         let Some(way) = met.way else { continue };
         let color = met.color.as_dvec4() * tint;
         let of_diameter = optics(material, color.w, color.truncate(), 0.0);
         let light = of_diameter.light.map(|passed| way.passed(passed));
         let opacity = 1.0 - way.passed(1.0 - of_diameter.opacity);
-        let depth = eye.depth(way.enters);
+        // From the near plane on, where the light is inside.
+        let depth = eye.depth(way.enters).max(0.0);
         if way.miss < EDGE_OF_STRAND * eye.texel_size(ray.start + ray.way * way.enters)
             || (opacity - 1.0 / 255.0).abs() < OPACITY_OF_STRAND
             || (depth - 1.0).abs() < DEPTH_MARGIN
@@ -220,6 +225,7 @@ pub(super) fn meet_brick(
     let tau = f64::from(grid.factor) * inside.integral * f64s(grid.extinction);
     // Rounding decides whether a cell with hardly any density has some.
     let [begins, surely] = [inside.begins, inside.begins_surely].map(|way| eye.depth(way));
+    let sooner = inside.sooner / (eye.far - eye.near);
     let opacity = 1.0 - (-tau.max_element()).exp();
     Met::Hit(Hit {
         light: (-tau).map(f64::exp),
@@ -227,7 +233,7 @@ pub(super) fn meet_brick(
         opacity,
         presence: opacity,
         depth: begins,
-        reach: surely - begins,
+        reach: (surely - begins).max(sooner),
     })
 }
 
