@@ -10,7 +10,7 @@ SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
 .PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
-	bench results native tables quality man setup
+	bench profile results native tables quality man setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
 demo: setup
@@ -138,6 +138,12 @@ deny:
 bench: setup
 	cargo run --release --quiet -- bench --casters 10k,100k --vs raster --html bench.html
 	@echo "The plots are in bench.html."
+
+# Where whole commands spend their time, tiny pictures of data/gallery and of five million particles: GOBO_OLD=path beside another
+# program, SCENES="pool wine" alone.
+profile: setup
+	@[ -n "$(GOBO)" ] || cargo build --release --quiet
+	@python3 tools/profile.py
 
 # The cases that the README shows, as benches/results/$(DEVICE).json: close what else runs.
 DEVICE := llvmpipe

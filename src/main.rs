@@ -6,6 +6,7 @@ use std::{io::IsTerminal as _, process::ExitCode};
 use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};
 
 fn main() -> ExitCode {
+    let clock = cli::WallClock::start();
     let arguments = cli::Arguments::parse();
     if arguments.command.opens_a_device() {
         cli::name_a_runtime_folder();
@@ -17,9 +18,10 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .without_time()
         .with_filter(chosen.unwrap_or_else(warnings));
-    tracing_subscriber::registry().with(messages).init();
+    let spans = Targets::new().with_target("gobo", tracing::Level::DEBUG);
+    tracing_subscriber::registry().with(messages).with(clock.clone().with_filter(spans)).init();
     cli::give_aborts_a_status();
-    match cli::run(arguments.command) {
+    match cli::run(arguments.command, &clock) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             let status = failure.status();

@@ -37,6 +37,7 @@ mod trial;
 mod trial_scene;
 mod values;
 mod verify;
+mod wall_clock;
 mod writers;
 
 pub(crate) use arguments::Arguments;
@@ -45,13 +46,14 @@ use failure::Failure;
 pub(crate) use files::Quiet;
 pub(crate) use runtime_folder::name_a_runtime_folder;
 pub(crate) use stop::give_aborts_a_status;
+pub(crate) use wall_clock::WallClock;
 
-pub(crate) fn run(command: Command) -> Result<(), Failure> {
+pub(crate) fn run(command: Command, clock: &WallClock) -> Result<(), Failure> {
     stop::listen()?;
     inputs::watch();
     match command {
-        Command::Render(arguments) => render::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments, clock),
+        Command::Bench(arguments) => bench::run(&arguments, clock),
         Command::Check { scene } => check::run(&scene),
         Command::Pack { scene, out } => pack::run(&scene, &out),
         Command::Light(arguments) => light::run(&arguments),

@@ -127,7 +127,7 @@ fn shares(renderer: &mut Renderer, scene: &Scene, lit: &[Gaussian]) -> Result<Ve
             let (mut open, mut left) = (ambient, ambient);
             for (index, light) in lighting.lights().iter().enumerate() {
                 // Isotropic scattering: `PointKind::Particle`.
-                let arriving = incoming(light, gaussian.center).1 * (0.5 * FRAC_1_PI);
+                let arriving = incoming(light, gaussian.center).1 * (0.25 * FRAC_1_PI);
                 open += arriving;
                 left += arriving * Vec3::from_array(found[(i * count + index) * count + index]);
             }

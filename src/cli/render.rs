@@ -12,6 +12,7 @@ use super::{
     sidecar::{self, FrameFiles, Sidecar},
     stop,
     values::SimulationName,
+    wall_clock::WallClock,
 };
 use gobo::{
     internals::{gpu::Backend, records::Picture},
@@ -23,7 +24,10 @@ use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
-pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
+/// Time from which a frame of the CPU reference is announced [s].
+const LONG: f64 = 10.0;
+
+pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), Failure> {
     check(arguments)?;
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.set);
@@ -74,6 +78,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let counts = Counts { skipped: scene.skipped.clone(), ..Counts::default() };
     let mut job = Job {
         arguments,
+        clock,
         scene,
         renderer,
         options,
@@ -83,6 +88,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         preview,
         progress,
         counts,
+        is_announced: false,
     };
     // A preview's frames are in order.
     let may_wait = arguments.preview.is_some();
@@ -130,6 +136,7 @@ struct Counts {
 
 struct Job<'a> {
     arguments: &'a RenderArguments,
+    clock: &'a WallClock,
     scene: scene::Scene,
     renderer: Renderer,
     options: RenderOptions<'a>,
@@ -141,6 +148,8 @@ struct Job<'a> {
     preview: Option<Preview>,
     progress: ProgressBar,
     counts: Counts,
+    /// Whether it has been said how long frames take.
+    is_announced: bool,
 }
 
 impl Job<'_> {
@@ -170,6 +179,7 @@ impl Job<'_> {
         }
         let step = 1.0 / self.arguments.fps;
         let seconds = f64::from(index) / self.arguments.fps;
+        self.announce(seconds);
         let frame = self.renderer.render_at(&mut self.scene, seconds, step, &self.options)?;
         self.counts.shrunk = self.counts.shrunk.max(frame.counters.shrunk);
         self.counts.unmasked = self.counts.unmasked.max(frame.counters.unmasked_lights);
@@ -183,12 +193,39 @@ impl Job<'_> {
             Vec::new()
         };
         let claim = claim.map_or_else(|| self.wait(index), Ok)?;
-        self.write(index, &frame, &layers, &claim)?;
-        if let Some(preview) = &mut self.preview {
-            preview.add(&frame.picture)?;
+        {
+            let _writing = tracing::debug_span!("write").entered();
+            self.write(index, &frame, &layers, &claim)?;
+            if let Some(preview) = &mut self.preview {
+                preview.add(&frame.picture)?;
+            }
         }
-        self.report(index, |picture| json(index, picture, &frame))?;
+        self.report(index, |picture| json(index, picture, &frame, &self.clock.take()))?;
         Ok(true)
+    }
+
+    /// Says before the first frame, which is at a time [s], how long the CPU reference will take.
+    fn announce(&mut self, seconds: f64) {
+        if std::mem::replace(&mut self.is_announced, true) || self.renderer.has_device() {
+            return;
+        }
+        if !self.scene.motions.is_empty() {
+            self.scene.set_time(seconds);
+        }
+        let _estimating = tracing::debug_span!("prepare").entered();
+        let Some(estimate) = self.renderer.estimate(&self.scene) else { return };
+        tracing::info!("the CPU reference: an estimate of {estimate:.2} s a frame");
+        if estimate >= LONG {
+            let time = match estimate {
+                0.0..100.0 => format!("{estimate:.0} s"),
+                100.0..6000.0 => format!("{:.0} min", estimate / 60.0),
+                _ => format!("{:.0} h", estimate / 3600.0),
+            };
+            tracing::warn!(
+                "the CPU reference will take about {time} a frame: fewer samples, smaller maps and lights without a \
+                 source take less"
+            );
+        }
     }
 
     /// Layers of the frame that was rendered; `whole`: its light, `next`: the time of the next [s].

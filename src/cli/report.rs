@@ -10,9 +10,15 @@ struct Report<'a> {
     picture: std::borrow::Cow<'a, str>,
     #[serde(flatten)]
     counters: &'a Counters,
+    /// Phase and its time on the wall clock [ms].
+    #[serde(serialize_with = "as_map")]
+    milliseconds: &'a [(&'static str, f64)],
     /// Stage and its time [ms].
     #[serde(serialize_with = "as_map")]
     stages: &'a [(&'static str, f64)],
+    /// Stage of the picture and its time [ms].
+    #[serde(serialize_with = "as_map")]
+    picture_stages: &'a [(&'static str, f64)],
     /// Buffer or texture and its size [bytes].
     #[serde(serialize_with = "as_map")]
     bytes: &'a [(&'static str, u64)],
@@ -20,11 +26,19 @@ struct Report<'a> {
     peak_bytes: u64,
 }
 
-pub(super) fn json(index: u32, picture: &Path, frame: &Frame) -> String {
+/// `milliseconds`: phases of the command since the last line.
+pub(super) fn json(
+    index: u32,
+    picture: &Path,
+    frame: &Frame,
+    milliseconds: &[(&'static str, f64)],
+) -> String {
     let report = Report {
         frame: index,
         picture: picture.to_string_lossy(),
         counters: &frame.counters,
+        milliseconds,
+        picture_stages: &frame.picture_stages,
         stages: &frame.stages,
         bytes: &frame.memory,
         peak_bytes: frame.memory.iter().map(|&(_, bytes)| bytes).sum(),
@@ -67,9 +81,10 @@ mod tests {
             maps: Vec::new(),
             counters: Counters { pairs: 7, skipped: [("radius", 2)].into(), ..Default::default() },
             stages: vec![("sort", 1.5), ("bin", 1.0), ("sort", 0.5)],
+            picture_stages: vec![("shade", 3.0)],
             memory: vec![("pairs", 56), ("sums", 8)],
         };
-        let line = json(3, Path::new("out/frame_0003.png"), &frame);
+        let line = json(3, Path::new("out/frame_0003.png"), &frame, &[("kernels", 9.5)]);
         assert!(!line.contains('\n'));
         let value: serde_json::Value = serde_json::from_str(&line).unwrap();
         assert_eq!(value["frame"], 3);
@@ -77,6 +92,8 @@ mod tests {
         assert_eq!(value["pairs"], 7);
         assert_eq!(value["skipped"]["radius"], 2);
         assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));
+        assert_eq!(value["picture_stages"], serde_json::json!({ "shade": 3.0 }));
+        assert_eq!(value["milliseconds"], serde_json::json!({ "kernels": 9.5 }));
         assert_eq!(value["bytes"], serde_json::json!({ "pairs": 56, "sums": 8 }));
         assert_eq!(value["peak_bytes"], 64);
         for name in [

@@ -61,6 +61,7 @@ impl KernelCache {
         choices: &[Choice],
         constants: &[Constant],
     ) -> Result<Kernel, KernelError> {
+        phase!("compile");
         let kernel = self.request(device, desc, tier, choices, constants)?;
         kernel.make().map(|()| kernel)
     }
@@ -75,6 +76,7 @@ impl KernelCache {
         choices: &[Choice],
         constants: &[Constant],
     ) -> Result<Kernel, KernelError> {
+        phase!("compile");
         let source = desc.specialised(tier, choices, constants)?;
         let CacheState { kernels, pending, driver } = &mut *self.state();
         match kernels.entry((device.clone(), desc.entry, source.fingerprint())) {
@@ -97,6 +99,7 @@ impl KernelCache {
 
     /// Compiles all pending kernels on all cores, and waits for those that other threads compile.
     pub(crate) fn finish(&self) -> Result<(), KernelError> {
+        phase!("compile");
         run_all(&self.pending())
     }
 
@@ -148,6 +151,7 @@ fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
 /// Runs jobs on a thread while `act` runs. The next [`KernelCache::finish`] returns their errors.
 #[cfg(feature = "picture")]
 pub(crate) fn while_made<T>(jobs: &[KernelJob], act: impl FnOnce() -> T) -> T {
+    phase!("compile");
     #[cfg(not(target_arch = "wasm32"))]
     return thread::scope(|scope| {
         let make = || jobs.iter().for_each(|job| drop(job.run()));

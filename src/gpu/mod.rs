@@ -39,5 +39,7 @@ pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
+#[cfg(feature = "picture")]
+pub(crate) use timing::add_time;
 pub use timing::{Profiler, Timeline};
 pub(crate) use transfer::{read_back, staging};

@@ -16,6 +16,7 @@ impl Gpu {
 
     /// Opens the first adapter that fits and gives a device.
     pub fn new(selection: &Selection) -> Result<Self, Error> {
+        phase!("device");
         let mut refused = None;
         let mut unusable = Vec::new();
         for adapter in adapters(selection) {

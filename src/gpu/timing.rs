@@ -49,21 +49,25 @@ struct Steps {
 impl Steps {
     /// Submits the commands recorded so far and waits.
     fn run(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        // Before the first stage these are uploads.
+        let open = self.open.take();
         let empty = self.device.create_command_encoder(&Default::default());
         let commands = std::mem::replace(encoder, empty).finish();
         let started = Instant::now();
-        self.queue.submit([commands]);
-        // A lost device is the host's to notice.
-        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
-        let ms = started.elapsed().as_secs_f64() * 1e3;
-        if let Some(stage) = self.open.take() {
-            add(&mut self.times, stage, ms);
-        }
+        let work = || {
+            self.queue.submit([commands]);
+            // A lost device is the host's to notice.
+            let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+        };
+        let Some(stage) = open else { return work() };
+        phase!("kernels");
+        work();
+        add_time(&mut self.times, stage, started.elapsed().as_secs_f64() * 1e3);
     }
 }
 
 /// Adds a time to the stage of that label, or appends the stage.
-fn add(times: &mut Vec<(&'static str, f64)>, label: &'static str, ms: f64) {
+pub(crate) fn add_time(times: &mut Vec<(&'static str, f64)>, label: &'static str, ms: f64) {
     let stage = label.strip_prefix(PREFIX).unwrap_or(label);
     match times.iter_mut().find(|(known, _)| *known == stage) {
         Some((_, sum)) => *sum += ms,
@@ -221,7 +225,7 @@ impl Timeline {
             for (stage, stamps) in self.stages.iter().zip(ticks.chunks_exact(2)) {
                 let ticks = stamps[1].saturating_sub(stamps[0]) as f64;
                 let ms = ticks * f64::from(queries.period) * 1e-6;
-                add(&mut times, stage, ms);
+                add_time(&mut times, stage, ms);
             }
         }
         queries.readback.unmap();

@@ -109,6 +109,7 @@ impl Gpu {
         &self,
         buffer: &wgpu::Buffer,
     ) -> Result<Vec<T>, Error> {
+        phase!("read_back");
         let bytes = self.read_back(buffer.size(), |encoder, to| {
             encoder.copy_buffer_to_buffer(buffer, 0, to, 0, buffer.size());
         })?;
@@ -120,6 +121,7 @@ impl Gpu {
         &self,
         texture: &wgpu::Texture,
     ) -> Result<Vec<T>, Error> {
+        phase!("read_back");
         let size = texture.size();
         let row = size.width * texel_size(texture);
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -174,6 +176,7 @@ pub(crate) fn read_back(
     size: u64,
     copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
 ) -> Result<wgpu::BufferView, Error> {
+    phase!("read_back");
     let staging = staging(device, "readback", size);
     let mut encoder = device.create_command_encoder(&Default::default());
     copy(&mut encoder, &staging);

@@ -90,6 +90,7 @@ const BRIGHTEST: f32 = 65504.0;
 impl Environment {
     /// The environment of a sky, multiplied by `intensity`.
     pub fn of_sky(sky: &Sky, intensity: f32) -> Self {
+        phase!("generate");
         let even = Map::new(SKY_SIZE, |direction| sky.radiance(direction) * intensity);
         let Some(sun) = sky.sun else { return Self::new(&even, &even) };
         let mut sharp = even.clone();

@@ -16,7 +16,7 @@ pub enum LightKind {
         position: Vec3,
         /// Direction of the cone's axis, away from the light: world space, any length.
         direction: Vec3,
-        /// Opening angle of the whole cone, above 0 and below pi [radians].
+        /// Opening angle of the whole cone, above 0 and below pi [radians]. It has a soft edge: [`Light::inner_angle`].
         angle: f32,
     },
     /// Rays from a point in all directions.
@@ -155,7 +155,7 @@ pub struct Light {
     pub size: Option<u32>,
     /// Opening angle of a spot's inner cone, 0 up to the whole [radians]: all of its light is within, and up to the whole cone
     /// it falls by the square of the cosine's share of the way (glTF `KHR_lights_punctual`). Default `None`: 0.85 of the whole,
-    /// from which it falls by a cubic.
+    /// from which it falls by a cubic: half is left at 0.93 of the cone's angle, which is about 0.9 of its tangent.
     pub inner_angle: Option<f32>,
     /// Distance at which the light of a spot or a point ends, above 0 [m]: it falls by `1 - (distance / end)^4` as well (glTF's
     /// `range`). Default `None`: as [`Self::far`] says.

@@ -203,6 +203,7 @@ impl Scene {
 
     /// Sets the animated parts to their state at a time [s].
     pub fn set_time(&mut self, seconds: f64) {
+        phase!("generate");
         for reason in moved::ALL {
             self.skipped.remove(reason);
         }

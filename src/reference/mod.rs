@@ -12,6 +12,7 @@ pub mod caster_hit;
 pub mod cluster;
 pub mod curve;
 pub mod dither;
+mod effort;
 pub mod gaussian;
 pub mod hit;
 pub mod import;
@@ -38,6 +39,7 @@ mod threads;
 pub mod tile;
 
 pub use area::Fit;
+pub use effort::Effort;
 pub use light_points::light_points;
 pub use maps::render_maps;
 pub use mask::Masks;

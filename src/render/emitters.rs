@@ -1,5 +1,5 @@
 //! Emitters that the device simulates: their particles become casters without passing through the CPU.
-use super::engine::{GpuEngine, submit};
+use super::engine::GpuEngine;
 use crate::{
     error::Error,
     gpu::Memory,
@@ -22,8 +22,6 @@ pub(super) struct DeviceEmitters {
     pub(super) slots: Vec<EmittedSlots>,
     /// Loaded particles that were left out: they are too far away.
     pub(super) left_out: u64,
-    /// Costs of the last frame.
-    pub(super) stages: Vec<(&'static str, f64)>,
     pub(super) memory: Memory,
 }
 
@@ -31,7 +29,6 @@ impl GpuEngine {
     /// Simulates the scene's emitters up to its time, and loads their particles. Before views are fitted:
     /// waits for the box around each 256 particles.
     pub(super) fn emit(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.emitters.stages.clear();
         if scene.emissions.is_empty() {
             self.emitters = DeviceEmitters::default();
             return Ok(());
@@ -53,7 +50,7 @@ impl GpuEngine {
         let flying = self.emitters.flying.iter().map(|(_, simulation)| simulation);
         let all: Vec<_> = scene.emissions.iter().zip(flying).collect();
         let load = self.shadows.bind_emitted(&all)?;
-        submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
+        self.work.submit(&self.gpu, |encoder, timeline| {
             load.commands.record(encoder, timeline);
         });
         let counters: Vec<LoadCounters> = self.gpu.try_read(&load.counters)?;
@@ -61,7 +58,6 @@ impl GpuEngine {
         let found: Vec<HostGroup> = self.gpu.try_read(&load.groups)?;
         let found =
             &found[..self.emitters.slots.iter().map(|slot| slot.group_count as usize).sum()];
-        self.emitters.stages.extend(self.timeline.read(&self.gpu.device));
         self.shadows.place_emitted(found)?;
         for (emission, bounds) in scene.emissions.iter().zip(load.bounds(found)) {
             emission.set_bounds(bounds);
@@ -79,7 +75,7 @@ impl GpuEngine {
     /// Advances each emitter to its step. An earlier one, or one so much later that no particle is still
     /// alive, begins where the oldest that may be alive starts: the result is the same.
     fn fly(&mut self, scene: &Scene) -> Result<(), Error> {
-        let Self { gpu, shadows, timeline, emitters, .. } = self;
+        let Self { gpu, shadows, work, emitters, .. } = self;
         let same = emitters.flying.iter().map(|(emitter, _)| emitter);
         if !same.eq(scene.emissions.iter().map(|emission| &emission.emitter)) {
             emitters.flying.clear();
@@ -93,14 +89,13 @@ impl GpuEngine {
             let restarts = emission.step < simulation.step() || oldest > simulation.step();
             let mut from = restarts.then_some(oldest);
             while from.is_some() || simulation.step() < emission.step {
-                submit(gpu, timeline, |encoder, timeline| {
+                work.submit(gpu, |encoder, timeline| {
                     if let Some(step) = from.take() {
                         simulation.restart(encoder, step);
                     }
                     let left = emission.step - simulation.step();
                     simulation.record_timed(encoder, timeline, left);
                 });
-                emitters.stages.extend(timeline.read(&gpu.device));
             }
         }
         Ok(())

@@ -1,5 +1,10 @@
 //! Rendering of scenes on a device.
-use super::{Frame, RenderOptions, emitters::DeviceEmitters, read_maps::read_maps};
+use super::{
+    Frame, RenderOptions,
+    emitters::DeviceEmitters,
+    read_maps::read_maps,
+    work::{Stages, Work},
+};
 use crate::{
     error::Error,
     gpu::{Gpu, KernelJob, Memory, Timeline, while_made},
@@ -20,7 +25,7 @@ use glam::Vec3;
 pub(super) struct GpuEngine {
     pub(super) gpu: Gpu,
     pub(super) shadows: Shadows,
-    pub(super) timeline: Timeline,
+    pub(super) work: Work,
     pub(super) emitters: DeviceEmitters,
     /// Buffer sizes of the last picture, if all its pairs fitted.
     capacity: Option<PictureCapacity>,
@@ -52,14 +57,9 @@ impl GpuEngine {
     pub(super) fn new(gpu: Gpu) -> Result<Self, Error> {
         let config = Config::new(gpu.tier, &gpu.adapter);
         let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
-        // A software adapter takes timestamps when it records, not when the work is done.
-        let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
-            Timeline::stepped(&gpu.device, &gpu.queue)
-        } else {
-            Timeline::new(&gpu.device, &gpu.queue)
-        };
+        let work = Work::new(&gpu);
         let (emitters, kept) = (DeviceEmitters::default(), Kept::default());
-        Ok(Self { gpu, shadows, timeline, emitters, capacity: None, has_counted: false, kept })
+        Ok(Self { gpu, shadows, work, emitters, capacity: None, has_counted: false, kept })
     }
 
     /// What the device reported first: without memory for a texture, the error is that it cannot be bound.
@@ -73,6 +73,8 @@ impl GpuEngine {
         options: &RenderOptions<'_>,
     ) -> Result<Frame, Error> {
         self.shadows.configure(|config| config.toggles.sums = options.sums);
+        // Those of a frame that failed.
+        self.work.take();
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = picture_views(scene, &limits);
@@ -90,8 +92,6 @@ impl GpuEngine {
             Ok(engine.shadows.kernels().cache().pending())
         };
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
-        let mut stages = self.emitters.stages.clone();
-        stages.extend(self.timeline.read(&self.gpu.device));
         let maps = if options.maps {
             let owners = self.shadows.casters()?.owners;
             read_maps(&self.gpu, prepared.maps(), &views, owners, options)?
@@ -107,7 +107,8 @@ impl GpuEngine {
             debug: Vec::new(),
             maps,
             counters: Counters { shrunk: shrunk as u64, skipped, ..counted },
-            stages,
+            stages: self.work.take(),
+            picture_stages: Stages::new(),
             memory: Vec::new(),
         };
         let mut memory = prepared.memory().clone();
@@ -136,8 +137,6 @@ impl GpuEngine {
         let scene = lit.scene;
         let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
         let (shown, capacity, overflowed) = self.shade_whole_picture(lit, budget)?;
-        let of_picture: f64 = self.timeline.read(&self.gpu.device).iter().map(|(_, ms)| ms).sum();
-        frame.stages.push(("picture", of_picture));
         memory.add_all(&shown.memory);
         let mut picture = shown.read(&self.gpu)?;
         let has_more = scene.samples > 1 && options.sample.is_none();
@@ -153,6 +152,9 @@ impl GpuEngine {
             frame.debug.push((mode, self.shade_debug(mode, lit, &shown, &picture, capacity)?));
         }
         frame.picture = picture;
+        frame.picture_stages = self.work.take();
+        let of_picture = frame.picture_stages.iter().map(|(_, ms)| ms).sum();
+        frame.stages.push(("picture", of_picture));
         let counters = &mut frame.counters;
         counters.cluster_lights = clusters.needed.into();
         counters.clusters_overflowed = clusters.overflowed.into();
@@ -204,9 +206,8 @@ impl GpuEngine {
             self.has_counted = true;
             let jobs = ahead.take().map_or(Ok(Vec::new()), |ahead| ahead(self, &prepared))?;
             while_made(&jobs, || {
-                submit(&self.gpu, &mut self.timeline, |encoder, timeline| {
-                    prepared.record_timed(encoder, timeline)
-                })
+                self.work
+                    .submit(&self.gpu, |encoder, timeline| prepared.record_timed(encoder, timeline))
             })?;
             let counters = prepared.counters()?;
             self.gpu.check()?;
@@ -217,6 +218,7 @@ impl GpuEngine {
     }
 
     fn read_light(&self, shown: &PreparedPicture) -> Result<Vec<[f32; 3]>, Error> {
+        phase!("read_back");
         let radiance = shown.read_radiance(&self.gpu)?;
         Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
@@ -230,12 +232,17 @@ impl GpuEngine {
         first: Vec<[f32; 3]>,
     ) -> Result<Picture, Error> {
         let mut mean = reference::MeanPicture::new(lit.scene);
-        mean.add(first.into_iter().map(Vec3::from_array));
+        let add = |mean: &mut reference::MeanPicture, light: Vec<[f32; 3]>| {
+            phase!("read_back");
+            mean.add(light.into_iter().map(Vec3::from_array));
+        };
+        add(&mut mean, first);
         for camera in View::of_samples(lit.scene, camera).skip(1) {
             let lit = Lit { camera, ..lit.clone() };
             let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
-            mean.add(self.read_light(&shown)?.into_iter().map(Vec3::from_array));
+            add(&mut mean, self.read_light(&shown)?);
         }
+        phase!("read_back");
         Ok(mean.picture())
     }
 
@@ -284,8 +291,8 @@ impl GpuEngine {
     }
 
     fn submit_picture(&mut self, picture: &PreparedPicture, record: Record) {
-        let Self { gpu, timeline, .. } = self;
-        submit(gpu, timeline, |encoder, timeline| record(picture, encoder, timeline));
+        let Self { gpu, work, .. } = self;
+        work.submit(gpu, |encoder, timeline| record(picture, encoder, timeline));
     }
 
     /// Debug picture of `mode`.
@@ -314,18 +321,4 @@ impl GpuEngine {
             }
         }
     }
-}
-
-/// Records, submits, and restarts the timings of the stages.
-pub(super) fn submit<T>(
-    gpu: &Gpu,
-    timeline: &mut Timeline,
-    record: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timeline) -> T,
-) -> T {
-    timeline.reset();
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let recorded = record(&mut encoder, timeline);
-    timeline.finish(&mut encoder);
-    gpu.queue.submit([encoder.finish()]);
-    recorded
 }

@@ -1,10 +1,12 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
 mod emitters;
 mod engine;
+mod estimate;
 mod layers;
 mod place_order;
 mod points;
 mod read_maps;
+mod work;
 
 #[cfg(feature = "device")]
 use crate::gpu::{Backend, Selection};
@@ -19,6 +21,7 @@ use crate::{
 };
 use engine::GpuEngine;
 use glam::Vec3;
+use work::{Stages, add_all};
 
 pub use layers::{Surface, SurfaceLayers};
 pub use points::PointLookUp;
@@ -40,8 +43,10 @@ pub struct Frame {
     pub maps: Vec<ViewMaps>,
     /// Counters of the frame.
     pub counters: Counters,
-    /// Stage and its time [ms], in order.
+    /// Stage and its time [ms], in order: of all that was submitted for the frame, `picture` of all its samples.
     pub stages: Vec<(&'static str, f64)>,
+    /// Stage of the picture and its time [ms]; their sum is that of `picture`.
+    pub picture_stages: Vec<(&'static str, f64)>,
     /// Buffer or texture and its size [bytes].
     pub memory: Vec<(&'static str, u64)>,
 }
@@ -93,6 +98,7 @@ impl Renderer {
     /// Opens an adapter; `adapter`: part of its name, ignoring case.
     #[cfg(feature = "device")]
     pub fn new(backend: Backend, adapter: Option<&str>) -> Result<Self, Error> {
+        phase!("device");
         if backend == Backend::Cpu {
             return Ok(Self::on_cpu());
         }
@@ -168,7 +174,7 @@ impl Renderer {
     }
 
     /// Renders the frame at a time: where the scene's shutter is open, each sample at its own time around it, in order.
-    /// The maps and counters are those of the middle sample. `seconds`: from the start; `step`: between two frames [s].
+    /// The maps and counters are those of the middle sample, the times those of all. `seconds`: from the start; `step`: between two frames [s].
     ///
     /// # Errors
     /// Those of [`Self::render`].
@@ -187,6 +193,7 @@ impl Renderer {
         }
         let mut mean = reference::MeanPicture::new(scene);
         let mut shown = None;
+        let (mut stages, mut picture_stages) = (Stages::new(), Stages::new());
         for sample in 0..count {
             let part = (f64::from(sample) + 0.5) / f64::from(count) - 0.5;
             scene.set_time((seconds + open * part).max(0.0));
@@ -196,18 +203,23 @@ impl Renderer {
             if !is_middle {
                 (sample_options.maps, sample_options.debug) = (false, &[]);
             }
-            let frame = self.render(scene, &sample_options)?;
+            let mut frame = self.render(scene, &sample_options)?;
+            add_all(&mut stages, std::mem::take(&mut frame.stages));
+            add_all(&mut picture_stages, std::mem::take(&mut frame.picture_stages));
+            phase!("read_back");
             mean.add(frame.picture.light.iter().copied().map(Vec3::from_array));
             if is_middle {
                 shown = Some(frame);
             }
         }
         let frame = shown.expect("some sample is in the middle");
-        Ok(Frame { picture: mean.picture(), ..frame })
+        phase!("read_back");
+        Ok(Frame { picture: mean.picture(), stages, picture_stages, ..frame })
     }
 
     /// Renders one frame.
     pub fn render(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
+        phase!("prepare");
         check(scene)?;
         match &mut self.engine {
             Engine::Gpu(engine) => {
@@ -236,6 +248,7 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     without_emissions(scene)?;
     let (views, shrunk) = picture_views(scene, &AtlasLimits::CORE);
     check_views(&views, &scene.shadow)?;
+    phase!("kernels");
     let clock = std::time::Instant::now();
     let (mut view_maps, mut counters) = reference::render_maps(scene, &views);
     if options.sums {
@@ -251,5 +264,6 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
         stages.push(("picture", clock.elapsed().as_secs_f64() * 1e3 - maps_ms));
     }
     view_maps.retain(|maps| options.maps && options.shows(&maps.view));
-    Ok(Frame { picture, debug: Vec::new(), maps: view_maps, counters, stages, memory: Vec::new() })
+    let (debug, picture_stages, memory) = Default::default();
+    Ok(Frame { picture, debug, maps: view_maps, counters, stages, picture_stages, memory })
 }

@@ -17,6 +17,7 @@ pub(super) fn read_maps(
     owners: bool,
     options: &RenderOptions<'_>,
 ) -> Result<Vec<ViewMaps>, Error> {
+    phase!("read_back");
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
     let nearests: Vec<f32> = gpu.try_read_texture(&maps.nearests)?;
     let opaques: Vec<f32> = gpu.try_read_texture(&maps.opaques)?;

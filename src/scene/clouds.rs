@@ -103,6 +103,7 @@ impl Cloud {
 
     /// Its bricks at a time [s]. `kelvin`: the highest temperature, of what glows.
     pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>) -> Vec<Brick> {
+        phase!("generate");
         let (edge, count) = self.lattice();
         let field = Field::new(self, seconds * f64::from(self.speed));
         let unit = 2.0 / self.size.max_element();

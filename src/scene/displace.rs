@@ -141,6 +141,7 @@ impl Displaced {
 
     /// Displaces its triangles at a time [s].
     pub(super) fn set_time(&self, target: &mut [Triangle], seconds: f64) {
+        phase!("generate");
         let mut sphere = shapes::sphere(self.level);
         self.displace.apply(&mut sphere, self.world_from_sphere, seconds);
         crate::model::turn_outwards(&mut sphere);

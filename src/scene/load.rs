@@ -138,6 +138,7 @@ fn load_all(
     options: &LoadOptions,
     with: Option<&Path>,
 ) -> Result<(Scene, Option<FoundSplats>), SceneError> {
+    phase!("read");
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let is_alone = extension != "toml";
     let splats = is_alone.then(|| kind_of_file(path)).flatten();

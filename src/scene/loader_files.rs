@@ -12,9 +12,13 @@ use super::{
     share::Share,
 };
 use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture, Transfer};
+use rayon::prelude::*;
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
+/// Particles that are generated at a time, by a core and by all: the memory of the latter is needed twice.
+const BLOCK: u64 = 1 << 14;
+const WAVE: u64 = 1 << 20;
 /// Longest side of a texture [texels].
 pub(super) const MAX_SIDE: u32 = 8192;
 
@@ -71,6 +75,7 @@ impl Loader<'_> {
         generate: &Generate,
         material: u32,
     ) -> Result<(), SceneError> {
+        phase!("generate");
         self.check_generate(table, generate)?;
         let share = self.share_of(material);
         let (have, count) = (self.scene.particles.len(), generate.count_of(share) as usize);
@@ -83,12 +88,21 @@ impl Loader<'_> {
         };
         let all = 0..u64::from(generate.count());
         let Some(share) = share else {
-            for particle in generate.particles(all, material, first_id) {
-                if is_near(&particle) {
-                    self.scene.particles.push(particle);
-                } else {
-                    *self.scene.skipped.entry("too far").or_default() += 1;
-                }
+            for wave in all.clone().step_by(WAVE as usize) {
+                let end = all.end.min(wave + WAVE);
+                let block = |block: u64| {
+                    let first = wave + block * BLOCK;
+                    let numbers = first..end.min(first + BLOCK);
+                    let particles = generate.particles(numbers, material, first_id);
+                    particles.filter(is_near).collect::<Vec<_>>()
+                };
+                let blocks: Vec<_> =
+                    (0..(end - wave).div_ceil(BLOCK)).into_par_iter().map(block).collect();
+                self.scene.particles.extend(blocks.into_iter().flatten());
+            }
+            let left_out = count - (self.scene.particles.len() - have);
+            if left_out > 0 {
+                *self.scene.skipped.entry("too far").or_default() += left_out as u64;
             }
             return Ok(());
         };

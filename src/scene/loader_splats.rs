@@ -200,6 +200,7 @@ impl Loader<'_> {
         span: &Range<usize>,
         generate: &Generate,
     ) -> Result<Cloud, SceneError> {
+        phase!("generate");
         self.check_generate(span, generate)?;
         let room = Cloud::with_room(generate.count().into());
         let mut cloud =

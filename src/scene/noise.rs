@@ -79,6 +79,7 @@ impl Noise {
 
     /// The texture at `seconds` from the start.
     pub fn texture(&self, name: String, seconds: f64) -> Texture {
+        phase!("generate");
         let shift =
             Vec2::from_array(self.scroll.map(|speed| (f64::from(speed) * seconds).fract() as f32));
         let age = (f64::from(self.evolve) * seconds).rem_euclid(65536.0) as f32;

@@ -102,17 +102,24 @@ impl Columns {
     }
 }
 
-/// Conversion of rows to particles.
-pub(super) struct Rows<'a> {
+/// What rows are made into.
+#[derive(Clone, Copy)]
+pub(super) struct RowKind<'a> {
     material: &'a Material,
     material_id: u32,
     first_id: u32,
     /// Whether radii of 0 are valid, and all rows without an id have the first.
     of_strands: bool,
+    storage: [Storage; NAMES.len()],
+}
+
+/// Conversion of rows to particles.
+pub(super) struct Rows<'a> {
+    pub(super) kind: RowKind<'a>,
     /// Particles of the scene before this file.
     earlier: u64,
-    storage: [Storage; NAMES.len()],
-    count: u32,
+    /// Rows so far.
+    pub(super) count: u32,
     particles: Vec<Particle>,
     skipped: Skipped,
     notes: Vec<String>,
@@ -129,7 +136,8 @@ pub(super) fn load(
     first_id: u32,
     earlier: u64,
 ) -> Result<ParticleFile, SceneError> {
-    Rows { first_id, earlier, ..Rows::new(material, material_id) }.load(path, default_radius)
+    let kind = RowKind { first_id, ..RowKind::new(material, material_id) };
+    Rows { earlier, ..Rows::new(kind) }.load(path, default_radius)
 }
 
 /// Loads a file of strands, with the columns of particles. `default_radius` [m] is for files without a radius column.
@@ -139,8 +147,8 @@ pub(super) fn load_strands(
     material_id: u32,
     default_radius: Option<f32>,
 ) -> Result<StrandFile, SceneError> {
-    let rows = Rows { of_strands: true, ..Rows::new(material, material_id) };
-    let ParticleFile { particles, skipped, notes } = rows.load(path, default_radius)?;
+    let kind = RowKind { of_strands: true, ..RowKind::new(material, material_id) };
+    let ParticleFile { particles, skipped, notes } = Rows::new(kind).load(path, default_radius)?;
     let of_rows = particles.chunk_by(|a, b| a.id == b.id).map(|rows| Strand {
         vertices: rows
             .iter()
@@ -164,19 +172,9 @@ fn check_count(path: &Path, earlier: u64, count: u64) -> Result<(), SceneError> 
 }
 
 impl<'a> Rows<'a> {
-    fn new(material: &'a Material, material_id: u32) -> Self {
-        Self {
-            material,
-            material_id,
-            first_id: 0,
-            of_strands: false,
-            earlier: 0,
-            storage: [Storage::Absent; NAMES.len()],
-            count: 0,
-            particles: Vec::new(),
-            skipped: Skipped::new(),
-            notes: Vec::new(),
-        }
+    fn new(kind: RowKind<'a>) -> Self {
+        let (particles, skipped, notes) = Default::default();
+        Self { kind, earlier: 0, count: 0, particles, skipped, notes }
     }
 
     fn load(
@@ -198,8 +196,8 @@ impl<'a> Rows<'a> {
                 return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
             }
         }
-        let Rows { storage, mut particles, skipped, notes, .. } = self;
-        if storage[RADIUS] == Storage::Absent {
+        let Rows { kind, mut particles, skipped, notes, .. } = self;
+        if kind.storage[RADIUS] == Storage::Absent {
             let radius = default_radius.unwrap_or_else(|| half_spacing(&particles));
             for particle in &mut particles {
                 particle.radius = radius;
@@ -223,7 +221,7 @@ impl<'a> Rows<'a> {
         if let Some(note) = columns.note() {
             self.note(path, &note);
         }
-        self.storage = columns.storage;
+        self.kind.storage = columns.storage;
         limits::reserve(&mut self.particles, capacity, "particles", path)
     }
 
@@ -231,26 +229,35 @@ impl<'a> Rows<'a> {
         self.notes.push(format!("{}: {what}", path.display()));
     }
 
-    pub(super) fn push(&mut self, row: &Row) {
-        match self.particle(row) {
+    /// Adds what the next row was made into.
+    pub(super) fn push(&mut self, particle: Result<Particle, &'static str>) {
+        match particle {
             Ok(particle) => self.particles.push(particle),
             Err(reason) => *self.skipped.entry(reason).or_default() += 1,
         }
         self.count = self.count.wrapping_add(1);
     }
+}
 
-    fn particle(&self, row: &Row) -> Result<Particle, &'static str> {
-        let number = |i: usize| row[i] as f32;
+impl<'a> RowKind<'a> {
+    fn new(material: &'a Material, material_id: u32) -> Self {
+        let storage = [Storage::Absent; NAMES.len()];
+        Self { material, material_id, first_id: 0, of_strands: false, storage }
+    }
+
+    /// The particle of a row, or why it is left out. `number`: of the row.
+    pub(super) fn particle(&self, row: &Row, number: u32) -> Result<Particle, &'static str> {
+        let value = |i: usize| row[i] as f32;
         let color = |i: usize| match self.storage[i] {
-            Storage::Byte if i == ALPHA => number(i) / 255.0,
-            Storage::Byte => linear_from_srgb(number(i) / 255.0),
-            _ => number(i),
+            Storage::Byte if i == ALPHA => value(i) / 255.0,
+            Storage::Byte => linear_from_srgb(value(i) / 255.0),
+            _ => value(i),
         };
-        if !(0..NAMES.len()).all(|i| number(i).is_finite()) {
+        if !(0..NAMES.len()).all(|i| value(i).is_finite()) {
             return Err("not finite");
         }
-        let center = Vec3::from_array(std::array::from_fn(number));
-        let radius = number(RADIUS);
+        let center = Vec3::from_array(std::array::from_fn(value));
+        let radius = value(RADIUS);
         if center.abs().max_element() > FARTHEST || radius > FARTHEST {
             return Err("too far");
         }
@@ -267,10 +274,10 @@ impl<'a> Rows<'a> {
         }
         let id = match self.storage[ID] {
             Storage::Absent if self.of_strands => self.first_id,
-            Storage::Absent => self.first_id.wrapping_add(self.count),
+            Storage::Absent => self.first_id.wrapping_add(number),
             _ => row[ID] as i64 as u32,
         };
-        let (rotation, material) = (number(ROTATION), self.material_id);
+        let (rotation, material) = (value(ROTATION), self.material_id);
         Ok(Particle { center, radius, color: rgba, rotation, material, id })
     }
 }
@@ -341,7 +348,7 @@ fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneE
         }
         check_count(path, rows.earlier, u64::from(rows.count) + 1)?;
         limits::reserve(&mut rows.particles, 1, "particles", path)?;
-        rows.push(&row);
+        rows.push(rows.kind.particle(&row, rows.count));
     }
     Ok(())
 }

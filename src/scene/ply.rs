@@ -81,12 +81,16 @@ fn read_vertices(
         .collect();
     rows.begin(path, &columns, element.count)?;
     let table = Table { columns: of_properties, width: NAMES.len() };
-    body.rows(element, &table, |read| {
+    let (kind, earlier) = (rows.kind, rows.count);
+    let read = |number: usize, read: &[f64]| {
         let mut row = BLANK;
         for column in table.columns.iter().flatten() {
             row[*column] = read[*column];
         }
-        rows.push(&row);
+        kind.particle(&row, earlier.wrapping_add(number as u32))
+    };
+    body.rows(element, &table, read, |particle| {
+        rows.push(particle);
         Ok(())
     })
     .map_err(|(message, help)| SceneError::invalid(path, message, help))

@@ -3,6 +3,11 @@ use super::{
     error::quoted,
     ply_header::{Element, Encoding, Fault, Header, Kind, Scalar},
 };
+use rayon::prelude::*;
+
+/// Rows that a core reads at a time, and such blocks that are in memory.
+const BLOCK: usize = 1 << 14;
+const WAVE: usize = 64;
 
 const DAMAGED: &str = "the file is damaged or its header is wrong: write it again";
 
@@ -28,6 +33,16 @@ fn least_size(element: &Element, encoding: Encoding) -> u64 {
         _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
     };
     least as u64
+}
+
+/// Size of every row [bytes]; `None` if they differ.
+fn row_size(element: &Element, encoding: Encoding) -> Option<usize> {
+    let size = |kind: Kind| match kind {
+        Kind::One(scalar) => Some(scalar.size()),
+        Kind::List { .. } => None,
+    };
+    let is_text = encoding == Encoding::Ascii;
+    (!is_text).then(|| element.properties.iter().map(|property| size(property.kind)).sum())?
 }
 
 /// The part of the file after the header.
@@ -109,24 +124,59 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Gives each row of an element to `take`, as the numbers at `table`'s columns.
-    pub(super) fn rows(
+    /// Gives each row of an element to `read`, as its number and the numbers at `table`'s columns, and what that returns
+    /// to `take`, in order. Rows of one size are read on all cores.
+    pub(super) fn rows<T: Send>(
         &mut self,
         element: &Element,
         table: &Table,
-        mut take: impl FnMut(&[f64]) -> Result<(), Fault>,
+        read: impl Fn(usize, &[f64]) -> T + Sync,
+        mut take: impl FnMut(T) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
-        let mut row = vec![0.0; table.width];
-        for i in 0..element.count {
-            let put = |column: usize, value| {
-                if let Some(column) = table.columns[column] {
-                    row[column] = value;
-                }
+        let count = element.count;
+        let size = row_size(element, self.encoding).filter(|&size| size > 0);
+        let Some(all) = size.and_then(|size| self.rest.get(..size.checked_mul(count)?)) else {
+            let mut row = vec![0.0; table.width];
+            for i in 0..count {
+                self.numbers(element, table, &mut row)
+                    .map_err(|problem| self.fault(problem, element, i))?;
+                take(read(i, &row))?;
+            }
+            return Ok(());
+        };
+        let size = size.unwrap_or(1);
+        let block = |(number, bytes): (usize, &[u8])| {
+            let mut body = Body { encoding: self.encoding, rest: bytes, line: 0 };
+            let mut row = vec![0.0; table.width];
+            let mut row_of = |i: usize| {
+                body.numbers(element, table, &mut row).map(|()| read(number * BLOCK + i, &row))
             };
-            self.row(element, put).map_err(|problem| self.fault(problem, element, i))?;
-            take(&row)?;
+            (0..bytes.len() / size).map(&mut row_of).collect::<Result<Vec<T>, Problem>>()
+        };
+        let blocks: Vec<(usize, &[u8])> = all.chunks(size * BLOCK).enumerate().collect();
+        for wave in blocks.chunks(WAVE) {
+            let found: Vec<_> = wave.par_iter().copied().map(block).collect();
+            for (&(number, _), rows) in wave.iter().zip(found) {
+                let rows = rows.map_err(|problem| self.fault(problem, element, number * BLOCK))?;
+                rows.into_iter().try_for_each(&mut take)?;
+            }
         }
+        self.rest = &self.rest[all.len()..];
         Ok(())
+    }
+
+    /// Reads a row's numbers at a table's columns.
+    fn numbers(
+        &mut self,
+        element: &Element,
+        table: &Table,
+        row: &mut [f64],
+    ) -> Result<(), Problem> {
+        self.row(element, |column, value| {
+            if let Some(column) = table.columns[column] {
+                row[column] = value;
+            }
+        })
     }
 
     /// A note about bytes behind the last row.

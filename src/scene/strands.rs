@@ -127,6 +127,7 @@ impl Loader<'_> {
         fur: &Fur,
         material: u32,
     ) -> Result<Vec<Strand>, SceneError> {
+        phase!("generate");
         let known = || {
             let solid = self.placed.iter().filter(|placed| matches!(placed.kind, "shape" | "mesh"));
             solid.filter_map(|placed| Some((placed.name.as_ref()?, placed.triangles.clone())))

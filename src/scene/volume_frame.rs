@@ -112,6 +112,7 @@ impl Content {
     pub(super) fn at(&self, seconds: f64) -> Result<Frame, SceneError> {
         match self {
             Self::File { grid, color, hot, .. } => {
+                phase!("read");
                 let path = self.path(seconds);
                 read::check(&path)?;
                 let of_file = |Fault { message, help }| SceneError::invalid(&path, message, help);

@@ -23,3 +23,4 @@ mod signals;
 mod synced;
 mod verify;
 mod volumes;
+mod wall_clock;

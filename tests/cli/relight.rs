@@ -82,7 +82,7 @@ fn glass_and_walls_colour_splats() {
         assert_colors(&after, |i| before.splats[i].color * share(i), most);
     }
     // As much light from around as from the sun, for a particle: half of the share.
-    let around = ["--set", "environment.ambient=[0.477465, 0.477465, 0.477465]"];
+    let around = ["--set", "environment.ambient=[0.2387325, 0.2387325, 0.2387325]"];
     let after = relit(&folder, &scene, "out.ply", &around);
     assert_colors(&after, |i| before.splats[i].color * (share(i) + 1.0) * 0.5, LIGHT);
     // A second lamp, red, which no glass shades: red light is two thirds the sun's.

@@ -8,7 +8,7 @@ use crate::common::{
 use gobo::{
     glam::{Affine3A, DVec3, EulerRot, IVec3, Quat, UVec2, UVec3, Vec3, Vec4},
     internals::records::Picture,
-    model::{Brick, Density, Grid, Light, LightKind, Material, Receiver, Shape, Transfer},
+    model::{Brick, Density, Grid, Light, LightKind, Material, Receiver, Shape, Transfer, Voxels},
     scene::Scene,
 };
 
@@ -125,6 +125,39 @@ fn gpu_matches_reference() {
     assert_matches_reference(&scene);
 }
 
+/// What is hot and hides what is behind it has the colour of its temperature.
+#[test]
+fn soot_glows_as_a_black_body() {
+    let cube = |kelvin: f32| {
+        let density = Density::Voxels(Voxels::new(|_| 40.0));
+        let temperature = Some(Voxels::new(|_| kelvin));
+        let bricks = vec![Brick { temperature, ..Brick::new(IVec3::ZERO, density) }];
+        let world_from_index = Affine3A::from_translation(Vec3::splat(-4.0));
+        let grid = Grid { bricks, world_from_index, emission: 0.5, ..Grid::default() };
+        let mut scene = scene_of(grid, Vec3::ONE);
+        scene.lights.clear();
+        (scene.camera.eye, scene.camera.size) = (Vec3::new(0.0, 0.0, 9.0), UVec2::splat(8));
+        scene
+    };
+    // By the CIE's table of its observer of 1931, as shares of red at 1500 K.
+    for (kelvin, truth) in [
+        (1500.0, [1.0, 0.133, 0.0]),
+        (1850.0, [18.203, 4.013, 0.0]),
+        (2700.0, [907.9, 377.3, 89.9]),
+        (6500.0, [126_902.0, 119_717.0, 125_806.0]),
+    ] {
+        let scene = cube(kelvin);
+        let mut pictures = vec![reference_picture(&scene)];
+        pictures.extend(TIERS.map(|tier| render(tier, &scene).picture));
+        for picture in &pictures {
+            let found = Vec3::from(picture.light[4 * 8 + 4]);
+            let expected = 0.5 * Vec3::from(truth);
+            let apart = (found - expected).abs().max_element() / expected.max_element();
+            assert!(apart < 0.03, "{kelvin} K: {found}, not {expected}");
+        }
+    }
+}
+
 /// Light that a grid sends along a line, from the definition: at each of `STEPS` places what remains of the light
 /// after the way there, and what the sun sends there, scattered four times.
 fn marched(scene: &Scene, line: &Line) -> DVec3 {
@@ -151,14 +184,16 @@ fn marched(scene: &Scene, line: &Line) -> DVec3 {
         // Up to the middle of the way.
         let through = passed(toward.optical_depths(grid, [0.0, 8.0], 1)[0]);
         let cosine = sun.dot(line.way);
-        let mut arriving = DVec3::ZERO;
+        let (mut arriving, mut before) = (DVec3::ZERO, DVec3::ZERO);
         for order in 0..4 {
             let half = 0.5_f64.powi(order);
             let g = f64::from(grid.anisotropy) * half;
             let spread = 1.0 + g * g - 2.0 * g * cosine;
             let phase = (1.0 - g * g) / (4.0 * std::f64::consts::PI * spread.powf(1.5));
             let kept = ((through - 1.0 / 1024.0) / (1.0 - 1.0 / 1024.0)).max(DVec3::ZERO);
-            arriving += (0.5 * albedo).powf(f64::from(order)) * kept.powf(half) * phase;
+            let found = kept.powf(half);
+            arriving += (0.5 * albedo).powf(f64::from(order)) * (found - before) * phase;
+            before = found;
         }
         light += (from - to) * arriving * albedo * f64::from(scene.lights[0].intensity);
     }

@@ -286,6 +286,20 @@ fn pictures_match_the_reference() {
     }
 }
 
+/// Nothing but the background, up, down and aside.
+#[test]
+fn the_background_is_the_same_all_around() {
+    let background = Vec3::new(0.5, 0.25, 1.0);
+    let mut scene = Scene { environment: None, background, ..stage() };
+    (scene.camera.fov_y, scene.camera.eye) = (2.4, Vec3::new(0.0, 0.0, -90.0));
+    scene.camera.target = scene.camera.eye + Vec3::NEG_Z;
+    let mut pictures = vec![reference_picture(&scene)];
+    pictures.extend(tiers(Tier::Native).into_iter().map(|tier| render(tier, &scene).picture));
+    for light in pictures.iter().flat_map(|picture| &picture.light) {
+        assert_eq!(Vec3::from(*light), background);
+    }
+}
+
 /// The sun's power follows from its angle, though it is smaller than a texel or two.
 #[test]
 fn the_sun_is_as_bright_as_it_is_large() {

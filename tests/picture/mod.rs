@@ -6,6 +6,8 @@ mod bricks;
 mod catcher;
 mod emitters;
 mod environment;
+mod estimate;
+mod furnace;
 mod golden;
 mod host_masks;
 mod images;

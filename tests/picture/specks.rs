@@ -39,7 +39,8 @@ fn a_normal_that_looks_away_from_the_eye_is_no_other_side() {
     let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     assert!(face.dot(normal).abs() > 0.9 * face.length(), "{face}");
     scene.triangles.push(facet);
-    let scattered = 0.5 * normal.x;
+    // All but what is mirrored.
+    let scattered = 0.5 * 0.96 * normal.x;
     for picture in pictures(&scene) {
         let lit = middle(&picture);
         // And a highlight.

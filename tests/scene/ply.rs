@@ -143,3 +143,34 @@ fn lines_may_end_as_on_any_system() {
     binary.extend([x, 2., 3.].map(f32::to_le_bytes).concat());
     assert_eq!(load(&binary).unwrap().particles[0].center.x, x);
 }
+
+/// Rows of one size are read on all cores: every row, in order, whatever their number.
+#[test]
+fn threads_do_not_change_what_is_read() {
+    const COUNT: usize = 40_000;
+    // Every thousandth has no radius, and its number all the same.
+    let row = |i: usize| [i as f32, 0.5 * i as f32, -1.0, if i % 1000 == 7 { 0.0 } else { 0.1 }];
+    let columns = format!("{XYZ}property float radius\n");
+    let header = |kind: &str| {
+        format!("ply\nformat {kind} 1.0\nelement vertex {COUNT}\n{columns}end_header\n")
+    };
+    let mut binary = header("binary_big_endian").into_bytes();
+    let mut ascii = header("ascii");
+    for i in 0..COUNT {
+        binary.extend(row(i).iter().flat_map(|number| number.to_be_bytes()));
+        ascii += &row(i).map(|number| number.to_string()).join(" ");
+        ascii += "\n";
+    }
+    let sequential = load(ascii).unwrap();
+    assert_eq!(sequential.particles.len(), COUNT - COUNT / 1000);
+    for threads in [1, 2, 7] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let ParticleFile { particles, skipped, .. } = pool.install(|| load(&binary)).unwrap();
+        assert!(particles == sequential.particles, "{threads} threads");
+        assert_eq!(skipped, sequential.skipped);
+        assert!(particles.iter().all(|p| p.center.x == p.id as f32), "{threads} threads");
+    }
+    let mut cut = binary;
+    cut.truncate(cut.len() - 1);
+    assert!(refusal(cut).contains("ends in row 40000 of 40000"));
+}

@@ -12,8 +12,7 @@ const ROUGH_SIZE: u32 = 64u;   // edge of all but the first, without its border 
 // `direction`: unit; `roughness`: 0 for the visible background and sharp reflections.
 fn from_around(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     if !HAS_ENVIRONMENT {
-        // Brighter above.
-        return picture_params.background * (1.0 + 0.35 * direction.y);
+        return picture_params.background;
     }
     let n = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
     let sides = select(vec2(-1.0), vec2(1.0), n.xy >= vec2(0.0));

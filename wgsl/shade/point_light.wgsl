@@ -11,32 +11,38 @@ import package::records::point::{
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::irradiance::irradiance;
-import package::shade::phase::phase_of_orders;
+import package::shade::phase::{PER_FOUR_PI, phase_of_orders};
 import package::shade::receiver::set_receiver;
-import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored};
+import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored, mirrored_sky};
 import package::shade::shadow::shadow;
 import package::shade::strand::strand_scattered;
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
 
-const PER_TWO_PI: f32 = 0.15915494;
 // Sums of the lights, laid aside; with the second the point's number.
 const ASIDE_DIFFUSE: u32 = ASIDE_LOCAL;
 const ASIDE_SHINE: u32 = ASIDE_LOCAL + 1u;
 
-// Share of the light from `toward` that a point of albedo 1 sends to the eye.
+// Share of the light from `toward` that a point of albedo 1 sends to the eye, without what it mirrors.
 fn scattered(point: Point, cosine: f32) -> f32 {
     switch point.kind {
-        case POINT_SOLID, POINT_COVER: { return max(cosine, 0.0) * PER_PI; }
+        // A highlight never sends more than it does head-on.
+        case POINT_SOLID: { return max(cosine, 0.0) * PER_PI * (1.0 - HEAD_ON * point.polish); }
+        case POINT_COVER: { return max(cosine, 0.0) * PER_PI; }
         case POINT_PANE: { return abs(cosine) * PER_PI; }
-        // Isotropic; smoke is thick enough for multiple scattering, so that it is half as bright as paper
-        // that faces the light.
-        default: { return PER_TWO_PI; }
+        // Evenly to all sides.
+        default: { return PER_FOUR_PI; }
     }
 }
 
+// Ambient light that a point of albedo 1 scatters to the eye: of an opaque surface what it does not mirror there. Where
+// the surroundings are two colours, only metal mirrors them, and all else is scattered.
 fn ambient(point: Point) -> vec3<f32> {
-    return select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
+    let light = select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
+    let cosine = dot(point.normal, normalize(eye() - point.position));
+    let mirror = mirrored_sky(Gloss(point.reflectivity, point.polish), cosine, point.roughness);
+    let mirrors = point.kind == POINT_SOLID && picture_params.environment_size > 0u;
+    return light * select(1.0, 1.0 - mirror, mirrors);
 }
 
 // Light of the point `number`. Around a look-up, what is needed behind it is laid aside or read anew.

@@ -59,6 +59,7 @@ impl Clock {
             encoder.resolve_query_set(&stamps.set, 0..2, &stamps.resolved, 0);
         }
         let commands = encoder.finish();
+        let _kernels = tracing::debug_span!("kernels").entered();
         let started = Instant::now();
         gpu.queue.submit([commands]);
         gpu.device

@@ -20,6 +20,7 @@ use gobo::{
 };
 use half::f16;
 use serde::Serialize;
+use tracing::debug_span;
 
 /// Median, least and largest [ms].
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +61,9 @@ pub(super) struct Measured {
     pub(super) compute_ms: f64,
     pub(super) compute_min: f64,
     pub(super) compute_max: f64,
+    /// Phase of the command since the row before and its time on the wall clock [ms].
+    #[serde(serialize_with = "as_map")]
+    pub(super) milliseconds: Vec<(&'static str, f64)>,
     /// Stage and its time [ms]; each was waited for, so their sum is more than a frame's.
     #[serde(serialize_with = "as_map")]
     pub(super) stages: Vec<(&'static str, f64)>,
@@ -148,6 +152,7 @@ impl Bench {
         }
         let prepared = self.prepare(&casters, &views)?;
         let maps = self.read(&prepared, &case)?;
+        let comparing = debug_span!("compare").entered();
         for (light, (map, view)) in maps.iter().zip(&views).enumerate() {
             check(map, inputs, view).map_err(|wrong| {
                 Failure::Wrong(format!(
@@ -159,6 +164,7 @@ impl Bench {
         let raster = with_raster.then(|| self.raster(inputs, &views)).transpose()?;
         let held = raster.as_ref().map(|raster| self.hold(&scene, raster, &maps)).transpose()?;
         drop(maps);
+        drop(comparing);
 
         let Some((raster, held)) = raster.zip(held) else {
             let times = self.times(&prepared, &[])?;
@@ -227,6 +233,7 @@ impl Bench {
             compute_ms: compute.median,
             compute_min: compute.min,
             compute_max: compute.max,
+            milliseconds: Vec::new(),
             stages,
             bytes: prepared.memory().0.clone(),
             pairs: counters.pairs,
@@ -243,6 +250,7 @@ impl Bench {
         casters: &Casters<'_>,
         views: &[View],
     ) -> Result<Prepared, Failure> {
+        let _preparing = debug_span!("prepare").entered();
         let config = Config::new(self.gpu.tier, &self.gpu.adapter);
         let mut known: Option<Counters> = None;
         loop {
@@ -271,6 +279,7 @@ impl Bench {
     }
 
     fn read(&self, prepared: &Prepared, case: &Case) -> Result<Vec<Map>, Failure> {
+        let _reading = debug_span!("read_back").entered();
         let maps = prepared.maps();
         let filters: Vec<[u16; 4]> = self.gpu.try_read_texture(&maps.filters)?;
         let nearests: Vec<f32> = self.gpu.try_read_texture(&maps.nearests)?;
@@ -353,6 +362,7 @@ impl Bench {
         } else {
             Timeline::stepped(device, queue)
         };
+        let _kernels = debug_span!("kernels").entered();
         for _ in 0..2 {
             timeline.reset();
             let mut encoder = device.create_command_encoder(&Default::default());

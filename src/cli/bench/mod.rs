@@ -20,17 +20,19 @@ use super::{
     failure::Failure,
     files,
     output::{self, Output},
+    wall_clock::WallClock,
 };
 use arguments::{MAX_LIST, ReceiverName, ShapeName};
 use gobo::internals::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
 use raster::Inputs;
 use report::Report;
+use tracing::debug_span;
 
 /// Least opacity beside the raster pipeline.
 const MIN_RASTER_OPACITY: f32 = 0.005;
 
-pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), Failure> {
     let backend = arguments.device.backend();
     if backend == Backend::Cpu {
         return Err(Failure::Usage(
@@ -50,7 +52,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
         bench.set_nodes(arguments.nodes);
     }
     if let Some(path) = &arguments.scene {
-        return scene::run(arguments, bench, path);
+        return scene::run(arguments, bench, path, clock);
     }
     let mut report = Report::new(&bench, arguments);
     files::print(&report.heading())?;
@@ -73,7 +75,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
             );
             return Err(Failure::Usage(message));
         }
-        let row = if case.casters > MAX_LIST {
+        let mut row = if case.casters > MAX_LIST {
             if arguments.vs.is_some()
                 || arguments.occlude
                 || case.shape != ShapeName::Disc
@@ -88,9 +90,13 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
         } else if arguments.occlude {
             bench.run_occlude(case)?
         } else {
-            let inputs = of_file.clone().unwrap_or_else(|| case.inputs());
+            let inputs = of_file.clone().unwrap_or_else(|| {
+                let _generating = debug_span!("generate").entered();
+                case.inputs()
+            });
             bench.run(case, &inputs, arguments.vs.is_some())?
         };
+        row.compute.milliseconds = clock.take();
         files::print(&report::line(&row))?;
         report.rows.push(row);
     }

@@ -22,7 +22,8 @@ fn limit(side: f32) -> f64 {
 
 impl Bench {
     pub(super) fn run_occlude(&mut self, case: Case) -> Result<Row, Failure> {
-        let (triangles, views) = (case.triangles(), case.views());
+        let (triangles, views) =
+            tracing::debug_span!("generate").in_scope(|| (case.triangles(), case.views()));
         let material = Material { transfer: Transfer::Opaque, ..Material::default() };
         let materials = [material];
         let casters =

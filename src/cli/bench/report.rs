@@ -97,7 +97,7 @@ pub(super) fn times(compute: &Measured) -> String {
     spread(compute.compute_ms, compute.compute_min, compute.compute_max)
 }
 
-/// Stages, pairs and memory.
+/// Stages, pairs and memory, and what the command has spent its time on.
 pub(super) fn below(compute: &Measured) -> String {
     let stages: Vec<_> =
         compute.stages.iter().map(|(name, ms)| format!("{name} {ms:.2}")).collect();
@@ -115,7 +115,10 @@ pub(super) fn below(compute: &Measured) -> String {
     if compute.overflowed > 0 {
         line += &format!(", {} of them past the pair capacity", compute.overflowed);
     }
-    line
+    let all: f64 = compute.milliseconds.iter().map(|(_, ms)| ms).sum();
+    let phases = compute.milliseconds.iter().map(|(name, ms)| format!("{name} {:.2}", ms * 1e-3));
+    let phases = phases.collect::<Vec<_>>().join(", ");
+    line + &format!("\n{:>9}in {:.2} s: {phases}", "", all * 1e-3)
 }
 
 /// A count as `10k`, `1.5m`.

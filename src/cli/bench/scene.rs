@@ -8,6 +8,7 @@ use crate::cli::{
     failure::Failure,
     files,
     output::{self, Output},
+    wall_clock::WallClock,
 };
 use gobo::{internals::view::shadow_views, scene};
 use serde::Serialize;
@@ -30,6 +31,7 @@ pub(super) fn run(
     arguments: &BenchArguments,
     mut bench: Bench,
     path: &Path,
+    clock: &WallClock,
 ) -> Result<(), Failure> {
     let scene = scene::load_with(path, &arguments.set)?;
     arguments.json.as_deref().map(Output::check).transpose()?;
@@ -44,13 +46,14 @@ pub(super) fn run(
     files::print(&report.adapter_and_clock())?;
     let prepared = bench.prepare(&casters, &views)?;
     let times = bench.times(&prepared, &[])?;
-    let row = Row {
+    let mut row = Row {
         scene: path,
         visible: prepared.counters()?.visible,
         views: views.len(),
         texels: views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y)).sum(),
         compute: bench.measured(&prepared, times[0])?,
     };
+    row.compute.milliseconds = clock.take();
     let (times, below) = (report::times(&row.compute), report::below(&row.compute));
     let Row { visible, views, texels, .. } = row;
     files::print(&format!(

@@ -35,6 +35,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     let started = Instant::now();
     let mut of_casters = 0.0;
     let mut share_from = |first: u32| {
+        let _generating = tracing::debug_span!("generate").entered();
         let started = Instant::now();
         let particles = case.particles(first..case.casters.min(first.saturating_add(SHARE)));
         samples.add(&particles);
@@ -78,6 +79,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
         compute_ms: all,
         compute_min: all,
         compute_max: all,
+        milliseconds: Vec::new(),
         stages: vec![("casters", of_casters), ("maps", all - of_casters)],
         bytes,
         pairs: 0,

@@ -184,8 +184,7 @@ impl<'a> Lighting<'a> {
     /// Radiance of the background or environment from a unit direction, prefiltered for a roughness.
     pub fn radiance_around(&self, direction: Vec3, roughness: f32) -> Vec3 {
         let Some(environment) = self.environment else {
-            // Brighter above.
-            return self.background * (1.0 + 0.35 * direction.y);
+            return self.background;
         };
         let point = octahedral(direction) * 0.5 + 0.5;
         let level = roughness.clamp(0.0, 1.0) * (LEVELS - 1) as f32;
@@ -221,14 +220,18 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// Ambient light that a surface sends to the eye.
+    /// Ambient light that a point scatters to the eye: of an opaque surface what it does not mirror there. Where the
+    /// surroundings are two colours, only metal mirrors them, and all else is scattered.
     pub fn ambient_of(&self, point: &Point) -> Vec3 {
-        point.albedo * (1.0 - point.metallic) * self.ambient_at(point)
+        let mirrors = point.kind == PointKind::Solid && self.environment.is_some();
+        let mirror = point.gloss.mirrored_sky(point.normal.dot(point.to_eye), point.roughness);
+        let kept = if mirrors { 1.0 - mirror } else { 1.0 };
+        point.albedo * (1.0 - point.metallic) * kept * self.ambient_at(point)
     }
 
     /// Light that a point sends to the eye. `masks`: those of its picture.
     pub fn light(&self, point: &Point, masks: Option<&Masks>) -> Vec3 {
-        let (mut diffuse, mut shine) = (self.ambient_at(point), Vec3::ZERO);
+        let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
         for (index, light) in self.lights().iter().enumerate() {
             let (toward, color) = incoming(light, point.position);
             let (cosine, side) = (point.normal.dot(toward), point.face.dot(toward));
@@ -255,6 +258,10 @@ impl<'a> Lighting<'a> {
                     color * phase_of_orders(through, ahead, anisotropy, point.albedo)
                 }
                 PointKind::Strand => passed * strand_scattered(point, toward),
+                // A highlight never sends more than it does head-on.
+                PointKind::Solid => {
+                    passed * scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
+                }
                 kind => passed * scattered(kind, cosine),
             };
             let has_face =
@@ -263,7 +270,8 @@ impl<'a> Lighting<'a> {
                 shine += passed * (cosine * highlight(point, toward));
             }
         }
-        point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine
+        let scattered = point.albedo * (1.0 - point.metallic) * diffuse;
+        point.emission + self.ambient_of(point) + scattered + shine
     }
 
     /// A surface that shows the surroundings behind it, times the share of its light that reaches it: the whole of it is

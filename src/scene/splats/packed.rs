@@ -39,7 +39,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
                 let help = "use a smaller file, or a machine with more memory";
                 let memory = || (format!("no memory for {} chunks", element.count), help);
                 chunks.try_reserve_exact(element.count).map_err(|_| memory())?;
-                body.rows(element, colors.as_ref().unwrap_or(&plain), |row| {
+                let read = |_: usize, row: &[f64]| {
                     let vector =
                         |i: usize| Vec3::new(row[i] as f32, row[i + 1] as f32, row[i + 2] as f32);
                     let color = if row.len() > 12 {
@@ -47,15 +47,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
                     } else {
                         [Vec3::ZERO, Vec3::ONE]
                     };
-                    chunks.push([[vector(0), vector(3)], [vector(6), vector(9)], color]);
+                    [[vector(0), vector(3)], [vector(6), vector(9)], color]
+                };
+                body.rows(element, colors.as_ref().unwrap_or(&plain), read, |chunk| {
+                    chunks.push(chunk);
                     Ok(())
                 })?;
             }
             "vertex" => {
                 let words = table(element, &WORDS)?;
                 let mut splats = Cloud::with_room(element.count as u64)?;
-                let mut index = 0;
-                body.rows(element, &words, |row| {
+                let read = |index: usize, row: &[f64]| {
                     let chunk = chunks.get(index / CHUNK).ok_or_else(|| {
                         let message = format!(
                             "splat {} has no chunk: there are {} chunks of {CHUNK} before it",
@@ -64,11 +66,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
                         );
                         (message, "write the element `chunk` before `vertex`, whole")
                     })?;
-                    index += 1;
-                    splats.push(splat(
-                        chunk,
-                        [row[0], row[1], row[2], row[3]].map(|word| word as u32),
-                    ));
+                    let words = [row[0], row[1], row[2], row[3]].map(|word| word as u32);
+                    Ok::<_, Fault>(splat(chunk, words))
+                };
+                body.rows(element, &words, read, |splat| {
+                    splats.push(splat?);
                     Ok(())
                 })?;
                 cloud = Some(splats);

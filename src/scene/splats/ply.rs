@@ -84,7 +84,7 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
     let columns = table(element, &names)?;
     let mut cloud = Cloud::with_room(element.count as u64)?;
     let mut densest = 0.0_f32;
-    let mut read = |row: &[f64]| {
+    let read = |_: usize, row: &[f64]| {
         let number = |i: usize| row[i] as f32;
         let vector = |i: usize| Vec3::new(number(i), number(i + 1), number(i + 2));
         let (sigma, color) = (vector(3).exp(), vector(11));
@@ -92,16 +92,12 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
             // A normalised kernel: its integral over space is `sigma_t`.
             let volume = TAU.powf(1.5) * sigma.x * sigma.y * sigma.z;
             let extinction = number(10) / volume;
-            densest = densest.max(if extinction.is_finite() { extinction } else { 0.0 });
             (extinction, color)
         } else {
             (sigmoid(number(10)), Vec3::splat(0.5) + HARMONIC * color)
         };
         let rotation = Quat::from_xyzw(number(7), number(8), number(9), number(6));
-        (
-            Gaussian { center: vector(0), rotation, sigma, opacity, color, ..Gaussian::default() },
-            opacity,
-        )
+        Gaussian { center: vector(0), rotation, sigma, opacity, color, ..Gaussian::default() }
     };
     if is_medium {
         // Opacities are shares of the largest extinction, which is known at the end.
@@ -109,8 +105,9 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
         let help = "use a smaller file, or a machine with more memory";
         all.try_reserve_exact(element.count)
             .map_err(|_| (format!("no memory for {} splats", element.count), help))?;
-        body.rows(element, &columns, |row| {
-            all.push(read(row).0);
+        body.rows(element, &columns, read, |splat| {
+            densest = densest.max(if splat.opacity.is_finite() { splat.opacity } else { 0.0 });
+            all.push(splat);
             Ok(())
         })?;
         for splat in all {
@@ -121,8 +118,8 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
         }
         cloud.extinction = Some(densest);
     } else {
-        body.rows(element, &columns, |row| {
-            cloud.push(read(row).0);
+        body.rows(element, &columns, read, |splat| {
+            cloud.push(splat);
             Ok(())
         })?;
     }

@@ -10,6 +10,7 @@ use crate::{
     stage::{bin::SEGMENT_LENGTH, project::CHUNK_SIZE},
 };
 use glam::Vec3;
+use rayon::prelude::*;
 use std::{ops::Range, sync::atomic::AtomicU64};
 
 /// Least casters of a group that ends early.
@@ -60,7 +61,7 @@ impl Groups {
             };
             let cut = order::cut(end - start, box_of, MIN, CHUNK_SIZE);
             let group = |group| Group::of_particles(class, shift(group, start), gaussians, members);
-            groups.extend(cut.into_iter().map(group));
+            groups.par_extend(cut.into_par_iter().map(group));
             let of_class = emitted
                 .iter()
                 .zip(&mut of_emitters)
@@ -83,7 +84,7 @@ impl Groups {
             };
             let cut = order::cut(end - start, box_of, MIN, CHUNK_SIZE);
             let group = |group| Group::of_triangles(class, shift(group, start), members);
-            groups.extend(cut.into_iter().map(group));
+            groups.par_extend(cut.into_par_iter().map(group));
         }
         let changed_at = next_generation();
         for group in &mut groups {

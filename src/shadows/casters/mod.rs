@@ -40,6 +40,7 @@ use crate::{
 use bricks::UploadedBricks;
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
+use rayon::prelude::*;
 use record_sources::{RecordSources, by_kind, particle_order};
 use std::{
     ops::{Range, RangeInclusive},
@@ -141,8 +142,10 @@ impl CasterSet {
         let sources = RecordSources::new(casters, capsules);
         let blue_first = sources.blue_first();
         let records = sources.all(&particle_order);
-        let triangle_records: Vec<_> =
-            triangle_order.iter().map(|&i| TriangleRecord::new(&triangles[i as usize])).collect();
+        let triangle_records: Vec<_> = triangle_order
+            .par_iter()
+            .map(|&i| TriangleRecord::new(&triangles[i as usize]))
+            .collect();
         let host_first = records.len() as u32;
         let host_records = host_first..host_first.saturating_add(record_count(inputs));
         let (emitted, end) = emitted::placed(inputs.emitted, host_records.end);

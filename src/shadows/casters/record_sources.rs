@@ -4,6 +4,7 @@ use crate::{
     model::{CLASSES, Casters, Class, Gaussian, Material, Particle, Pattern, Transfer, by_class},
     records::{CAPSULE_RECORDS, CASTER_TEXELS, Capsules, Caster, GaussianAxes, blue_ranks},
 };
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Properties of a material that decide where its casters are in the upload.
@@ -105,8 +106,10 @@ impl<'a> RecordSources<'a> {
 
     /// All records of an upload in this order.
     pub(super) fn all(&self, order: &[u32]) -> Vec<Caster> {
-        let records = order.iter().map(|&index| self.record(index));
-        records.chain(self.ranks().iter().copied()).chain(self.all_behind()).collect()
+        let mut records: Vec<Caster> = order.par_iter().map(|&index| self.record(index)).collect();
+        records.extend_from_slice(self.ranks());
+        records.extend(self.all_behind());
+        records
     }
 
     fn gaussian(&self, index: u32) -> Option<u32> {

@@ -1,6 +1,7 @@
 //! Groups: spatially coherent runs of casters along a Morton curve.
 use crate::model::Bounds;
 use glam::{UVec3, Vec3};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Bits of a cell's coordinate.
@@ -30,9 +31,9 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
     let per_metre = (1 << BITS) as f32 / edge.max_element();
     // A NaN becomes 0. The index below the code keeps equal ones in order.
     let code = |point: Vec3| u64::from(morton_code(((point - least) * per_metre).as_uvec3()));
-    let mut keys: Vec<u64> =
-        (0..).zip(points).map(|(index, &point)| code(point) << 32 | index).collect();
-    keys.sort_unstable();
+    let key = |(index, &point): (usize, &Vec3)| code(point) << 32 | index as u64;
+    let mut keys: Vec<u64> = points.par_iter().enumerate().map(key).collect();
+    keys.par_sort_unstable();
     keys.into_iter().map(|key| key as u32).collect()
 }
 

@@ -47,7 +47,6 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "REFRACTS",
     "PER_FOUR_PI",
     "PER_PI",
-    "PER_TWO_PI",
     "POINT_BRICK",
     "POINT_STRAND",
     "POINT_NONE",

@@ -1,0 +1,55 @@
+//! Submits commands and waits for them, so that each stage has a time.
+use crate::gpu::{Gpu, Timeline, add_time};
+
+/// Stages and their times [ms], in order of first appearance.
+pub(super) type Stages = Vec<(&'static str, f64)>;
+
+/// Work that is submitted to a device, and what its stages take.
+#[derive(Debug)]
+pub(super) struct Work {
+    timeline: Timeline,
+    stages: Stages,
+}
+
+impl Work {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        // A software adapter takes timestamps when it records, not when the work is done.
+        let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
+            Timeline::stepped(&gpu.device, &gpu.queue)
+        } else {
+            Timeline::new(&gpu.device, &gpu.queue)
+        };
+        Self { timeline, stages: Vec::new() }
+    }
+
+    /// Submits what `record` records, and waits until it is done.
+    pub(super) fn submit<T>(
+        &mut self,
+        gpu: &Gpu,
+        record: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timeline) -> T,
+    ) -> T {
+        self.timeline.reset();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let recorded = record(&mut encoder, &mut self.timeline);
+        self.timeline.finish(&mut encoder);
+        let commands = encoder.finish();
+        phase!("kernels");
+        gpu.queue.submit([commands]);
+        // `Gpu::check` tells of a lost device.
+        let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        for (stage, ms) in self.timeline.read(&gpu.device) {
+            add_time(&mut self.stages, stage, ms);
+        }
+        recorded
+    }
+
+    /// What the stages have taken since the last call.
+    pub(super) fn take(&mut self) -> Stages {
+        std::mem::take(&mut self.stages)
+    }
+}
+
+/// Adds the times of further stages.
+pub(super) fn add_all(sum: &mut Stages, more: Stages) {
+    more.into_iter().for_each(|(stage, ms)| add_time(sum, stage, ms));
+}

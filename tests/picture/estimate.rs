@@ -1,0 +1,43 @@
+//! What the CPU reference is said to take, beside what it takes.
+use gobo::{
+    RenderOptions, Renderer,
+    scene::{self, Scene},
+};
+use std::{path::Path, time::Instant};
+
+/// Most that an estimate may be off, as a factor: it counts casters and texels, and not what their hits cost each.
+const FACTOR: f64 = 3.0;
+
+fn load(name: &str, set: &[(&str, &str)]) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    let set: Vec<_> = set.iter().map(|&(k, v)| (k.to_owned(), v.to_owned())).collect();
+    scene::load_with(&path, &set).unwrap()
+}
+
+fn assert_estimated(name: &str, set: &[(&str, &str)]) {
+    let scene = load(name, set);
+    let mut renderer = Renderer::on_cpu();
+    let estimate = renderer.estimate(&scene).unwrap();
+    let started = Instant::now();
+    renderer.render(&scene, &RenderOptions::default()).unwrap();
+    let taken = started.elapsed().as_secs_f64();
+    let ratio = estimate / taken;
+    assert!((1.0 / FACTOR..FACTOR).contains(&ratio), "{name}: {estimate:.2} s for {taken:.2} s");
+}
+
+const TINY: (&str, &str) = ("camera.size", "[48, 27]");
+
+#[test]
+fn particles_in_curves_take_what_is_said() {
+    assert_estimated("smoke.toml", &[TINY, ("shadow.size", "256"), ("camera.samples", "1")]);
+}
+
+#[test]
+fn panes_under_a_lamp_with_a_size_take_what_is_said() {
+    assert_estimated("soft_glass.toml", &[TINY, ("shadow.size", "64"), ("camera.samples", "1")]);
+}
+
+#[test]
+fn lit_voxels_take_what_is_said() {
+    assert_estimated("plume.toml", &[TINY, ("shadow.size", "64"), ("camera.samples", "1")]);
+}
