@@ -55,6 +55,8 @@ override SET_UP_ONCE: bool = false;
 override CELLS_AT_ONCE: u32 = 1u;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
+// Some of the views whose levels are made are faces of cubes.
+override HAS_FACES: bool = true;
 // The picture has air, casters that are not solid, and panes among them.
 override HAS_AIR: bool = false;
 // The environment is an image or a sky, not two colours.

@@ -1,8 +1,11 @@
 //! Curves as `NumPy` arrays and preview images.
+use super::npy;
 use gobo::{glam::Vec3, internals::records::CurveMap};
+use rayon::prelude::*;
+use std::io;
 
 /// Numbers of a node: start, end, red, green, blue.
-pub(super) const FIELDS: usize = 5;
+const FIELDS: usize = 5;
 
 /// Start of an unused node: behind the far plane.
 const UNUSED: f32 = 2.0;
@@ -10,33 +13,63 @@ const UNUSED: f32 = 2.0;
 /// Depths over which a preview averages the light.
 const STEPS: usize = 16;
 
-/// Values of all nodes of all texels: in each texel used nodes first, in their order; unused ones have the
+/// Texels that are encoded by one thread, and runs of them that are in memory at once: an array is five times its map.
+const RUN: usize = 1 << 12;
+const RUNS: usize = 16;
+
+/// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused ones have the
 /// light behind the last one.
-pub(super) fn values(curve: &CurveMap) -> impl ExactSizeIterator<Item = f32> {
-    let mut values = Vec::with_capacity(curve.packed.len() * FIELDS);
-    for texel in 0..curve.texel_count() {
+pub(super) fn write(
+    out: &mut dyn io::Write,
+    [rows, columns]: [usize; 2],
+    curve: &CurveMap,
+) -> io::Result<()> {
+    out.write_all(&npy::header(&[rows, columns, curve.nodes, FIELDS]))?;
+    let firsts: Vec<usize> = (0..curve.texel_count()).step_by(RUN).collect();
+    for some in firsts.chunks(RUNS) {
+        let encoded: Vec<_> = some.par_iter().map(|&first| encoded(curve, first)).collect();
+        encoded.iter().try_for_each(|bytes| out.write_all(bytes))?;
+    }
+    Ok(())
+}
+
+/// A run of texels.
+fn encoded(curve: &CurveMap, first: usize) -> Vec<u8> {
+    let texels = first..curve.texel_count().min(first + RUN);
+    let mut bytes = Vec::with_capacity(texels.len() * curve.nodes * FIELDS * size_of::<f32>());
+    let mut put = |start: f32, end: f32, Vec3 { x, y, z }: Vec3| {
+        [start, end, x, y, z].iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+    };
+    for texel in texels {
         let mut behind = Vec3::ONE;
         let mut unused = curve.nodes;
         for (start, end, light) in curve.ramps(texel) {
-            values.extend([start, end, light.x, light.y, light.z]);
+            put(start, end, light);
             (behind, unused) = (light, unused - 1);
         }
-        for _ in 0..unused {
-            values.extend([UNUSED, UNUSED, behind.x, behind.y, behind.z]);
-        }
+        (0..unused).for_each(|_| put(UNUSED, UNUSED, behind));
     }
-    values.into_iter()
+    bytes
 }
 
 /// Mean light of each texel from the first start of all nodes to their last end.
 pub(super) fn preview(curve: &CurveMap) -> Vec<[f32; 3]> {
-    let texels = 0..curve.texel_count();
-    let ramps = texels.clone().flat_map(|texel| curve.ramps(texel));
-    let (first, last) = ramps.fold((1.0, 0.0), |(first, last): (f32, f32), (start, end, _)| {
-        (first.min(start), last.max(end))
-    });
+    let texels = (0..curve.texel_count()).into_par_iter();
+    let of_texel = |texel| {
+        curve.ramps(texel).fold((1.0, 0.0), |(first, last): (f32, f32), (start, end, _)| {
+            (first.min(start), last.max(end))
+        })
+    };
+    let (first, last) = texels
+        .clone()
+        .map(of_texel)
+        .reduce(|| (1.0, 0.0), |(a, b), (first, last)| (a.min(first), b.max(last)));
     let depths = (0..STEPS).map(|i| first + (last - first) * (i as f32 + 0.5) / STEPS as f32);
     let mean = |texel| {
+        // Most texels.
+        if curve.ramps(texel).next().is_none() {
+            return [1.0; 3];
+        }
         let sum: Vec3 = depths.clone().map(|z| curve.light_at(texel, z)).sum();
         (sum / STEPS as f32).to_array()
     };

@@ -14,7 +14,7 @@ use gobo::{
         gpu::{Access, Binding, BindingKind, Constant, KernelDesc, Tier},
         stage::variants,
     },
-    wgpu::{TextureSampleType, TextureViewDimension},
+    wgpu::{TextureFormat, TextureSampleType, TextureViewDimension},
 };
 use serde::Serialize;
 use std::{
@@ -211,7 +211,7 @@ pub(super) fn binding_entry(
         }
         BindingKind::StorageTexture { access, format, dimension } => Kind::StorageTexture {
             access: access_word(access),
-            format: format!("{format:?}").to_lowercase(),
+            format: format_name(format),
             dimension: dimension_word(dimension),
         },
         BindingKind::Texture { sample, dimension } => {
@@ -220,6 +220,12 @@ pub(super) fn binding_entry(
     };
     let slot = slots.get(&binding.number).copied();
     BindingEntry { group: 0, binding: binding.number, slot, name: binding.name, kind }
+}
+
+/// WebGPU's name of a format of ours, such as `rgba8unorm-srgb`.
+pub(super) fn format_name(format: TextureFormat) -> String {
+    let name = format!("{format:?}").to_lowercase();
+    name.strip_suffix("srgb").map_or(name.clone(), |linear| format!("{linear}-srgb"))
 }
 
 fn access_word(access: Access) -> &'static str {

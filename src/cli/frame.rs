@@ -1,7 +1,7 @@
 //! A scene's frame as a recording: its resources with their contents, its kernels, its commands, and the maps
 //! that they make, bit for bit. For engines without wgpu: `docs/export.md`.
 use super::{
-    export::binding_entry,
+    export::{binding_entry, format_name},
     failure::Failure,
     files, inputs,
     memory::Needs,
@@ -20,7 +20,7 @@ use gobo::{
     },
     model::Scene,
     scene,
-    wgpu::{Buffer, Extent3d, TexelCopyTextureInfoBase, Texture},
+    wgpu::{Buffer, Extent3d, TexelCopyTextureInfoBase, Texture, TextureDimension},
 };
 use serde_json::{Map, Value, json};
 use std::{collections::HashMap, path::Path};
@@ -263,8 +263,16 @@ impl Recording<'_> {
             return Ok(known.clone());
         }
         let bytes: Vec<u8> = self.gpu.try_read_texture(texture)?;
-        let format = format!("{:?}", texture.format()).to_lowercase();
-        let value = json!({ "kind": "texture", "format": format, "size": extent(texture.size()) });
+        let dimension = match texture.dimension() {
+            TextureDimension::D3 => "3d",
+            _ => "2d",
+        };
+        let value = json!({
+            "kind": "texture",
+            "format": format_name(texture.format()),
+            "dimension": dimension,
+            "size": extent(texture.size()),
+        });
         self.resource(name, resource, value, &bytes)
     }
 

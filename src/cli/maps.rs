@@ -1,5 +1,5 @@
 //! The maps of a frame as files: arrays, previews and a description of the views.
-use super::{curves, failure::Failure, files, npy};
+use super::{curves, failure::Failure, files, npy, output::Fill};
 use gobo::{
     glam::{DMat4, Mat4, Vec3},
     internals::records::{CurveMap, ViewMaps},
@@ -58,7 +58,7 @@ pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
 
 /// Writes all maps of a frame by name. `origin`: [`gobo::model::Scene::origin`].
 pub(crate) fn write(
-    mut write: impl FnMut(&str, &[u8]) -> Result<(), Failure>,
+    mut write: impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
     maps: &[ViewMaps],
     lights: &[Light],
     names: &[String],
@@ -68,7 +68,7 @@ pub(crate) fn write(
     for (maps, stem) in of_lights(maps, lights).zip(stems) {
         Arrays::of(maps).write(&mut write, &stem)?;
     }
-    write("views.json", json.as_bytes())
+    write("views.json", &mut |out| out.write_all(json.as_bytes()))
 }
 
 /// Starts of the views' file names, and `views.json`.
@@ -119,30 +119,32 @@ impl<'a> Arrays<'a> {
     /// Writes the arrays and their previews; `stem`: the start of their names.
     pub(super) fn write(
         &self,
-        write: &mut impl FnMut(&str, &[u8]) -> Result<(), Failure>,
+        write: &mut impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
         stem: &str,
     ) -> Result<(), Failure> {
         let &Self { size: [width, height], filter, nearest, opaque, colored, curve } = self;
         let (rows, columns) = (height as usize, width as usize);
-        let mut save = |map: &str, array: &[u8], preview: DynamicImage| {
+        let mut save = |map: &str, array: Fill<'_>, preview: DynamicImage| {
             write(&format!("{stem}.{map}.npy"), array)?;
-            write(&format!("{stem}.{map}.png"), &png(&preview))
+            write(&format!("{stem}.{map}.png"), &mut |out| out.write_all(&png(&preview)))
         };
-        let array = npy::encode(&[rows, columns, 3], filter.as_flattened().iter().copied());
-        save("filter", &array, filter_preview(width, height, filter))?;
-        for (map, depths) in [("nearest", nearest), ("opaque", opaque)] {
-            let array = npy::encode(&[rows, columns], depths.iter().copied());
-            save(map, &array, depth_preview(width, height, depths))?;
-        }
+        let mut save_colors = |map: &str, colors: &[[f32; 3]]| {
+            let preview = filter_preview(width, height, colors);
+            let values = || colors.as_flattened().iter().copied();
+            save(map, &mut |out| npy::write(out, &[rows, columns, 3], values()), preview)
+        };
+        save_colors("filter", filter)?;
         if !colored.is_empty() {
-            let array = npy::encode(&[rows, columns, 3], colored.as_flattened().iter().copied());
-            save("colored", &array, filter_preview(width, height, colored))?;
+            save_colors("colored", colored)?;
+        }
+        for (map, depths) in [("nearest", nearest), ("opaque", opaque)] {
+            let preview = depth_preview(width, height, depths);
+            let values = || depths.iter().copied();
+            save(map, &mut |out| npy::write(out, &[rows, columns], values()), preview)?;
         }
         if let Some(curve) = curve {
-            let shape = [rows, columns, curve.nodes, curves::FIELDS];
-            save("curve", &npy::encode(&shape, curves::values(curve)), {
-                filter_preview(width, height, &curves::preview(curve))
-            })?;
+            let preview = filter_preview(width, height, &curves::preview(curve));
+            save("curve", &mut |out| curves::write(out, [rows, columns], curve), preview)?;
         }
         Ok(())
     }
@@ -211,7 +213,11 @@ fn depth_preview(width: u32, height: u32, depths: &[f32]) -> DynamicImage {
 }
 
 fn srgb(linear: f32) -> u8 {
-    let linear = linear.clamp(0.0, 1.0);
+    // Most texels.
+    if linear >= 1.0 {
+        return 255;
+    }
+    let linear = linear.max(0.0);
     let encoded =
         if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0).round() as u8

@@ -3,7 +3,7 @@ use super::{
     failure::Failure,
     files, inputs,
     maps::Arrays,
-    output,
+    output::{self, Fill},
     part::{Array, Head, Part},
     sidecar,
 };
@@ -28,7 +28,7 @@ pub(crate) fn run(paths: &[PathBuf], out: &Path) -> Result<(), Failure> {
     })?;
     files::create_dir(&folder)?;
     for view in 0..head.sizes.len() {
-        let mut write = |name: &str, bytes: &[u8]| output::write(&folder.join(name), bytes);
+        let mut write = |name: &str, contents: Fill<'_>| output::fill(&folder.join(name), contents);
         merge(&parts, view, &mut write)?;
     }
     output::write(&folder.join("views.json"), head.views.as_bytes())?;
@@ -85,7 +85,7 @@ fn difference(head: &Head, other: &Head) -> Option<&'static str> {
 fn merge(
     parts: &[Part],
     view: usize,
-    write: &mut impl FnMut(&str, &[u8]) -> Result<(), Failure>,
+    write: &mut impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let head = &parts[0].head;
     let texels = head.texels(view);

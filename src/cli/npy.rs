@@ -8,17 +8,35 @@ pub(crate) type Fault = (String, &'static str);
 const MAX_HEADER: usize = 1 << 16;
 const WRITE_AGAIN: &str = "write it again with numpy.save";
 
-/// Encodes little-endian `f32`s in C order.
-pub(crate) fn encode(shape: &[usize], values: impl ExactSizeIterator<Item = f32>) -> Vec<u8> {
+/// Writes little-endian `f32`s in C order.
+pub(crate) fn write(
+    out: &mut dyn Write,
+    shape: &[usize],
+    values: impl ExactSizeIterator<Item = f32>,
+) -> io::Result<()> {
+    const PIECE: usize = 1 << 16;
     debug_assert_eq!(shape.iter().product::<usize>(), values.len());
     let mut bytes = header(shape);
-    bytes.reserve(values.len() * 4);
-    bytes.extend(values.flat_map(f32::to_le_bytes));
+    for value in values {
+        bytes.extend_from_slice(&value.to_le_bytes());
+        if bytes.len() >= PIECE {
+            out.write_all(&bytes)?;
+            bytes.clear();
+        }
+    }
+    out.write_all(&bytes)
+}
+
+/// Encodes little-endian `f32`s in C order.
+#[cfg(test)]
+pub(crate) fn encode(shape: &[usize], values: impl ExactSizeIterator<Item = f32>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write(&mut bytes, shape, values).expect("memory takes all");
     bytes
 }
 
 /// Magic and header of an array; its values follow.
-fn header(shape: &[usize]) -> Vec<u8> {
+pub(super) fn header(shape: &[usize]) -> Vec<u8> {
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let shape = if shape.len() == 1 { lengths.trim_end() } else { lengths.trim_end_matches(", ") };
     let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");

@@ -178,24 +178,37 @@ fn opened(path: &Path) -> Result<fs::File, Failure> {
     fs::File::options().write(true).open(path).map_err(|source| Failure::file(path, source))
 }
 
+/// Writes contents of an output, in pieces that are not small.
+pub(crate) type Fill<'a> = &'a mut dyn FnMut(&mut dyn io::Write) -> io::Result<()>;
+
 /// Writes an output.
 pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
-    put(path, contents, |_| Ok(()))
+    fill(path, &mut |out| out.write_all(contents))
 }
 
 /// Like [`write()`], and the contents are on the disk before the name is.
 pub(crate) fn write_synced(path: &Path, contents: &[u8]) -> Result<(), Failure> {
+    fill_synced(path, &mut |out| out.write_all(contents))
+}
+
+/// Like [`write()`], of contents that are not in memory at once.
+pub(crate) fn fill(path: &Path, contents: Fill<'_>) -> Result<(), Failure> {
+    put(path, contents, |_| Ok(()))
+}
+
+/// Like [`write_synced()`], of contents that are not in memory at once.
+pub(crate) fn fill_synced(path: &Path, contents: Fill<'_>) -> Result<(), Failure> {
     put(path, contents, fs::File::sync_all)
 }
 
 fn put(
     path: &Path,
-    contents: &[u8],
+    contents: Fill<'_>,
     sync: impl Fn(&fs::File) -> io::Result<()>,
 ) -> Result<(), Failure> {
     let mut output = Output::new(path)?;
     let file = output.file.as_file_mut();
-    let written = file.write_all(contents).and_then(|()| sync(file));
+    let written = contents(file).and_then(|()| sync(file));
     written.map_err(|source| Failure::file(path, source))?;
     output.finish()
 }

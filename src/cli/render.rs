@@ -6,7 +6,7 @@ use super::{
     failure::Failure,
     files, inputs, layers, maps,
     memory::Needs,
-    output,
+    output::{self, Fill},
     preview::Preview,
     report::{json, kept_json},
     sidecar::{self, FrameFiles, Sidecar},
@@ -294,7 +294,8 @@ impl Job<'_> {
             let folder = sidecar::maps(index);
             files::create_dir(&out.join(&folder))?;
             claim.sweep(files::temporaries(&out.join(&folder), ""));
-            let write = |name: &str, bytes: &[u8]| files.write(format!("{folder}/{name}"), bytes);
+            let write =
+                |name: &str, contents: Fill<'_>| files.fill(format!("{folder}/{name}"), contents);
             let scene = &self.scene;
             maps::write(write, &frame.maps, &scene.lights, &self.light_names, scene.origin)?;
         }

@@ -111,6 +111,9 @@ mod tests {
             "clusters_overflowed",
             "masks",
             "unmasked_lights",
+            "levels_made",
+            "pictures_drawn",
+            "capacities_grown",
         ] {
             assert_eq!(value[name], 0, "{name}");
         }

@@ -4,7 +4,7 @@ use super::{
     arguments::RenderArguments,
     failure::Failure,
     files::{self, Digesting, hex},
-    output,
+    output::{self, Fill},
 };
 use gobo::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -103,12 +103,23 @@ impl<'a> FrameFiles<'a> {
 
     /// Writes a file. `name`: its path from the folder, with `/`.
     pub(super) fn write(&mut self, name: String, bytes: &[u8]) -> Result<(), Failure> {
+        self.fill(name, &mut |out| out.write_all(bytes))
+    }
+
+    /// Like [`Self::write`], of contents that are not in memory at once.
+    pub(super) fn fill(&mut self, name: String, contents: Fill<'_>) -> Result<(), Failure> {
         let path = self.dir.join(&name);
-        let Some(written) = &mut self.written else { return output::write(&path, bytes) };
+        let Some(written) = &mut self.written else { return output::fill(&path, contents) };
         check_plain(&path)?;
-        output::write_synced(&path, bytes)?;
-        let sha256 = hex(Sha256::digest(bytes));
-        written.insert(name, Contents { bytes: bytes.len() as u64, sha256 });
+        let mut digest = Sha256::new();
+        output::fill_synced(&path, &mut |out| {
+            let mut digesting = Digesting::new(out);
+            contents(&mut digesting)?;
+            digest = digesting.digest;
+            Ok(())
+        })?;
+        let bytes = fs::metadata(&path).map_err(|source| Failure::file(&path, source))?.len();
+        written.insert(name, Contents { bytes, sha256: hex(digest.finalize()) });
         Ok(())
     }
 

@@ -22,6 +22,12 @@ pub enum KernelError {
         /// Label of the kernel.
         kernel: &'static str,
     },
+    /// A host's layout of another device.
+    #[error("the kernel {kernel} was given a bind group layout of another device")]
+    OtherLayout {
+        /// Label of the kernel.
+        kernel: &'static str,
+    },
     /// A resource that a kernel declares was not given.
     #[error("the kernel {kernel} needs {resource}, which was not given")]
     Missing {

@@ -34,7 +34,7 @@ pub use link::{Constant, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, wo
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
 pub use resource::{Access, Binding, BindingKind, Resource, Resources};
-pub use scope::allocated;
+pub use scope::{allocated, has_texture};
 pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
@@ -42,4 +42,4 @@ pub use tier::Tier;
 #[cfg(feature = "picture")]
 pub(crate) use timing::add_time;
 pub use timing::{Profiler, Timeline};
-pub(crate) use transfer::{read_back, staging};
+pub(crate) use transfer::{filled, read_back, staging};

@@ -12,6 +12,11 @@ pub(super) fn guarded<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T,
     error.map_or(Ok(made), Err)
 }
 
+/// Whether a host's texture is the device's and was not destroyed, which nothing but its use shows.
+pub fn has_texture(device: &Device, texture: &wgpu::Texture) -> bool {
+    guarded(device, || drop(texture.create_view(&wgpu::TextureViewDescriptor::default()))).is_ok()
+}
+
 /// The result of `make`, or [`Error::Memory`] where the device has no memory for what it allocates.
 pub fn allocated<T>(device: &Device, make: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
     // What uses an object that there was no memory for is invalid.

@@ -135,7 +135,8 @@ pub(crate) fn check_alive(device: &Device) -> Result<(), Error> {
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("probe"),
         size: wgpu::COPY_BUFFER_ALIGNMENT,
-        usage: wgpu::BufferUsages::COPY_SRC,
+        // Of this usage it is mapped without another buffer beside it.
+        usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: true,
     });
     let mapped = probe.get_mapped_range_mut(..).map(|_| ());

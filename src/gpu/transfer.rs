@@ -123,12 +123,25 @@ impl Gpu {
     ) -> Result<Vec<T>, Error> {
         phase!("read_back");
         let size = texture.size();
+        let rows = u64::from(size.height) * u64::from(size.depth_or_array_layers);
+        let bytes = rows as usize * (size.width * texel_size(texture)) as usize;
+        let mut texels = Vec::with_capacity(bytes / size_of::<T>().max(1));
+        self.read_rows(texture, |row| texels.extend_from_slice(row))?;
+        Ok(texels)
+    }
+
+    /// Gives every row of texels in turn, all layers, after all commands submitted before.
+    pub fn read_rows<T: bytemuck::AnyBitPattern>(
+        &self,
+        texture: &wgpu::Texture,
+        mut take: impl FnMut(&[T]),
+    ) -> Result<(), Error> {
+        // A texture may be larger than the largest buffer, and than the memory beside it.
+        const MOST: u64 = 64 << 20;
+        let size = texture.size();
         let row = size.width * texel_size(texture);
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let rows = u64::from(size.height) * u64::from(size.depth_or_array_layers);
-        let mut texels = Vec::with_capacity(rows as usize * row as usize / size_of::<T>().max(1));
-        // A texture may be larger than the largest buffer.
-        let most = self.device.limits().max_buffer_size;
+        let most = self.device.limits().max_buffer_size.min(MOST);
         for (origin, part) in parts(size, most / u64::from(padded)) {
             let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
             let layout = wgpu::TexelCopyBufferLayout {
@@ -142,10 +155,10 @@ impl Gpu {
                 encoder.copy_texture_to_buffer(from, to, part);
             })?;
             for line in bytes.chunks_exact(padded as usize) {
-                texels.extend_from_slice(bytemuck::cast_slice(&line[..row as usize]));
+                take(bytemuck::cast_slice(&line[..row as usize]));
             }
         }
-        Ok(texels)
+        Ok(())
     }
 
     fn read_back(

@@ -35,6 +35,19 @@ impl Default for Camera {
 pub struct InvalidCamera(pub(crate) &'static str);
 
 impl Camera {
+    /// Why no view fits it.
+    pub(crate) fn problem(&self) -> Option<&'static str> {
+        let &Self { eye, target, up, fov_y, size } = self;
+        let is_finite = eye.is_finite() && target.is_finite() && up.is_finite();
+        let turns = (target - eye).normalize_or_zero().cross(up) != Vec3::ZERO;
+        let is_cone = fov_y > 0.0 && fov_y < std::f32::consts::PI;
+        let is_valid = is_finite && turns && is_cone && size.min_element() > 0;
+        (!is_valid).then_some(
+            "the camera that its cascades follow must be finite, look somewhere, not along its up vector, \
+             have a field of view of 0 to pi radians, and pixels",
+        )
+    }
+
     /// The camera of a perspective projection: `clip_from_world` as columns, reversed z or not, infinite
     /// far plane or not; `size` of the picture [pixels]. An off-axis frustum (of one of two eyes, or
     /// jittered within a pixel) becomes a symmetric one that encloses it.

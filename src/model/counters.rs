@@ -46,6 +46,12 @@ pub struct Counters {
     pub unordered: u64,
     /// Maps that are smaller than they should be, because the atlas is full.
     pub shrunk: u64,
+    /// Maps of lights with a size whose levels were made.
+    pub levels_made: u64,
+    /// Drawings of pictures: one a sample, and one more where pairs did not fit at first.
+    pub pictures_drawn: u64,
+    /// Times that the pairs of the maps or of a picture did not fit at first.
+    pub capacities_grown: u64,
     /// Pairs of the largest batch.
     #[cfg_attr(feature = "scene", serde(skip))]
     pub pairs_needed: u32,

@@ -7,6 +7,7 @@ use super::{fluid::Fluid, hash::pcg};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
+mod check;
 mod curl_noise;
 
 pub use curl_noise::curl_noise;
@@ -39,48 +40,48 @@ pub enum EmitterShape {
 /// Parameters of an emitter and the forces on its particles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forces {
-    /// Seed of every random number of the emitter.
+    /// Seed of every random number of the emitter. Default 0.
     pub seed: u32,
-    /// Particles emitted per second [1/s].
+    /// Particles emitted per second, 0.001..=1e6 [1/s]. Default 100.
     pub rate: f64,
-    /// Shortest and longest lifetime [s].
+    /// Shortest and longest lifetime, 0.02..=600 [s]. Default 1.
     pub lifetime: [f32; 2],
-    /// Region where particles start.
+    /// Region where particles start. Default a point.
     pub shape: EmitterShape,
-    /// Position of the emitter [m].
+    /// Position of the emitter, this and all other vectors within 1e7 of 0 [m]. Default the origin.
     pub position: Vec3,
-    /// Full size of the region [m].
+    /// Full size of the region, 0 or more [m]. Default 0.2.
     pub extent: Vec3,
-    /// Mean initial velocity [m/s].
+    /// Mean initial velocity [m/s]. Default 1 upward.
     pub velocity: Vec3,
-    /// Largest deviation of a particle's initial velocity [m/s].
+    /// Largest deviation of a particle's initial velocity, 0..=1000 [m/s]. Default 0.
     pub spread: f32,
-    /// Downward acceleration [m/s^2].
+    /// Downward acceleration, -1000..=1000 [m/s^2]. Default 0.
     pub gravity: f32,
-    /// Upward acceleration at birth; it falls to 0 at the end of a particle's life [m/s^2].
+    /// Upward acceleration at birth, -1000..=1000; it falls to 0 at the end of a particle's life [m/s^2]. Default 0.
     pub buoyancy: f32,
-    /// Rate at which a particle's velocity approaches that of the air [1/s].
+    /// Rate at which a particle's velocity approaches that of the air, 0..=1000 [1/s]. Default 0: the air moves nothing.
     pub drag: f32,
-    /// Velocity of the air [m/s].
+    /// Velocity of the air [m/s]. Default 0.
     pub wind: Vec3,
-    /// Speed of the air's whirls (curl noise) [m/s].
+    /// Speed of the air's whirls (curl noise), 0..=1000 [m/s]. Default 0.
     pub turbulence: f32,
-    /// Spatial frequency of the whirls [1/m].
+    /// Spatial frequency of the whirls, 0.001..=1000 [1/m]. Default 1.
     pub frequency: f32,
-    /// Speed at which the whirls rise through the air [m/s].
+    /// Speed at which the whirls rise through the air, -1000..=1000 [m/s]. Default 0.
     pub evolve: f32,
-    /// Height of a ground plane that particles collide with [m].
+    /// Height of a ground plane that particles collide with [m]. Default none.
     pub ground: Option<f32>,
-    /// Corners of the boxes that particles collide with [m].
+    /// Lower and upper corners of the boxes that particles collide with, at most [`MAX_BOXES`] [m]. Default none.
     pub boxes: Vec<[Vec3; 2]>,
-    /// Restitution: share of the normal velocity that a particle keeps in a collision.
+    /// Restitution: share of the normal velocity that a particle keeps in a collision, 0..=1. Default 0.2.
     pub bounce: f32,
-    /// Share of the tangential velocity that a particle keeps in a collision.
+    /// Share of the tangential velocity that a particle keeps in a collision, 0..=1. Default 0.8.
     pub slide: f32,
     /// Path of the emitter: rows of seconds from its start, ascending, and an offset x, y, z from
-    /// `position` [m]. Linear between rows, constant before the first and behind the last.
+    /// `position` [m]. Linear between rows, constant before the first and behind the last. Default none.
     pub path: Vec<[f32; 4]>,
-    /// World position of the scene's origin, so that whirls stay in place [m].
+    /// World position of the scene's origin, so that whirls stay in place [m]. Default the origin.
     pub origin: Vec3,
 }
 
@@ -186,6 +187,9 @@ impl Forces {
         let guess = (f64::from(step) + 1.0) / STEPS_PER_SECOND * self.rate;
         if guess >= f64::from(MAX) {
             return MAX;
+        }
+        if guess.is_nan() || guess <= 0.0 {
+            return 0;
         }
         // Corrects the rounding of the guess.
         let mut count = guess as u32;

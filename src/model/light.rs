@@ -1,6 +1,6 @@
 //! Lights as a scene describes them.
 use super::{LookUp, MAX_VIEWPOINTS, Source};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 /// Kind of a light, with its position and direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,11 +85,11 @@ pub struct InvalidLight {
 pub struct Cascades {
     /// Number of cascades, clamped to 1..=6. Default 4.
     pub count: u32,
-    /// Weight of the practical split (Zhang et al. 2006): 0 cuts the range evenly, 1 by equal ratios. Default 0.8.
+    /// Weight of the practical split (Zhang et al. 2006), 0..=1: 0 cuts the range evenly, 1 by equal ratios. Default 0.8.
     pub lambda: f32,
     /// Share of a map's half edge over which it fades into the next, 0..=0.5. Default 0.1.
     pub fade: f32,
-    /// Distance from the camera up to which there are shadows [m]; the extent of the scene when `None`.
+    /// Distance from the camera up to which there are shadows, above 0 [m]; the extent of the scene when `None`.
     pub range: Option<f32>,
 }
 
@@ -100,6 +100,17 @@ impl Default for Cascades {
 }
 
 impl Cascades {
+    fn problem(&self) -> Option<&'static str> {
+        let &Self { lambda, fade, range, .. } = self;
+        let is_range = |range: f32| range > 0.0 && range.is_finite();
+        let is_valid = (0.0..=1.0).contains(&lambda)
+            && (0.0..=0.5).contains(&fade)
+            && range.is_none_or(is_range);
+        (!is_valid).then_some(
+            "of its cascades lambda must be 0 to 1, fade 0 to 0.5 and range above 0 and finite",
+        )
+    }
+
     /// Number of cascades, clamped to its range.
     pub fn count(&self) -> u32 {
         self.count.clamp(1, MAX_CASCADES)
@@ -204,6 +215,24 @@ impl Default for Light {
 }
 
 impl Shadow {
+    /// Why its depths or cascades cannot be used.
+    fn problem(&self) -> Option<&'static str> {
+        let first = match self.kind {
+            LightKind::Directional { .. } => 0.0,
+            _ => f32::MIN_POSITIVE,
+        };
+        let is_within = |depth: Option<f32>, first| {
+            depth.is_none_or(|depth| (first..=f32::MAX).contains(&depth))
+        };
+        let is_behind = self.far.is_none_or(|far| far > self.near.unwrap_or(0.0));
+        if !(is_within(self.near, first) && is_within(self.far, 0.0) && is_behind) {
+            return Some(
+                "its near and far must be finite, near not below 0 (a spot's or point's above), far behind it",
+            );
+        }
+        self.cascades.as_ref().and_then(Cascades::problem)
+    }
+
     /// Views that the shadow needs.
     pub fn view_count(&self) -> usize {
         match self.kind {
@@ -233,11 +262,10 @@ impl Light {
         Self { kind: LightKind::Point { position }, ..Self::default() }
     }
 
-    /// Checks the position, direction and source of the light and its further shadows. `index`: the
-    /// light's.
+    /// Checks all numbers of the light and its further shadows. `index`: the light's.
     ///
     /// # Errors
-    /// If a number is not finite, a direction is zero, a cone has no angle or a size is negative.
+    /// If a number is not as its field says: not finite, a direction of zero, a cone without an angle, a negative size.
     pub fn check(&self, index: usize) -> Result<(), InvalidLight> {
         let kinds =
             std::iter::once(&self.kind).chain(self.shadows.iter().map(|shadow| &shadow.kind));
@@ -249,7 +277,19 @@ impl Light {
             .filter(|&(number, least)| number.is_some_and(|number| !(least..).contains(&number)))
             .map(|_| "its inner angle must be 0 or more, and its end above 0");
         let problems = kinds.filter_map(LightKind::problem).chain(of_source).chain(of_viewpoints);
-        let problems = problems.chain(of_fall);
+        let sent = self.color.extend(self.intensity);
+        let is_sent = sent.is_finite() && sent.cmpge(Vec4::ZERO).all();
+        let of_sent =
+            (!is_sent).then_some("its color and intensity must be finite and not negative");
+        let own = Shadow {
+            kind: self.kind,
+            near: self.near,
+            far: self.far,
+            size: self.size,
+            cascades: self.cascades,
+        };
+        let of_shadows = std::iter::once(&own).chain(&self.shadows).filter_map(Shadow::problem);
+        let problems = problems.chain(of_fall).chain(of_sent).chain(of_shadows);
         let problem = problems.chain(self.look_up.problem()).next();
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }

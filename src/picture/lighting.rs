@@ -26,8 +26,9 @@ pub(super) struct Lighting {
     pub slots: MaskSlots,
     /// Features of the maps and masks that light comes through.
     pub features: Features,
-    /// Fills levels and air.
-    pub before_lists: Commands,
+    /// Levels of area lights, which are made first.
+    pub levels: Option<AreaLevels>,
+    pub fill_air: Commands,
     /// Makes the masks, after the visible surfaces; empty without.
     pub masking: Vec<Dispatch>,
 }
@@ -46,13 +47,12 @@ impl Lighting {
         let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
         let features = Features::of_maps(maps.nodes, maps.gain)
             .with(Flags::HAS_FILTERS, records.is_filtered());
-        let levels = AreaLevels::new(allocator, kernels, records, &resources, features)?;
+        let levels =
+            AreaLevels::new(allocator, kernels, maps, prepared.light_shelf(), records, &resources)?;
         let features = features.with(Flags::HAS_AREAS, levels.is_some());
-        let (levels, mut before_lists) =
-            levels.map_or_else(Default::default, |it| (Some(it.texture), it.commands));
-        let resources = resources.with_any("levels", levels.as_ref());
+        let of_levels = levels.as_ref().map(AreaLevels::texture);
+        let resources = resources.with_any("levels", of_levels);
         let (air, fill_air) = air(allocator, kernels, features, scene, &resources)?;
-        before_lists.append(fill_air);
         let mask = scene.mask.as_ref();
         let slots = mask.map(|settings| MaskSlots::new(scene, settings, camera, &kept.slots));
         let slots = slots.unwrap_or_default();
@@ -70,10 +70,10 @@ impl Lighting {
             .with(Flags::HAS_SHADOWS, !prepared.views().is_empty());
         let environment = environment_texture(allocator, queue, scene, &mut kept.environment)?;
         let resources = Resources::new()
-            .with_any("levels", levels.as_ref())
+            .with_any("levels", of_levels)
             .with("air", &air)
             .with("environment", &environment);
         let resources = masks.iter().fold(resources, |all, it| all.and(&it.resources()));
-        Ok(Self { resources, masks, slots, features, before_lists, masking })
+        Ok(Self { resources, levels, masks, slots, features, fill_air, masking })
     }
 }

@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3};
 pub const FOOTPRINT_TEXELS: u32 = 2;
 /// Bit of [`Footprint::caster`] that marks a triangle.
 pub const TRIANGLE_BIT: u32 = 1 << 31;
-/// [`Footprint::base`] of a Gaussian, which is none of a particle's.
+/// [`Footprint::thin`] of a Gaussian, which is none of a particle's.
 pub const GAUSSIAN_MARK: u32 = 0xffff;
 /// The same of a capsule.
 pub const CAPSULE_MARK: u32 = 0xfffe;
@@ -48,19 +48,19 @@ pub struct Footprint {
     /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material. Capsule: half of its axis, to the
     /// right, as bits [texels]; and in `blue_slope` downwards.
     pub red_green: u32,
-    /// Blue, unorm16, and the slope of the opacity, f16.
+    /// Blue, unorm16, and the slope of the thinned opacity, f16.
     pub blue_slope: u32,
-    /// Opacity where texture and profile are 0 (reflectivity), f16 in the low half.
-    pub base: u32,
+    /// Ratio of its area to that of what is projected, which is no smaller than a texel: f16 in the low half.
+    pub thin: u32,
     /// Index of the particle, or of the triangle with [`TRIANGLE_BIT`].
     pub caster: u32,
 }
 
 impl Footprint {
-    pub fn set_opacity(&mut self, color: Vec3, base: f32, slope: f32) {
+    pub fn set_opacity(&mut self, color: Vec3, thin: f32, slope: f32) {
         self.red_green = unorm2(color.x, color.y);
         self.blue_slope = unorm2(color.z, 0.0) | opacity_bits(slope) << 16;
-        self.base = opacity_bits(base);
+        self.thin = opacity_bits(thin);
     }
 
     /// View-space centre of a particle whose centre has no position in the map: to the right, down and
@@ -78,9 +78,14 @@ impl Footprint {
         )
     }
 
-    /// `(base, slope)` of the opacity `a = base + slope * texture.a * profile`.
-    pub fn opacity(&self) -> (f32, f32) {
-        (from_opacity(self.base), from_opacity(self.blue_slope >> 16))
+    /// Ratio of the areas, 1 for a particle that is not enlarged.
+    pub fn thin(&self) -> f32 {
+        from_opacity(self.thin)
+    }
+
+    /// Slope of the thinned opacity `a = reflectivity * thin + slope * texture.a * profile`.
+    pub fn slope(&self) -> f32 {
+        from_opacity(self.blue_slope >> 16)
     }
 }
 

@@ -40,7 +40,7 @@ crate::records::gpu_struct! {
     /// What a material says of its Gaussians.
     #[derive(Default)]
     pub struct GaussianLook {
-        /// [`NEUTRAL_BIT`](super::NEUTRAL_BIT), [`MEDIUM_BIT`].
+        /// [`NEUTRAL_BIT`](super::NEUTRAL_BIT), [`MEDIUM_BIT`](super::MEDIUM_BIT).
         pub marks: u32,
         /// Extinction of a medium of opacity 1 [1/m].
         pub density: f32,

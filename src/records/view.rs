@@ -5,7 +5,7 @@ use glam::{Mat4, UVec2, Vec2};
 /// Most views of a batch: the length of the uniform array.
 pub const MAX_VIEWS: usize = 64;
 
-/// Numbers of [`ViewRole`] in [`GpuView::part`].
+/// Numbers of [`ViewRole`] in [`GpuView::role`].
 pub const ROLE_WHOLE: u32 = 0;
 pub const ROLE_FACE: u32 = 1;
 pub const ROLE_WINDOW: u32 = 2;

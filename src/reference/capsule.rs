@@ -240,7 +240,7 @@ pub fn capsule_hit(
         let covered = thin * -(-tau * whole).exp_m1();
         -(-tau_of(covered) * (inside / whole)).exp_m1()
     };
-    let all = absorption(transfer, alpha, rgb).map(absorbed);
+    let all = absorption(transfer, 1.0, alpha, rgb).map(absorbed);
     let opacity = absorbed(alpha);
     let added = if transfer == Transfer::Over { rgb * opacity } else { Vec3::ZERO };
     let light = Vec3::ONE - all;
@@ -283,7 +283,7 @@ pub fn project_capsule(
         depth: (0.5 * (first.z + last.z) - view.near) / range,
         red_green: half.x.to_bits(),
         blue_slope: half.y.to_bits(),
-        base: CAPSULE_MARK,
+        thin: CAPSULE_MARK,
         caster: caster_id,
     };
     let touches = |lo, hi| capsule_touches(&footprint, lo, hi);

@@ -79,12 +79,30 @@ pub struct Target<'a> {
 
 #[derive(Clone, Copy, Debug)]
 enum Form<'a> {
-    Facing { facing: Facing, color: Vec3, base: f32, slope: f32 },
-    Puff { facing: Facing, footprint: Footprint, color: Vec3, alpha: f32 },
+    Facing { facing: Facing, color: Vec3, opacity: Opacity },
+    Puff { facing: Facing, footprint: Footprint, color: Vec3, opacity: Opacity },
     Gaussian { footprint: Footprint, setup: &'a GaussianSetup, is_medium: bool },
     Brick { brick: &'a BrickRecord, color: Vec3 },
     Capsule { setup: CapsuleSetup, color: Vec4, middle: Vec2 },
     Triangle(&'a TriangleSetup),
+}
+
+/// Opacity of a particle, thinned for being enlarged.
+#[derive(Clone, Copy, Debug)]
+struct Opacity {
+    /// Ratio of the areas.
+    thin: f32,
+    /// Where texture and profile are 0.
+    base: f32,
+    slope: f32,
+}
+
+impl Opacity {
+    /// `alpha`: of texture and profile.
+    fn at(&self, alpha: f32) -> f32 {
+        // The slope is rounded: the sum may exceed 1.
+        (self.base + self.slope * alpha).min(1.0)
+    }
 }
 
 impl<'a> Target<'a> {
@@ -121,17 +139,15 @@ impl<'a> Target<'a> {
             };
         }
         let facing = Facing::new(records.view, footprint, caster.rotation());
-        let (color, (base, slope)) = (footprint.color(), footprint.opacity());
+        let (color, thin, slope) = (footprint.color(), footprint.thin(), footprint.slope());
+        let opacity = Opacity { thin, base: material.reflectivity * thin, slope };
         let form = match material.shape {
-            Shape::Puff => {
-                let alpha = (base + slope).min(1.0);
-                Form::Puff { facing, footprint: *footprint, color, alpha }
-            }
+            Shape::Puff => Form::Puff { facing, footprint: *footprint, color, opacity },
             Shape::Brick => {
                 Form::Brick { brick: &records.bricks.records[caster.id as usize], color }
             }
             Shape::Disc | Shape::Quad | Shape::Gaussian | Shape::Capsule => {
-                Form::Facing { facing, color, base, slope }
+                Form::Facing { facing, color, opacity }
             }
         };
         Self { records, material, id: caster.id, form, bounds: bounds(Some(material.shape)) }
@@ -165,12 +181,13 @@ impl<'a> Target<'a> {
     /// Like [`Self::hit`], of one of [`Self::ramp_count`] parts: its number, and theirs.
     pub fn ramp_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
         let hit = match self.form {
-            Form::Facing { facing, color, base, slope } => {
-                self.facing_hit(&facing, color, base, slope, texel)
+            Form::Facing { facing, color, opacity } => {
+                self.facing_hit(&facing, color, opacity, texel)
             }
-            Form::Puff { ref footprint, color, alpha, .. } => {
+            Form::Puff { ref footprint, color, opacity, .. } => {
+                let (thin, alpha) = (opacity.thin, opacity.at(1.0));
                 let chord = chord(self.records.view, footprint, texel, opaque_depth);
-                chord.map(|chord| puff_hit(self.material.transfer, chord, color, alpha))
+                chord.map(|chord| puff_hit(self.material.transfer, chord, color, thin, alpha))
             }
             Form::Gaussian { ref footprint, setup, is_medium } => {
                 let (view, transfer) = (self.records.view, self.material.transfer);
@@ -260,8 +277,7 @@ impl<'a> Target<'a> {
         &self,
         facing: &Facing,
         color: Vec3,
-        base: f32,
-        slope: f32,
+        opacity: Opacity,
         texel: Vec2,
     ) -> Option<Hit> {
         let met = facing.hit(self.records.view, texel)?;
@@ -277,9 +293,7 @@ impl<'a> Target<'a> {
             color *= image.truncate();
             alpha *= image.w;
         }
-        // Base and slope are rounded to f16 each: their sum may exceed 1.
-        let opacity = (base + slope * alpha).min(1.0);
-        Some(self.optics(opacity, color, met.depth))
+        Some(self.optics(opacity.thin, opacity.at(alpha), color, met.depth))
     }
 
     fn brick_hit(
@@ -327,14 +341,14 @@ impl<'a> Target<'a> {
         }
         let gathers = self.material.transfer == Transfer::Gain;
         let color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
-        Some(self.optics(opacity, color, met.depth))
+        Some(self.optics(1.0, opacity, color, met.depth))
     }
 
-    fn optics(&self, opacity: f32, color: Vec3, depth: f32) -> Hit {
+    fn optics(&self, thin: f32, opacity: f32, color: Vec3, depth: f32) -> Hit {
         let transfer = self.material.transfer;
         let added = added(transfer, opacity, color);
-        let light = transmittance(transfer, opacity, color);
-        let absorbed = absorption(transfer, opacity, color);
+        let light = transmittance(transfer, thin, opacity, color);
+        let absorbed = absorption(transfer, thin, opacity, color);
         let (presence, start, end) = (opacity, depth, depth);
         Hit { light, absorbed, added, color, opacity, presence, depth, start, end }
     }

@@ -118,7 +118,7 @@ pub fn project_gaussian(
         depth,
         red_green: number,
         blue_slope: amplitude.to_bits(),
-        base: GAUSSIAN_MARK,
+        thin: GAUSSIAN_MARK,
         caster: caster_id,
     };
     (Projected { footprint, key: depth_key(front), rect }, setup)

@@ -140,27 +140,36 @@ pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
     }
 }
 
-/// Transmittance of a hit of opacity `a` and colour `c` (divided by 16 for `gain`), per channel.
-pub fn transmittance(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
+/// Opacity of a particle smaller than a texel before it was thinned.
+fn whole_opacity(thin: f32, a: f32) -> f32 {
+    // Below the smallest half that is stored, both are 0.
+    (a / thin.max(1e-12)).min(1.0)
+}
+
+/// Transmittance of a hit of opacity `a` and colour `c` (divided by 16 for `gain`), per channel: `1 - thin (1 - T)` of one
+/// that is smaller than a texel, where `a` is thinned.
+pub fn transmittance(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
+    let clear = 1.0 - thin;
+    let passed = (thin - a).max(0.0);
     match transfer {
         // For the picture only: shadows are dithered.
         Transfer::Filter | Transfer::Dither => Vec3::ONE - a * (Vec3::ONE - c),
-        Transfer::Stain => c * (1.0 - a),
-        Transfer::Smoke => (1.0 - a) * (Vec3::ONE - a * (Vec3::ONE - c)),
-        Transfer::Gain => c * MAX_GAIN,
+        Transfer::Stain => clear + c * passed,
+        Transfer::Smoke => clear + passed * (Vec3::ONE - whole_opacity(thin, a) * (Vec3::ONE - c)),
+        Transfer::Gain => clear + thin * c * MAX_GAIN,
         Transfer::Over => Vec3::splat(1.0 - a),
         Transfer::None | Transfer::Opaque | Transfer::Cutout => Vec3::ONE,
     }
 }
 
 /// 1 - [`transmittance`], with full precision where the transmittance is next to 1.
-pub fn absorption(transfer: Transfer, a: f32, c: Vec3) -> Vec3 {
+pub fn absorption(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
     let filtered = a * (Vec3::ONE - c);
     match transfer {
         Transfer::Filter | Transfer::Dither => filtered,
-        Transfer::Stain => (Vec3::ONE - c) + c * a,
-        Transfer::Smoke => Vec3::splat(a) + filtered * (1.0 - a),
-        Transfer::Gain => Vec3::ONE - c * MAX_GAIN,
+        Transfer::Stain => thin * (Vec3::ONE - c) + c * a.min(thin),
+        Transfer::Smoke => Vec3::splat(a) + filtered * (1.0 - whole_opacity(thin, a)),
+        Transfer::Gain => thin * (Vec3::ONE - c * MAX_GAIN),
         Transfer::Over => Vec3::splat(a),
         Transfer::None | Transfer::Opaque | Transfer::Cutout => Vec3::ZERO,
     }

@@ -87,7 +87,7 @@ impl ViewCasters {
     ) -> Bins {
         let outline = |i: u32| {
             let footprint = &self.footprints[i as usize];
-            (footprint.base == GAUSSIAN_MARK)
+            (footprint.thin == GAUSSIAN_MARK)
                 .then(|| &self.gaussians[footprint.red_green as usize].outline)
         };
         bin(sorted, &self.rects, outline, &[*view], tile_count, budget)

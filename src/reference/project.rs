@@ -20,6 +20,8 @@ pub const SLACK: f32 = 1.0 / 64.0;
 /// A particle is *beside* the view if its depth along the axis is below this share of its distance from the
 /// light: its centre has no position in the map.
 pub const MIN_COSINE: f32 = 0.05;
+/// Where the line of an edge that is farther away lies [texels]: beside it, no texel's place makes a difference in 32 bits.
+pub const FAR_EDGE: f32 = 1_099_511_627_776.0;
 /// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
 /// farthest.
 pub const BRICK_NEAR: f32 = 1e-3;
@@ -41,7 +43,7 @@ impl Projected {
             depth: 0.0,
             red_green: 0,
             blue_slope: 0,
-            base: 0,
+            thin: 0,
             caster: 0,
         },
         key: INVISIBLE,
@@ -141,7 +143,7 @@ pub fn project_caster(
         Footprint { center, radius, depth, caster, ..Projected::INVISIBLE.footprint };
     footprint.set_opacity(
         color.truncate().min(Vec3::ONE),
-        material.reflectivity * thin,
+        thin,
         (1.0 - material.reflectivity) * color.w * thin,
     );
     let key = if rect.is_scattered() { INVISIBLE } else { depth_key(front) };
@@ -184,8 +186,12 @@ pub fn project_triangle(
     }
     let half = view.size * 0.5;
     let flat = corners.map(|p| Vec2::new(p.x, -p.y) * view.scale);
-    let crosses = view.perspective > 0.0 && distances.min_element() < view.near;
+    let in_front = distances.to_array().map(|d| view.perspective == 0.0 || d >= view.near);
+    let scale = if view.perspective > 0.0 { distances.recip() } else { Vec3::ONE };
+    let p: [Vec2; 3] = std::array::from_fn(|i| flat[i] * scale[i] + half);
+    let h = std::array::from_fn(|i| (flat[i] + distances[i] * half).extend(distances[i]));
     let mut setup = TriangleSetup {
+        weights: scale,
         depths,
         material: record.material,
         uvs: std::array::from_fn(|i| Vec2::new(record.positions_u[i].w, record.v[i])),
@@ -194,20 +200,13 @@ pub fn project_triangle(
         colors: record.colors,
         ..TriangleSetup::default()
     };
-    let bounds = if crosses {
-        let h = std::array::from_fn(|i| (flat[i] + distances[i] * half).extend(distances[i]));
-        if !set_planes(&mut setup, h) {
-            return nothing;
-        }
-        clipped_box(view, &flat, distances, half)
-    } else {
-        let scale = if view.perspective > 0.0 { distances.recip() } else { Vec3::ONE };
-        let p: [Vec2; 3] = std::array::from_fn(|i| flat[i] * scale[i] + half);
-        if !set_edges(&mut setup, p) {
-            return nothing;
-        }
-        setup.weights = scale;
+    if !set_edges(&mut setup, in_front, p, h) {
+        return nothing;
+    }
+    let bounds = if in_front == [true; 3] {
         TexelBox { min: p[0].min(p[1]).min(p[2]), max: p[0].max(p[1]).max(p[2]) }
+    } else {
+        clipped_box(view, &flat, distances, half)
     };
     let bounds = TexelBox {
         min: bounds.min.clamp(Vec2::NEG_ONE, view.size + 1.0),
@@ -224,7 +223,7 @@ pub fn project_triangle(
         depth: nearest,
         red_green: setup_index,
         blue_slope: 0,
-        base: 0,
+        thin: 0,
         caster: triangle_id | TRIANGLE_BIT,
     };
     let front = if params.by_distance && view.perspective > 0.0 {
@@ -235,52 +234,50 @@ pub fn project_triangle(
     (Projected { footprint, key: depth_key(front), rect }, setup)
 }
 
-/// Sets the edges of a triangle with a corner behind the near plane, which has no position in the map: planes
-/// through the eye (Olano and Greer 1997, section 3). `h`: homogeneous corners. Returns false for one that is
-/// seen edge-on.
-fn set_planes(setup: &mut TriangleSetup, h: [Vec3; 3]) -> bool {
-    let volume = h[0].dot(h[1].cross(h[2]));
-    if volume == 0.0 {
+/// Sets the edges of a triangle. `in_front`: which corners are in front of the near plane, and have a position `p` in the
+/// map; `h`: homogeneous positions. Returns false for a triangle that is seen edge-on.
+fn set_edges(setup: &mut TriangleSetup, in_front: [bool; 3], p: [Vec2; 3], h: [Vec3; 3]) -> bool {
+    let crosses = in_front != [true; 3];
+    let turn =
+        if crosses { h[0].dot(h[1].cross(h[2])) } else { (p[1] - p[0]).perp_dot(p[2] - p[0]) };
+    if turn == 0.0 {
         return false;
     }
-    setup.ties = if volume > 0.0 { BACK_BIT } else { 0 };
+    setup.ties = if turn > 0.0 { BACK_BIT } else { 0 };
     for i in 0..3 {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let forward = precedes(h[j].truncate(), h[k].truncate());
-        let plane = if forward { h[j].cross(h[k]) } else { h[k].cross(h[j]) };
-        let along = Vec2::new(plane.y, -plane.x);
-        let square = along.length_squared();
-        if square == 0.0 {
-            return false;
+        let is_line = in_front[j] && in_front[k];
+        // Both triangles of a shared edge must start from the same corner, so that their edge functions are
+        // each other's negative to the last bit.
+        let forward =
+            if is_line { precedes(p[j], p[k]) } else { precedes(h[j].truncate(), h[k].truncate()) };
+        let (from, to) = if forward { (j, k) } else { (k, j) };
+        let sign = if forward == (turn > 0.0) { 1.0 } else { -1.0 };
+        setup.edges[i] = if is_line {
+            let along = (p[to] - p[from]) * sign;
+            Vec4::new(p[from].x, p[from].y, along.x, along.y)
+        } else {
+            edge_plane(h[from].cross(h[to]) * sign)
+        };
+        if crosses {
+            setup.weights[i] = if is_line { h[j].z * h[k].z } else { 1.0 };
         }
-        let foot = plane.truncate() * (-plane.z / square);
-        let sign = if forward == (volume > 0.0) { 1.0 } else { -1.0 };
-        setup.edges[i] = Vec4::new(foot.x, foot.y, along.x * sign, along.y * sign);
         setup.ties |= u32::from(sign > 0.0) << i;
     }
-    setup.weights = Vec3::ONE;
     true
 }
 
-/// Sets the edges of a triangle with corners `p` in the map. Returns false without an area.
-fn set_edges(setup: &mut TriangleSetup, p: [Vec2; 3]) -> bool {
-    let area = (p[1] - p[0]).perp_dot(p[2] - p[0]);
-    if area == 0.0 {
-        return false;
+/// Edge with a corner that has no position in the map: a plane through the eye (Olano and Greer 1997, section 3).
+fn edge_plane(plane: Vec3) -> Vec4 {
+    let along = Vec2::new(plane.y, -plane.x);
+    let constant = plane.z / FAR_EDGE;
+    if along.abs().max_element() > constant.abs() {
+        let foot = plane.truncate() * (-plane.z / along.length_squared());
+        Vec4::new(foot.x, foot.y, along.x, along.y)
+    } else {
+        // In the plane through the eye across the axis, an edge is at infinity: its function is constant.
+        Vec4::new(0.0, -FAR_EDGE, constant, 0.0)
     }
-    setup.ties = if area > 0.0 { BACK_BIT } else { 0 };
-    for i in 0..3 {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        // Both triangles of a shared edge must start from the same corner, so that their edge functions are
-        // each other's negative to the last bit.
-        let forward = precedes(p[j], p[k]);
-        let (from, to) = if forward { (p[j], p[k]) } else { (p[k], p[j]) };
-        let sign = if forward == (area > 0.0) { 1.0 } else { -1.0 };
-        let along = (to - from) * sign;
-        setup.edges[i] = Vec4::new(from.x, from.y, along.x, along.y);
-        setup.ties |= u32::from(sign > 0.0) << i;
-    }
-    true
 }
 
 /// Least distance of a triangle's points from the origin.

@@ -64,14 +64,20 @@ pub(super) fn chord(
 }
 
 /// Hit of a puff: the transfer along a whole diameter, to the power of the chord's share of it.
-pub(super) fn puff_hit(transfer: Transfer, chord: Chord, color: Vec3, alpha: f32) -> Hit {
+pub(super) fn puff_hit(
+    transfer: Transfer,
+    chord: Chord,
+    color: Vec3,
+    thin: f32,
+    alpha: f32,
+) -> Hit {
     // Powers of 0 differ between adapters.
     const MIN: f32 = 1e-9;
-    let per_diameter = transmittance(transfer, alpha, color).max(Vec3::splat(MIN));
+    let per_diameter = transmittance(transfer, thin, alpha, color).max(Vec3::splat(MIN));
     let opacity = 1.0 - (1.0 - alpha).max(MIN).powf(chord.share);
     let light = per_diameter.powf(chord.share);
     let added = added(transfer, opacity, color);
-    let whole = absorption(transfer, alpha, color).min(Vec3::splat(1.0 - MIN));
+    let whole = absorption(transfer, thin, alpha, color).min(Vec3::splat(1.0 - MIN));
     let absorbed = whole.map(|x| -((-x).ln_1p() * chord.share).exp_m1());
     let Chord { depth, end, .. } = chord;
     let (presence, start) = (opacity, depth);

@@ -29,6 +29,9 @@ pub(super) struct GpuEngine {
     pub(super) emitters: DeviceEmitters,
     /// Buffer sizes of the last picture, if all its pairs fitted.
     capacity: Option<PictureCapacity>,
+    /// Drawings of pictures, and capacities that were too small, in all frames.
+    drawn: u64,
+    grown: u64,
     /// Whether a frame with the same casters has counted its pairs.
     has_counted: bool,
     /// State of the previous picture.
@@ -59,7 +62,8 @@ impl GpuEngine {
         let shadows = Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone())?;
         let work = Work::new(&gpu);
         let (emitters, kept) = (DeviceEmitters::default(), Kept::default());
-        Ok(Self { gpu, shadows, work, emitters, capacity: None, has_counted: false, kept })
+        let (capacity, has_counted) = (None, false);
+        Ok(Self { gpu, shadows, work, emitters, capacity, drawn: 0, grown: 0, has_counted, kept })
     }
 
     /// What the device reported first: without memory for a texture, the error is that it cannot be bound.
@@ -75,6 +79,7 @@ impl GpuEngine {
         self.shadows.configure(|config| config.toggles.sums = options.sums);
         // Those of a frame that failed.
         self.work.take();
+        let before = self.repeats();
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = picture_views(scene, &limits);
@@ -118,6 +123,16 @@ impl GpuEngine {
             self.add_picture(&mut frame, &mut memory, &lit, &whole, options)?;
         }
         frame.memory = memory.0;
+        let counters = &mut frame.counters;
+        let counts = [
+            &mut counters.levels_made,
+            &mut counters.pictures_drawn,
+            &mut counters.capacities_grown,
+        ];
+        for (count, (now, before)) in counts.into_iter().zip(self.repeats().into_iter().zip(before))
+        {
+            *count = now - before;
+        }
         self.gpu.check()?;
         if !options.keep {
             self.forget();
@@ -162,6 +177,11 @@ impl GpuEngine {
         counters.unmasked_lights = shown.slots().unmasked.into();
         counters.overflowed += overflowed;
         Ok(())
+    }
+
+    /// Counts of all frames: maps whose levels were made, drawings of pictures, capacities that were too small.
+    fn repeats(&self) -> [u64; 3] {
+        [self.shadows.levels_made(), self.drawn, self.grown]
     }
 
     /// The kernels of a frame that are not made yet.
@@ -214,6 +234,7 @@ impl GpuEngine {
             if !self.shadows.grow_from(&counters) {
                 return Ok((prepared, counters));
             }
+            self.grown += 1;
         }
     }
 
@@ -261,12 +282,14 @@ impl GpuEngine {
             if only_counts {
                 self.submit_picture(&picture, PreparedPicture::record_counts);
             } else {
-                self.submit_picture(&picture, PreparedPicture::record);
+                self.draw_picture(&picture, PreparedPicture::record);
             }
-            match picture.needs(&self.gpu, budget)? {
+            let needs = picture.needs(&self.gpu, budget)?;
+            self.grown += u64::from(needs.is_some());
+            match needs {
                 None => {
                     if only_counts {
-                        self.submit_picture(&picture, PreparedPicture::record);
+                        self.draw_picture(&picture, PreparedPicture::record_counted);
                     }
                     self.capacity = Some(capacity).filter(|capacity| !capacity.is_in_parts());
                     return Ok((picture, capacity, overflowed));
@@ -288,6 +311,11 @@ impl GpuEngine {
         capacity: PictureCapacity,
     ) -> Result<PreparedPicture, Error> {
         self.shadows.prepare_picture(&lit.request(capacity), &mut self.kept)
+    }
+
+    fn draw_picture(&mut self, picture: &PreparedPicture, record: Record) {
+        self.drawn += 1;
+        self.submit_picture(picture, record);
     }
 
     fn submit_picture(&mut self, picture: &PreparedPicture, record: Record) {

@@ -122,7 +122,7 @@ impl GpuEngine {
         prepared: &Prepared,
         points: &[ReceiverPoint],
     ) -> Result<Vec<[f32; 3]>, Error> {
-        /// Most points that are looked up at a time: the levels of area lights are made again for each batch.
+        /// Most points that are looked up at a time.
         const MAX: usize = 1 << 22;
         let limits = self.gpu.device.limits();
         let chosen: Vec<_> = (0..scene.lights.len()).collect();

@@ -4,9 +4,11 @@ use crate::{
     error::Error,
     gpu::Gpu,
     model::View,
-    records::{CurveMap, NO_OWNER, ViewMaps, stored_tag},
+    records::{CurveMap, NO_OWNER, PackedNode, ViewMaps, stored_tag},
     shadows::Maps,
+    view::atlas::MapSlot,
 };
+use glam::UVec2;
 use half::f16;
 
 /// The maps of the views that `options` ask for. `owners`: whether the maps hold owner tags.
@@ -29,17 +31,12 @@ pub(super) fn read_maps(
         Some(sums) => gpu.try_read_texture(sums)?,
         None => Vec::new(),
     };
-    let curves: Vec<[[u32; 2]; 2]> =
-        if maps.nodes > 0 { gpu.try_read_texture(&maps.curves)? } else { Vec::new() };
+    let shown: Vec<_> =
+        views.iter().zip(&maps.slots).filter(|(view, _)| options.shows(view)).collect();
+    let slots: Vec<_> = shown.iter().map(|(view, slot)| (view.size, **slot)).collect();
+    let mut curves = read_curves(gpu, maps, &slots)?.into_iter();
     let atlas = maps.filters.size();
-    let layer = (atlas.width * atlas.height) as usize;
-    let nodes_of = |texel: usize| {
-        let (z, rest) = (texel / layer, texel % layer);
-        let pairs = maps.nodes as usize / 2;
-        (0..pairs).flat_map(|pair| curves[(z * pairs + pair) * layer + rest]).collect::<Vec<_>>()
-    };
-    let shown = views.iter().zip(&maps.slots).filter(|(view, _)| options.shows(view));
-    let view_maps = shown.map(|(view, slot)| {
+    let view_maps = shown.into_iter().map(|(view, slot)| {
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
                 let row = slot.layer * atlas.height + slot.origin.y + y;
@@ -61,14 +58,40 @@ pub(super) fn read_maps(
                 .filter_map(|t| colored.get(t))
                 .map(|&[r, g, b, _]| [r, g, b])
                 .collect(),
-            curve: (maps.nodes > 0).then(|| CurveMap {
-                nodes: maps.nodes as usize,
-                gain: maps.gain,
-                packed: texels().flat_map(nodes_of).collect(),
-            }),
+            curve: curves.next(),
             sums: texels().filter_map(|t| sums.get(t)).copied().collect(),
             owner: if owners { texels().map(owner).collect() } else { Vec::new() },
         }
     });
     Ok(view_maps.collect())
+}
+
+/// The curves of views, with their sizes and rectangles; none if the maps have none. Row by row: they are the largest maps.
+fn read_curves(gpu: &Gpu, maps: &Maps, views: &[(UVec2, MapSlot)]) -> Result<Vec<CurveMap>, Error> {
+    let nodes = maps.nodes as usize;
+    if nodes == 0 {
+        return Ok(Vec::new());
+    }
+    let curve = |&(size, _): &(UVec2, MapSlot)| {
+        let packed = vec![PackedNode::default(); size.element_product() as usize * nodes];
+        CurveMap { nodes, gain: maps.gain, packed }
+    };
+    let mut curves: Vec<_> = views.iter().map(curve).collect();
+    let (height, pairs, mut number) = (maps.curves.height(), maps.nodes / 2, 0);
+    gpu.read_rows(&maps.curves, |row: &[[PackedNode; 2]]| {
+        let (y, layer, pair) = (number % height, number / height / pairs, number / height % pairs);
+        number += 1;
+        for ((size, slot), curve) in views.iter().zip(&mut curves) {
+            let in_view = y.wrapping_sub(slot.origin.y);
+            if layer != slot.layer || in_view >= size.y {
+                continue;
+            }
+            let (from, width) = (slot.origin.x as usize, size.x as usize);
+            let texels = curve.packed[in_view as usize * width * nodes..].chunks_exact_mut(nodes);
+            for (texel, two) in texels.zip(&row[from..from + width]) {
+                texel[2 * pair as usize..][..2].copy_from_slice(two);
+            }
+        }
+    })?;
+    Ok(curves)
 }

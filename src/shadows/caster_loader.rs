@@ -2,7 +2,7 @@
 use super::{CasterLoader, GridLoader, Shadows};
 use crate::{
     error::Error,
-    gpu::{HostText, Kernel},
+    gpu::{HostText, Kernel, check_alive},
     stage::load,
 };
 use wgpu::BindGroupLayout;
@@ -31,7 +31,7 @@ impl Shadows {
     /// All other names of the library begin with `gobo_`. `label` names the text in errors.
     ///
     /// # Errors
-    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
+    /// If the text is invalid WGSL or does not fit, with its line, as `label:line`; or the device is lost.
     pub fn caster_loader(
         &self,
         label: &str,
@@ -93,6 +93,7 @@ impl Shadows {
         let choice = load::LOADER;
         let host = HostText { label, wgsl, layout, choice, constants: &[], shared: &[] };
         let (device, tier) = self.device();
+        check_alive(device)?;
         Ok(GridLoader { kernel: Kernel::with_host_text(device, &load::VOXELS, tier, &host)? })
     }
 
@@ -108,6 +109,7 @@ impl Shadows {
         };
         let host = HostText { label, wgsl, layout, choice: load::LOADER, constants: &[], shared };
         let (device, tier) = self.device();
+        check_alive(device)?;
         Ok(CasterLoader { kernel: Kernel::with_host_text(device, desc, tier, &host)?, gaussians })
     }
 }

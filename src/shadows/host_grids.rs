@@ -1,7 +1,8 @@
 //! Grids of voxels that a host has on the device.
+use super::views::host_depths::NO_TEXTURE;
 use crate::{
     error::{Error, Input},
-    gpu::Kernel,
+    gpu::{Kernel, has_texture},
     model::{BRICK_SIZE, BRICK_VALUES, Bounds, Brick, Density, Grid, Voxels},
 };
 use glam::{IVec3, UVec3};
@@ -72,7 +73,7 @@ impl<'a> HostGrid<'a> {
         (self.size - 1) / BRICK_SIZE + 2
     }
 
-    fn check(&self) -> Result<(), &'static str> {
+    fn check(&self, device: &wgpu::Device) -> Result<(), &'static str> {
         if let VoxelSource::Texture(texture) = self.source {
             let sample = texture.format().sample_type(None, None);
             if texture.dimension() != TextureDimension::D3 {
@@ -83,6 +84,9 @@ impl<'a> HostGrid<'a> {
             }
             if !texture.usage().contains(TextureUsages::TEXTURE_BINDING) {
                 return Err("the usage of its texture lacks TEXTURE_BINDING");
+            }
+            if !has_texture(device, texture) {
+                return Err(NO_TEXTURE);
             }
         }
         if self.size.min_element() == 0 {
@@ -122,10 +126,13 @@ impl<'a> HostGrid<'a> {
 }
 
 /// The grids with bricks of theirs, whose voxels are written on the device.
-pub(super) fn with_bricks(grids: &[HostGrid<'_>]) -> Result<Vec<Grid>, Error> {
+pub(super) fn with_bricks(
+    device: &wgpu::Device,
+    grids: &[HostGrid<'_>],
+) -> Result<Vec<Grid>, Error> {
     let mut count = 0_u64;
     for (index, grid) in grids.iter().enumerate() {
-        grid.check().map_err(|problem| Input::HostGrid.invalid(index, problem))?;
+        grid.check(device).map_err(|problem| Input::HostGrid.invalid(index, problem))?;
         let bricks = grid.bricks().to_array().map(u64::from);
         count = count.saturating_add(bricks.into_iter().fold(1, u64::saturating_mul));
     }

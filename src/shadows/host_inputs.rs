@@ -8,7 +8,7 @@ use crate::{
 use glam::Mat4;
 use wgpu::{BindGroup, Buffer, Texture};
 
-/// Inputs that a host has on the device, for [`Shadows::prepare_with`].
+/// Inputs that a host has on the device, for [`Shadows::prepare_with`](crate::Shadows::prepare_with).
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct HostInputs<'a> {
@@ -129,13 +129,13 @@ impl<'a> HostCasters<'a> {
         Self { loader, bindings, count, materials, bounds, least_alpha, version }
     }
 
-    /// Sets a box that contains all casters of the set: views that do not see it keep their maps.
+    /// Sets a box, finite, that contains all casters of the set: views that do not see it keep their maps.
     #[must_use]
     pub fn bounds(self, bounds: Bounds) -> Self {
         Self { bounds: Some(bounds), ..self }
     }
 
-    /// Sets the smallest alpha above 0. If no opacity is below 1/4096, faster kernels are used.
+    /// Sets the smallest alpha above 0, finite and not negative. If no opacity is below 1/4096, faster kernels are used.
     #[must_use]
     pub fn least_alpha(self, least_alpha: f32) -> Self {
         Self { least_alpha, ..self }
@@ -150,6 +150,14 @@ impl<'a> HostCasters<'a> {
 
     pub(super) fn check(&self, index: usize) -> Result<(), Error> {
         let invalid = |problem| Err(Input::HostCasters.invalid(index, problem));
+        let is_box =
+            |it: Bounds| it == Bounds::EMPTY || it.is_finite() && it.min.cmple(it.max).all();
+        if !self.bounds.is_none_or(is_box) {
+            return invalid("its box must be finite, the lower corner first");
+        }
+        if !(self.least_alpha >= 0.0 && self.least_alpha.is_finite()) {
+            return invalid("its least alpha must be finite and not negative");
+        }
         match self.count {
             CasterCount::Indirect { offset, .. } if !offset.is_multiple_of(4) => {
                 invalid("the offset of its count must be a multiple of 4")

@@ -14,6 +14,7 @@ mod count;
 pub mod cull;
 #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
+mod frame_mark;
 mod host_grids;
 mod host_inputs;
 mod look_ups;
@@ -50,6 +51,8 @@ pub use look_ups::{
 };
 pub use masks::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 pub use pair_capacity::PairCapacity;
+#[cfg(feature = "picture")]
+pub(crate) use pair_capacity::roomy;
 pub use prepared::Prepared;
 pub use shadows::Shadows;
 #[cfg(feature = "picture")]

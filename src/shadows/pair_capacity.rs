@@ -17,13 +17,13 @@ impl PairCapacity {
         Self { pairs: None, budget, seen: None }
     }
 
-    /// Grows to what a frame needed. Returns whether the frame should be rendered again: its capacity was
+    /// Grows to what a frame needed and a quarter more. Returns whether the frame should be rendered again: its capacity was
     /// lower, and the budget and the device allow more.
     pub fn grow(&mut self, needed: u32, capacity: u32) -> bool {
         let refused = self.pairs.is_some_and(|wanted| wanted > capacity);
         let grows = needed > capacity && capacity < self.budget && !refused;
         if grows {
-            self.pairs = Some(needed);
+            self.pairs = Some(roomy(needed));
         }
         grows
     }
@@ -45,8 +45,14 @@ impl PairCapacity {
 
     /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so far.
     pub fn expected(&self) -> Option<u32> {
-        self.seen.map(|pairs| pairs.saturating_add(pairs / 4))
+        self.seen.map(roomy)
     }
+}
+
+/// Capacity for frames that need about as many pairs: of many alike some need a few more, each of which would else be
+/// made again.
+pub(crate) fn roomy(pairs: u32) -> u32 {
+    pairs.saturating_add(pairs / 4)
 }
 
 #[cfg(test)]
@@ -57,6 +63,13 @@ mod tests {
         let pair_capacity = capacity.pairs.unwrap_or(1000);
         capacity.see(&Counters { pairs_needed, pair_capacity, overflowed, ..Counters::default() });
         [capacity.expected(), capacity.pairs]
+    }
+
+    #[test]
+    fn growth_leaves_room_for_a_little_more() {
+        let mut capacity = PairCapacity::new(5000);
+        assert!(capacity.grow(1000, 500) && !capacity.grow(1200, 1250));
+        assert_eq!(capacity.pairs, Some(1250));
     }
 
     #[test]

@@ -51,6 +51,8 @@ pub(super) struct FrameMaps {
 pub(super) struct FrameCommands {
     /// From casters to the maps of all views that must be rendered.
     pub rendering: Commands,
+    /// Whether these change any map.
+    pub draws: bool,
     /// From casters to the number of their pairs.
     pub counting: Commands,
     pub counted: Counted,
@@ -267,7 +269,8 @@ impl<'a> Request<'a> {
             plans.iter().zip(&inputs).map(|(plan, inputs)| (plan, &inputs.views)).collect();
         rendering.append(self.smoothing(allocator, set, &views, is_new)?);
         let counted = Counted { lists, host };
-        let commands = Arc::new(FrameCommands { rendering, counting, counted, memory });
+        let commands =
+            Arc::new(FrameCommands { rendering, draws: is_new, counting, counted, memory });
         Ok(Made { commands, plans, inputs, config: *config, casters: casters.id() })
     }
 

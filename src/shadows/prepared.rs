@@ -1,19 +1,20 @@
 //! Maps of a frame in the host's hands.
 use super::{
     LightShelf, Maps,
+    frame_mark::Mark,
     prepare::FrameCommands,
     statistics::{Planned, Statistics},
 };
 use crate::{
     error::{Error, Input},
     frame::{Commands, Kernels},
-    gpu::{Memory, Timeline},
+    gpu::{Memory, Timeline, check_alive},
     model::{ShadowSettings, View},
     records::GpuView,
 };
 use std::sync::{
     Arc,
-    atomic::{AtomicBool, AtomicU64, Ordering},
+    atomic::{AtomicU64, Ordering},
 };
 
 /// Maps of a frame, ready to be recorded any number of times, until a later
@@ -26,8 +27,8 @@ pub struct Prepared {
     /// Number of the frame, and of the last one that was prepared.
     pub(super) frame: u64,
     pub(super) last: Arc<AtomicU64>,
-    /// Whether the commands were recorded, which keeps the maps for the next frame.
-    pub(super) recorded: Arc<AtomicBool>,
+    /// By which the next frame knows that this one ran, and keeps its maps.
+    pub(super) mark: Arc<Mark>,
     pub(super) planned: Planned,
     /// Of all frames of the `Shadows`.
     pub(super) statistics: Arc<Statistics>,
@@ -42,6 +43,10 @@ pub struct Prepared {
 
 impl Prepared {
     /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing.
+    ///
+    /// Maps count as rendered once these commands run: where their encoder is dropped or the device refuses their
+    /// submission, the next [`prepare`](crate::shadows::Shadows::prepare) has them rendered again. Submit them before it:
+    /// afterwards the device refuses them, naming a mark that was destroyed or is mapped.
     ///
     /// # Errors
     /// [`Error::Superseded`] if a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over; then
@@ -61,8 +66,11 @@ impl Prepared {
     ) -> Result<(), Error> {
         self.check_current()?;
         self.commands.rendering.record(encoder, timeline);
-        self.recorded.store(true, Ordering::Relaxed);
+        if self.commands.draws {
+            self.light_shelf.redraw();
+        }
         timeline.end(encoder);
+        self.mark.record(encoder);
         Ok(())
     }
 
@@ -70,9 +78,9 @@ impl Prepared {
     /// the next [`Self::record`] on: for hosts that alternate between two buffers.
     ///
     /// # Errors
-    /// If there is no such set, the bindings are of another layout, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such set, the bindings are of another layout, the device is lost, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
-        self.check_current()?;
+        self.check_usable()?;
         let host = self.commands.counted.host.as_ref();
         let is_bound = host.map_or(Ok(false), |host| host.rebind(set, bindings))?;
         let problem = "there is none, or it has no caster";
@@ -82,9 +90,9 @@ impl Prepared {
     /// Like [`Self::rebind`], of the host's grid `grid`, an index, whose voxels a loader reads.
     ///
     /// # Errors
-    /// If there is no such grid, the bindings are of another layout, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such grid, the bindings are of another layout, the device is lost, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind_grid(&self, grid: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
-        self.check_current()?;
+        self.check_usable()?;
         let host = self.commands.counted.host.as_ref();
         let is_bound = host.map_or(Ok(false), |host| host.rebind_grid(grid, bindings))?;
         let problem = "there is none, or no loader reads it";
@@ -118,6 +126,19 @@ impl Prepared {
     pub(crate) fn check_current(&self) -> Result<(), Error> {
         let is_last = self.last.load(Ordering::Relaxed) == self.frame;
         is_last.then_some(()).ok_or(Error::Superseded)
+    }
+
+    /// # Errors
+    /// Those of [`Self::check_current`], and [`Error::Lost`].
+    pub(crate) fn check_usable(&self) -> Result<(), Error> {
+        self.check_current()?;
+        check_alive(self.device().0)
+    }
+
+    /// What look-ups in the maps are made of.
+    #[cfg(feature = "picture")]
+    pub(crate) fn light_shelf(&self) -> &Arc<LightShelf> {
+        &self.light_shelf
     }
 
     /// The views of the maps.

@@ -1,6 +1,8 @@
 //! Interface of the library: casters and views of a host in, [`Prepared`] maps out.
 use super::{
-    AreaLevels, CasterSet, Config, HostInputs, LightShelf, PairCapacity, Prepared, host_grids,
+    AreaLevels, CasterSet, Config, HostInputs, LightShelf, PairCapacity, Prepared,
+    frame_mark::Marks,
+    host_grids,
     prepare::{Frame, FrameMaps, Request},
     statistics::{Planned, Statistics},
     views::host_depths::{DepthViews, depth_inputs},
@@ -14,7 +16,7 @@ use crate::{
     },
     model::{
         Casters, Class, Counters, MAX_MAP_SIZE, MAX_PAIRS, MIN_MAP_SIZE, Projection,
-        ShadowSettings, View,
+        ShadowSettings, View, ViewRole,
     },
     stage::{features::Features, sort::pair_limit},
 };
@@ -40,6 +42,7 @@ pub struct Shadows {
     light_shelf: Arc<LightShelf>,
     /// Number of the last frame, to which `maps` belong.
     frame: Arc<AtomicU64>,
+    marks: Marks,
     capacity: PairCapacity,
     pub(super) statistics: Arc<Statistics>,
 }
@@ -98,6 +101,7 @@ impl Shadows {
     fn of(queue: &wgpu::Queue, kernels: Kernels, config: Config) -> Self {
         Self {
             queue: queue.clone(),
+            marks: Marks::new(kernels.device()),
             kernels,
             config,
             casters: None,
@@ -141,7 +145,9 @@ impl Shadows {
 
     /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept
     /// if nothing that they see has changed; the others are rendered when the [`Prepared`] is recorded.
-    /// Earlier [`Prepared`] values are invalid from then on; submit first what was recorded of them.
+    /// Earlier [`Prepared`] values are invalid from then on; submit first what was recorded of them. Maps of a frame
+    /// that was recorded and did not run ([`Prepared::record`]) are rendered again: to know it, the device is polled, which
+    /// does not wait and calls the host's callbacks of what is done.
     ///
     /// # Errors
     /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. While maps and
@@ -181,7 +187,8 @@ impl Shadows {
         inputs: &HostInputs<'_>,
     ) -> Result<Prepared, Error> {
         check(views, settings)?;
-        let depths = depth_inputs(views, inputs.depths, &mut self.depth_views)?;
+        let device = self.kernels.device();
+        let depths = depth_inputs(device, views, inputs.depths, &mut self.depth_views)?;
         if settings.colored && !inputs.depths.is_empty() {
             let problem = "coloured dithering has depths by channel, which it cannot lower";
             return Err(Input::HostDepth.invalid(0, problem));
@@ -191,11 +198,20 @@ impl Shadows {
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
         let kernels = self.kernels.with_shelf(&self.host_shelf);
         set.set_host_casters(&kernels, casters.materials, inputs)?;
+        let device = self.kernels.device();
         let mut earlier = self.maps.take();
-        if let Some(maps) = earlier.as_mut().filter(|_| self.config.toggles.sums) {
-            // Sums are reset in each frame.
+        let has_run = self.marks.has_run(device)?;
+        if !has_run {
+            // Nor did levels that were recorded with it.
+            self.light_shelf.redraw();
+        }
+        // Sums are reset in each frame.
+        if let Some(maps) = earlier.as_mut().filter(|_| !has_run || self.config.toggles.sums) {
             maps.cache.forget();
         }
+        let have_run = self.marks.have_run();
+        let earlier = earlier.filter(|_| have_run);
+        let last = self.frame.load(Ordering::Relaxed);
         let kernels = self.kernels.with_shelf(&self.shelf);
         let request = Request {
             queue: &self.queue,
@@ -208,16 +224,23 @@ impl Shadows {
             depths: &depths,
             last: &self.frame,
         };
-        let frame = allocated(self.kernels.device(), || request.frame(earlier))?;
+        let frame = allocated(device, || request.frame(earlier));
+        if self.frame.load(Ordering::Relaxed) == last {
+            self.marks.keep();
+        } else {
+            self.marks.turn(device);
+        }
+        let frame = frame?;
         self.light_shelf.turn();
         if inputs.area_lights {
             let maps = &frame.maps.set.maps;
-            AreaLevels::request_kernels(&self.kernels, Features::of_maps(maps.nodes, maps.gain))?;
+            let has_faces = views.iter().any(|view| matches!(view.role, ViewRole::Face(_)));
+            AreaLevels::request_kernels(&self.kernels, maps, has_faces)?;
         }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
         let Frame { maps, commands, pair_capacity, culled } = frame;
         let (counted, cache) = (&commands.counted, &maps.cache);
-        self.statistics.reserve(self.kernels.device(), counted);
+        self.statistics.reserve(device, counted);
         let rendered = cache.pending.len();
         let counters = Counters {
             casters: casters.count() + set.emitted_count(),
@@ -233,7 +256,7 @@ impl Shadows {
             kernels: self.kernels.clone(),
             frame: self.frame.load(Ordering::Relaxed),
             last: Arc::clone(&self.frame),
-            recorded: cache.recorded(),
+            mark: self.marks.current(),
             planned: Planned {
                 batches: counted.lists.len(),
                 has_host: counted.host.is_some(),
@@ -305,7 +328,7 @@ impl Shadows {
         let (device, queue) = (self.kernels.device(), &self.queue);
         check_alive(device)?;
         casters.check()?;
-        let grids = host_grids::with_bricks(inputs.grids)?;
+        let grids = host_grids::with_bricks(device, inputs.grids)?;
         let kept = self.casters.take().and_then(|mut set| {
             (set.suffices(inputs) && set.update(queue, casters, &grids)).then_some(set)
         });
@@ -313,6 +336,12 @@ impl Shadows {
             || allocated(device, || CasterSet::reserving(device, queue, casters, inputs, &grids));
         let set = kept.map_or_else(new, Ok)?;
         Ok(self.casters.insert(set).id())
+    }
+
+    /// Maps whose levels were made, in all frames since the last [`Self::forget`].
+    #[doc(hidden)]
+    pub fn levels_made(&self) -> u64 {
+        self.light_shelf.levels_made()
     }
 
     /// The casters of the last frame.
@@ -343,6 +372,9 @@ pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Err
         }
         if !(view.scale > 0.0 && view.scale.is_finite()) {
             return invalid(index, "its scale must be above 0 and finite");
+        }
+        if matches!(view.role, ViewRole::Window { fade, .. } if !(0.0..=0.5).contains(&fade)) {
+            return invalid(index, "the fade of its role must be 0 to 0.5");
         }
     }
     let problem = settings.problem();

@@ -3,7 +3,7 @@ use super::Shadows;
 use crate::{
     error::{Error, Input},
     frame::{Commands, Dispatch},
-    gpu::{Allocator, Kernel, Memory, Resources, Timeline},
+    gpu::{Allocator, Kernel, Memory, Resources, Timeline, allocated, check_alive},
     model::emitter::Forces,
     records::{EmitterParams, GpuEmitted, STEPS_AT_ONCE},
     stage::{shade::point_grid, simulate},
@@ -45,8 +45,8 @@ impl Shadows {
     /// An emitter that is simulated on the device, from time step 0 on.
     ///
     /// # Errors
-    /// If the emitter's path has more than 30 rows in a sixtieth of a second, or the device is out of memory
-    /// or refuses the kernel.
+    /// If a number of the emitter is out of its range, its path has more than 30 rows in a sixtieth of a second, or the
+    /// device is lost, out of memory or refuses the kernel.
     pub fn simulation(&self, forces: &Forces) -> Result<Simulation, Error> {
         self.simulation_until(forces, u32::MAX)
     }
@@ -56,10 +56,16 @@ impl Shadows {
     /// # Errors
     /// Those of [`Self::simulation`].
     pub fn simulation_until(&self, forces: &Forces, last: u32) -> Result<Simulation, Error> {
-        if !EmitterParams::has_room(forces) {
-            let problem = "its path has too many rows in a sixtieth of a second";
+        let is_crowded = || (!EmitterParams::has_room(forces)).then_some(CROWDED);
+        if let Some(problem) = forces.problem().or_else(is_crowded) {
             return Err(Input::Emitter.invalid(0, problem));
         }
+        let (device, _) = self.device();
+        check_alive(device)?;
+        allocated(device, || self.simulated(forces, last))
+    }
+
+    fn simulated(&self, forces: &Forces, last: u32) -> Result<Simulation, Error> {
         let ((device, _), queue) = (self.device(), self.queue());
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(device, &mut memory);
@@ -82,6 +88,8 @@ impl Shadows {
         Ok(Simulation { queue, forces, rounds, emitted, capacity, step: 0, last, memory })
     }
 }
+
+const CROWDED: &str = "its path has too many rows in a sixtieth of a second";
 
 /// Most rounds of one recording.
 const ROUNDS: u32 = 8;

@@ -1,8 +1,8 @@
 //! Counters of frames, read by blocking or as soon as the device has them.
-use super::{ListCounters, Prepared, Shadows, casters::host_casters::HostSets};
+use super::{ListCounters, Prepared, Shadows, casters::host_casters::HostSets, frame_mark::Words};
 use crate::{
     error::Error,
-    gpu::{read_back, staging},
+    gpu::{check_alive, read_back, staging},
     model::{Counters, Skipped},
     records::LoadCounters,
 };
@@ -100,6 +100,8 @@ struct Slot {
     state: Arc<AtomicU8>,
     /// Of the copied counters: the frame's number and what they are of.
     planned: Option<(u64, Planned)>,
+    /// Index of the word that the last 4 bytes have once the copy ran.
+    word: u32,
 }
 
 const IDLE: u8 = 0;
@@ -114,14 +116,20 @@ impl Statistics {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Size of the counters, and a mark behind them [bytes].
+    fn size(counted: &Counted) -> u64 {
+        (counted.size() + 4).next_power_of_two()
+    }
+
     /// Makes room for the counters of a frame, so that recording allocates nothing.
     pub(super) fn reserve(&self, device: &wgpu::Device, counted: &Counted) {
-        let size = counted.size().next_power_of_two();
+        let size = Self::size(counted);
         let mut slots = self.slots();
         slots.retain(|slot| slot.staging.size() >= size || slot.state.load(SeqCst) != IDLE);
         while slots.len() < SLOTS {
             let staging = staging(device, "counters_readback", size);
-            slots.push(Slot { staging, state: Arc::new(AtomicU8::new(IDLE)), planned: None });
+            let state = Arc::new(AtomicU8::new(IDLE));
+            slots.push(Slot { staging, state, planned: None, word: 0 });
         }
     }
 
@@ -129,11 +137,13 @@ impl Statistics {
     fn record(&self, encoder: &mut CommandEncoder, prepared: &Prepared) {
         let counted = &prepared.commands.counted;
         let is_free = |slot: &&mut Slot| {
-            slot.state.load(SeqCst) == IDLE && slot.staging.size() >= counted.size()
+            slot.state.load(SeqCst) == IDLE && slot.staging.size() >= Self::size(counted)
         };
         let mut slots = self.slots();
         if let Some(slot) = slots.iter_mut().find(is_free) {
             counted.copy(encoder, &slot.staging);
+            let end = slot.staging.size() - 4;
+            prepared.mark.words.write(slot.word, encoder, &slot.staging, end);
             slot.planned = Some((prepared.frame, prepared.planned.clone()));
             slot.state.store(COPIED, SeqCst);
         }
@@ -162,9 +172,12 @@ impl Statistics {
         }
         let mapped = slot.staging.get_mapped_range(..);
         let bytes = mapped.map_err(|error| lost(error.to_string()))?;
-        let counters = planned.map(|(_, planned)| planned.counters(&bytes));
+        // Without the mark the frame did not run.
+        let has_run = Words::is(slot.word, &bytes[bytes.len() - 4..]);
+        let counters = planned.filter(|_| has_run).map(|(_, planned)| planned.counters(&bytes));
         drop(bytes);
         slot.staging.unmap();
+        slot.word ^= u32::from(has_run);
         Ok(counters)
     }
 }
@@ -187,7 +200,7 @@ impl Prepared {
     /// # Errors
     /// If a later [`Shadows::prepare`] has taken the maps over, or the device is lost.
     pub fn counters(&self) -> Result<Counters, Error> {
-        self.check_current()?;
+        self.check_usable()?;
         let (device, queue) = self.device();
         let copy = |encoder: &mut _, to: &_| self.commands.counted.copy(encoder, to);
         let bytes = read_back(device, queue, self.commands.counted.size(), copy)?;
@@ -209,13 +222,15 @@ impl Prepared {
 impl Shadows {
     /// Counters of a frame with [`Prepared::record_statistics`], of one after the other, as soon as the device has them:
     /// mostly a frame or two late, whether or not its maps were taken over since. Call it once a frame, after the
-    /// submission; it does not block. The pair capacity grows to what the frame needed, as by
+    /// submission; it does not block. Frames that did not run have none. The pair capacity grows to what the frame needed, as by
     /// [`Self::grow_from`].
     ///
     /// # Errors
     /// If the device is lost.
     pub fn statistics(&mut self) -> Result<Option<Counters>, Error> {
-        let counters = self.statistics.take(self.device().0)?;
+        let (device, _) = self.device();
+        check_alive(device)?;
+        let counters = self.statistics.take(device)?;
         if let Some(counters) = &counters {
             self.grow_from(counters);
         }

@@ -92,8 +92,17 @@ fn deepest_of_box(bounds: &Bounds, view_from_world: &Mat4, min: Vec2, max: Vec2)
 
 /// Least z of the part of a triangle within a rectangle (Sutherland and Hodgman 1974).
 fn deepest_within(triangle: &Triangle, view_from_world: &Mat4, min: Vec2, max: Vec2) -> f32 {
-    let mut polygon: Vec<Vec3> =
-        triangle.positions.iter().map(|&p| view_from_world.transform_point3(p)).collect();
+    let corners = triangle.positions.map(|p| view_from_world.transform_point3(p));
+    let (low, high) =
+        (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
+    let (low, high) = (low.truncate(), high.truncate());
+    if low.cmpgt(max).any() || high.cmplt(min).any() {
+        return f32::INFINITY;
+    }
+    if low.cmpge(min).all() && high.cmple(max).all() {
+        return corners.iter().map(|p| p.z).fold(f32::INFINITY, f32::min);
+    }
+    let mut polygon = corners.to_vec();
     let sides: [(usize, f32, f32); 4] =
         [(0, 1.0, min.x), (0, -1.0, -max.x), (1, 1.0, min.y), (1, -1.0, -max.y)];
     for (axis, sign, least) in sides {

@@ -131,7 +131,7 @@ pub fn views_around(
 /// has one view of the whole scene instead of cascades.
 ///
 /// # Errors
-/// If a number of the light is not finite, a direction is zero or a cone has no angle.
+/// If a number of the light ([`Light::check`]), of the camera or of `bounds` is not finite or out of its range.
 pub fn light_views(
     index: usize,
     light: &Light,
@@ -140,11 +140,17 @@ pub fn light_views(
     bounds: &Bounds,
 ) -> Result<Vec<View>, InvalidLight> {
     light.check(index)?;
+    let invalid = |problem| InvalidLight { index, problem };
+    if bounds.min.is_nan() || bounds.max.is_nan() || !bounds.or_unit().radius().is_finite() {
+        return Err(invalid("the box around its casters and receivers must be finite"));
+    }
+    let of_camera = camera.filter(|_| light.all_shadows().any(|it| it.cascades.is_some()));
+    of_camera.and_then(Camera::problem).map_or(Ok(()), |problem| Err(invalid(problem)))?;
     let sizes: Vec<u32> = light
         .all_shadows()
         .flat_map(|s| std::iter::repeat_n(s.size.unwrap_or(size), s.view_count()))
         .collect();
-    Ok(views_of(index, light, &|i| sizes[i], camera, &Cover::of_box(*bounds)))
+    Ok(views_of(index, light, &|i| sizes[i], camera, &Cover::of_box(bounds.or_unit())))
 }
 
 /// `size_of`: edge of the map of each of the light's views [texels].

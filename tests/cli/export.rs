@@ -73,6 +73,11 @@ fn assert_exported(targets: &[&str]) {
                 expected.push(file.to_owned());
             }
         }
+        let document = include_str!("../../docs/export.md");
+        let flags = kernels.iter().filter_map(|it| it["specialisation"].as_object());
+        for flag in flags.flat_map(Map::keys) {
+            assert!(document.contains(&format!("`{flag}`")), "docs/export.md lacks {flag}");
+        }
         let look_ups = manifest["look_ups"].as_array().unwrap();
         assert_eq!(look_ups.len(), if target == "spirv" { 0 } else { 7 });
         for look_up in look_ups {

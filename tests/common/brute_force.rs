@@ -4,8 +4,8 @@ use super::{compare::ExpectedTexel, gaussian_truth, grid_truth, strand_truth};
 use gobo::{
     glam::{DMat3, DVec2, DVec3, DVec4, Vec2, Vec3},
     model::{
-        Brick, Gaussian, Grid, LightKind, Material, Particle, Profile, Shape, Strand, Texture,
-        Transfer, Triangle, View,
+        Brick, Camera, Gaussian, Grid, LightKind, Material, Particle, Profile, Shape, Strand,
+        Texture, Transfer, Triangle, View,
     },
     scene::Scene,
 };
@@ -20,6 +20,9 @@ const EDGE: f64 = 0.05;
 const EDGE_OF_STRAND: f64 = 0.01;
 /// Distance of a capsule's opacity to 1/255 below which rounding decides.
 const OPACITY_OF_STRAND: f64 = 1e-3;
+/// Distance of a cutout's opacity to its cutoff, and of a dithered one to none and all, below which a pattern or rounding
+/// decides.
+const SOLID_MARGIN: f64 = 1e-3;
 /// Distance of a presence to 1/255 below which rounding decides.
 const OPACITY_MARGIN: f64 = 1e-4;
 /// Distance to the opaque surface or the near plane below which rounding decides [light depth].
@@ -98,6 +101,25 @@ impl Eye {
         }
     }
 
+    /// The picture's; every depth in front of it is within its planes.
+    fn of_camera(camera: &Camera) -> Self {
+        let forward = f64s(camera.target - camera.eye).normalize();
+        let right = forward.cross(f64s(camera.up)).normalize();
+        let size = camera.size.as_dvec2();
+        Self {
+            position: f64s(camera.eye),
+            forward,
+            right,
+            up: right.cross(forward),
+            parallel: false,
+            scale: size.y * 0.5 / (f64::from(camera.fov_y) * 0.5).tan(),
+            size,
+            near: NEAREST_SEEN,
+            far: 1e3,
+            gaussians: Vec::new(),
+        }
+    }
+
     fn ray(&self, texel: DVec2) -> Ray {
         let x = (texel.x - self.size.x * 0.5) / self.scale;
         let y = (self.size.y * 0.5 - texel.y) / self.scale;
@@ -133,6 +155,19 @@ impl Eye {
         let per_metre = if self.parallel { self.scale } else { self.scale / p.dot(self.forward) };
         self.size * 0.5 + DVec2::new(p.dot(self.right), -p.dot(self.up)) * per_metre
     }
+
+    /// The part of an edge from half the near plane's distance on [texels]; `None` if it has none.
+    fn edge(&self, from: DVec3, to: DVec3) -> Option<[DVec2; 2]> {
+        let ends = [from, to].map(|end| self.along_axis(end));
+        let least = if self.parallel { f64::NEG_INFINITY } else { self.near * 0.5 };
+        if ends[0].max(ends[1]) <= least {
+            return None;
+        }
+        let cut = from + (to - from) * ((least - ends[0]) / (ends[1] - ends[0]));
+        let shown =
+            [(from, ends[0]), (to, ends[1])].map(|(end, at)| if at < least { cut } else { end });
+        Some(shown.map(|end| self.project(end)))
+    }
 }
 
 /// Cosine to a perspective view's axis up to which a Gaussian is beside it and stays as it is.
@@ -159,19 +194,63 @@ fn seen_by(eye: &Eye, gaussian: &Gaussian) -> gaussian_truth::Seen {
     gaussian_truth::Seen::widened(gaussian, project * to_eye, std::f64::consts::FRAC_1_SQRT_2)
 }
 
+/// Distance from the camera within which its near plane decides [m].
+const NEAREST_SEEN: f64 = 1e-2;
+/// Distance between two surfaces below which rounding decides which is seen [m].
+const SURFACE_MARGIN: f64 = 1e-3;
+
+/// Material of the solid particle or triangle that the camera sees at each pixel: `None` for none of them; an error where
+/// rounding decides.
+pub(crate) fn seen(scene: &Scene) -> Vec<Result<Option<u32>, ()>> {
+    let eye = Eye::of_camera(&scene.camera);
+    let pixel = |i: u32| {
+        let width = scene.camera.size.x;
+        let ray = eye.ray(DVec2::new(f64::from(i % width), f64::from(i / width)) + 0.5);
+        let material_of = |material: u32| &scene.materials[material as usize];
+        let particles = scene.particles.iter().map(|it| {
+            (it.material, meet_particle(scene, &eye, &ray, it, material_of(it.material), 1.0))
+        });
+        let triangles = scene.triangles.iter().map(|it| {
+            (it.material, meet_triangle(scene, &eye, &ray, it, material_of(it.material)))
+        });
+        let mut hits = Vec::new();
+        for (material, met) in particles.chain(triangles) {
+            match met {
+                Met::Hit(hit) => hits.push((eye.ways(hit.depth), material)),
+                Met::Edge => return Err(()),
+                Met::Nothing => {}
+            }
+        }
+        hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let is_close = |pair: &[(f64, u32)]| pair[1].0 - pair[0].0 < SURFACE_MARGIN;
+        if hits.first().is_some_and(|hit| hit.0 < NEAREST_SEEN)
+            || hits.windows(2).take(1).any(is_close)
+        {
+            return Err(());
+        }
+        Ok(hits.first().map(|hit| hit.1))
+    };
+    (0..scene.camera.size.element_product()).map(pixel).collect()
+}
+
 /// Expected maps of `view`.
 pub(crate) fn render(scene: &Scene, view: &View) -> Vec<ExpectedTexel> {
+    render_before(scene, view, 1.0)
+}
+
+/// Expected maps of `view`, with the light that is left at a light depth.
+pub(crate) fn render_before(scene: &Scene, view: &View, end: f64) -> Vec<ExpectedTexel> {
     let mut eye = Eye::new(scene, view);
     eye.gaussians = scene.gaussians.iter().map(|gaussian| seen_by(&eye, gaussian)).collect();
     let count = view.size.x * view.size.y;
     let texel = |i: u32| {
         let at = DVec2::new(f64::from(i % view.size.x), f64::from(i / view.size.x));
-        render_texel(scene, &eye, &eye.ray(at + 0.5))
+        render_texel(scene, &eye, &eye.ray(at + 0.5), end)
     };
     (0..count).map(texel).collect()
 }
 
-fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
+fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray, end: f64) -> ExpectedTexel {
     let mut texel =
         ExpectedTexel { filter: [1.0; 3], nearest: [1.0; 2], opaque: 1.0, undecided: false };
     let material_of = |material: u32| &scene.materials[material as usize];
@@ -214,10 +293,11 @@ fn render_texel(scene: &Scene, eye: &Eye, ray: &Ray) -> ExpectedTexel {
         Met::Hit(_) | Met::Nothing => {}
     });
     let mut hits = Vec::new();
-    meet_all(false, texel.opaque, &mut |met| match met {
+    let end = texel.opaque.min(end);
+    meet_all(false, end, &mut |met| match met {
         Met::Hit(hit) if inside(hit.depth) => {
-            undecided |= texel.opaque < 1.0 && (hit.depth - texel.opaque).abs() < DEPTH_MARGIN;
-            if hit.depth < texel.opaque {
+            undecided |= end < 1.0 && (hit.depth - end).abs() < DEPTH_MARGIN;
+            if hit.depth < end {
                 hits.push(hit);
                 for (nearest, margin) in texel.nearest.iter_mut().zip([-1.0, 1.0]) {
                     if hit.presence >= 1.0 / 255.0 + margin * OPACITY_MARGIN {

@@ -11,7 +11,10 @@ const FARTHEST: f64 = 12.0;
 /// A ray's meeting with a Gaussian: `start + way t`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
+    /// Before it is thinned.
     pub(crate) alpha: f64,
+    /// Ratio of its area to that of what the view shows.
+    pub(crate) thin: f64,
     /// Where it is met.
     pub(crate) t: f64,
     /// Standard deviation along the ray, in `t`; 0 for a splat.
@@ -23,7 +26,7 @@ pub(crate) struct Seen {
     center: DVec3,
     /// From the world to its own space.
     own: DMat3,
-    /// Its alpha is multiplied by it.
+    /// Ratio of the areas.
     thin: f64,
 }
 
@@ -68,18 +71,19 @@ pub(crate) fn meet(
     let share = |t: f64| (-0.5 * (from + along * t).length_squared()).exp();
     let t = -from.dot(along) / along.length_squared();
     let opacity = f64::from(gaussian.opacity * material.tint.w);
+    let thin = seen.thin;
     match material.gaussian {
         GaussianOpacity::Medium { density } => {
             let deviation = 1.0 / along.length();
             let (low, high) = (t - FARTHEST * deviation, t + FARTHEST * deviation);
             if share(t) < (-0.5 * FARTHEST * FARTHEST).exp() {
-                return Meeting { alpha: 0.0, t, deviation };
+                return Meeting { alpha: 0.0, thin, t, deviation };
             }
             let (low, high) = (low.max(ends[0]), high.min(ends[1]));
             let tau = f64::from(density) * opacity * way.length() * simpson(low, high, share);
-            Meeting { alpha: seen.thin * (1.0 - (-tau).exp()), t, deviation }
+            Meeting { alpha: 1.0 - (-tau).exp(), thin, t, deviation }
         }
-        _ => Meeting { alpha: seen.thin * opacity * share(t), t, deviation: 0.0 },
+        _ => Meeting { alpha: opacity * share(t), thin, t, deviation: 0.0 },
     }
 }
 

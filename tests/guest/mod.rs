@@ -8,11 +8,14 @@ mod gaussians;
 mod grids;
 mod kernels;
 mod layouts;
+mod levels;
 mod moving;
+mod numbers;
 mod profiler;
 mod rendered;
 mod splat_light;
 mod statistics;
+mod submissions;
 mod warm_up;
 mod wrong;
 

@@ -9,7 +9,7 @@ use gobo::{
     glam::{UVec2, Vec3},
     host::{FilterFormat, Input, LightMasks, MapLayout, MaskView, PointBuffers},
     light_views,
-    model::{MaskSettings, ShadowFilter},
+    model::{MaskSettings, ShadowFilter, ViewRole},
     wgpu::{self, BufferUsages},
 };
 
@@ -104,7 +104,7 @@ fn a_loader_of_another_device_is_refused() {
 fn numbers_out_of_range_are_named() {
     type Change = fn(&mut (Vec<Material>, Vec<View>, ShadowSettings));
     let gpu = gpu(TIERS[0]);
-    let wrong: [(&str, &str, Change); 16] = [
+    let wrong: [(&str, &str, Change); 17] = [
         ("material 1 ", "tint", |it| it.0[1].tint.x = f32::NAN),
         ("material 1 ", "tint", |it| it.0[1].tint.y = 1.5),
         ("material 0 ", "alpha", |it| it.0[0].tint.w = 3.0),
@@ -115,6 +115,9 @@ fn numbers_out_of_range_are_named() {
         ("material 0 ", "distance", |it| it.0[0].attenuation_distance = f32::NAN),
         ("view 1 ", "scale", |it| it.1[1].scale = f32::NAN),
         ("view 0 ", "scale", |it| it.1[0].scale = 0.0),
+        ("view 1 ", "fade", |it| {
+            it.1[1].role = ViewRole::Window { index: 0, count: 1, fade: f32::NAN };
+        }),
         ("setting", "bias", |it| it.2.bias = f32::NAN),
         ("setting", "bias", |it| it.2.normal_bias = -1.0),
         ("setting", "taps", |it| it.2.filter = ShadowFilter::Pcf { taps: 0 }),

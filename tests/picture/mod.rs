@@ -17,6 +17,7 @@ mod models;
 mod occlusion;
 mod refraction;
 mod renderer;
+mod repeated;
 mod samples;
 mod shade;
 mod specks;

@@ -99,9 +99,9 @@ pub(super) fn records<const N: usize>(
 pub(super) fn disc(center: Vec2, radius: f32, depth: f32, color: Vec3, opacity: f32) -> Footprint {
     let key = (depth * 65534.0) as u32;
     let mut footprint =
-        Footprint { center, radius, depth, red_green: 0, blue_slope: 0, base: 0, caster: 0 };
-    footprint.set_opacity(color, 0.0, opacity);
-    footprint.base |= key << 16;
+        Footprint { center, radius, depth, red_green: 0, blue_slope: 0, thin: 0, caster: 0 };
+    footprint.set_opacity(color, 1.0, opacity);
+    footprint.thin |= key << 16;
     footprint
 }
 

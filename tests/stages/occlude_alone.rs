@@ -67,7 +67,7 @@ impl Inputs {
             let (mut projected, setup) =
                 project_triangle(&views()[view], view as u32, &record, id, id, params);
             // One beside the view has no setup, and is in its place all the same.
-            projected.footprint.base = depth_key(blocker.depth()) << 16;
+            projected.footprint.thin = depth_key(blocker.depth()) << 16;
             projected.footprint.red_green = id;
             projected.footprint.caster = id | TRIANGLE_BIT;
             footprints.push(projected.footprint);

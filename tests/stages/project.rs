@@ -219,7 +219,7 @@ impl Written {
         // Packed halves round either way.
         let halves = |word: u32| [word & 0xffff, word >> 16];
         let packed = [(found.red_green, cpu.red_green), (found.blue_slope, cpu.blue_slope)];
-        for (a, b) in packed.into_iter().chain([(found.base & 0xffff, cpu.base & 0xffff)]) {
+        for (a, b) in packed.into_iter().chain([(found.thin & 0xffff, cpu.thin & 0xffff)]) {
             let apart = halves(a).into_iter().zip(halves(b)).map(|(a, b)| a.abs_diff(b));
             assert!(apart.max() <= Some(1), "{what}: {found:?} is not {cpu:?}");
         }

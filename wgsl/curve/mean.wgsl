@@ -15,7 +15,9 @@ const BINS: u32 = 32u; // bins of the depths, between which gaps are found
 
 var<private> part_low: u32;  // twice the first middle, and the last one's
 var<private> part_high: u32;
+var<private> per_range: f32;
 var<private> part_cuts: u32; // first bins of the further parts
+var<private> part_count: u32; // parts that hold ramps
 var<private> part_light: vec3<f32>; // behind the parts so far
 
 var<private> light_before: vec3<f32>; // behind a child's ramps so far
@@ -29,13 +31,6 @@ fn next_ramp(node: vec2<u32>) -> Ramp {
     return Ramp(start, node_length(node), drop);
 }
 
-var<private> ramp_shift: vec2<f32> = vec2(1.0, 0.0); // map of depths: times x, plus y
-
-fn shifted(ramp: Ramp) -> Ramp {
-    let start = clamp(round(ramp.start * ramp_shift.x + ramp_shift.y), 1.0, DEPTHS);
-    return Ramp(select(0.0, start, ramp.start > 0.0), ramp.length * ramp_shift.x, ramp.drop);
-}
-
 fn ramp_weight(ramp: Ramp) -> f32 {
     return select(0.0, abs(ramp.drop.x) + abs(ramp.drop.y) + abs(ramp.drop.z), ramp.start > 0.0);
 }
@@ -45,8 +40,13 @@ fn ramp_middle(ramp: Ramp) -> u32 {
     return 2u * u32(ramp.start) + u32(round(ramp.length));
 }
 
+// The quotient of whole numbers, corrected from floats: llvmpipe divides integers one by one.
 fn ramp_bin(ramp: Ramp) -> u32 {
-    return (ramp_middle(ramp) - part_low) * BINS / (part_high - part_low + 1u);
+    let above = (ramp_middle(ramp) - part_low) * BINS;
+    let range = part_high - part_low + 1u;
+    let near = u32(f32(above) * per_range);
+    let least = near - select(0u, 1u, near * range > above);
+    return least + select(0u, 1u, (least + 1u) * range <= above);
 }
 
 // Finds the parts, at most `parts`. A child has some ramps: their loops end with the test, as llvmpipe executes a body
@@ -59,7 +59,7 @@ fn find_parts(children: u32, ramps: u32, parts: u32) {
         start_child(i);
         var k = 0u;
         loop {
-            let ramp = shifted(child_ramp(k));
+            let ramp = child_ramp(k);
             let counts = ramp_weight(ramp) > 0.0;
             part_low = select(part_low, min(part_low, ramp_middle(ramp)), counts);
             part_high = select(part_high, max(part_high, ramp_middle(ramp)), counts);
@@ -69,12 +69,15 @@ fn find_parts(children: u32, ramps: u32, parts: u32) {
             }
         }
     }
+    per_range = 1.0 / f32(part_high - part_low + 1u);
+    // A single bin has no gaps.
+    let again = select(0u, children, part_low < part_high);
     var mask = 0u;
-    for (var i = 0u; i < children; i += 1u) {
+    for (var i = 0u; i < again; i += 1u) {
         start_child(i);
         var k = 0u;
         loop {
-            let ramp = shifted(child_ramp(k));
+            let ramp = child_ramp(k);
             let counts = ramp_weight(ramp) > 0.0;
             mask |= select(0u, 1u << (ramp_bin(ramp) & 31u), counts);
             k += 1u;
@@ -84,6 +87,7 @@ fn find_parts(children: u32, ramps: u32, parts: u32) {
         }
     }
     part_cuts = longest_gaps(mask, parts - 1u);
+    part_count = countOneBits(part_cuts) + select(0u, 1u, part_low <= part_high);
 }
 
 // Mask of the bins behind the `most` longest gaps; of equal gaps, the first.
@@ -112,11 +116,12 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     var first = DEPTHS;
     var end = 0.0;
     var middle = 0.0;
-    for (var i = 0u; i < children; i += 1u) {
+    let holders = select(0u, children, number < part_count);
+    for (var i = 0u; i < holders; i += 1u) {
         start_child(i);
         var k = 0u;
         loop {
-            let ramp = shifted(child_ramp(k));
+            let ramp = child_ramp(k);
             let below = (2u << (ramp_bin(ramp) & 31u)) - 1u;
             let is_cut = countOneBits(part_cuts & below) == number;
             let drop = select(0.0, ramp_weight(ramp) * child_share(), is_cut);

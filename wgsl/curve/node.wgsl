@@ -20,6 +20,12 @@ fn node_of_pair(pair: vec4<u32>, k: u32) -> vec2<u32> {
     return select(pair.xy, pair.zw, (k & 1u) != 0u);
 }
 
+// Nodes of a curve up to the last used one of a pair; 0 if it has none.
+fn used_nodes(nodes: vec4<u32>, pair: u32) -> u32 {
+    let first = select(0u, 2u * pair + 1u, node_start(nodes.xy) > 0.0);
+    return select(first, 2u * pair + 2u, node_start(nodes.zw) > 0.0);
+}
+
 // Start and length in fixed point.
 fn node_start(node: vec2<u32>) -> f32 {
     return f32(node.x >> 16u);

@@ -14,6 +14,10 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, row};
 
+fn is_scattered() -> bool {
+    return false;
+}
+
 // Steps behind all pairs: `resolve` has those of the tile.
 fn tile_steps() -> u32 {
     return 0u;

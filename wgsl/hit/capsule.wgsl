@@ -180,7 +180,7 @@ fn capsule_hit(
     let look = capsule.look;
     let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
     let color = min(vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint, vec4(1.0));
-    let tau = whole_tau(absorption(material.transfer, color.a, color.rgb));
+    let tau = whole_tau(absorption(material.transfer, 1.0, color.a, color.rgb));
     let absorbed = way_absorbed(way, tau);
     let opacity = way_absorbed(way, whole_tau(vec3(color.a))).x;
     return Hit(1.0 - absorbed, color.rgb, opacity, way.depth, way.depth, way.end, material_id, absorbed);

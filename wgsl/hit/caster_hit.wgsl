@@ -20,7 +20,7 @@ import package::records::brick::{brick_of, grid_extinction, grid_of};
 import package::records::capsule::is_capsule;
 import package::records::caster::{caster_look, look_rotation, particle_object};
 import package::records::footprint::{
-    Footprint, caster_of, footprint_color, opacity_base, opacity_slope, setup_of,
+    Footprint, caster_of, footprint_color, footprint_thin, opacity_slope, setup_of,
 };
 import package::records::gaussian::{GaussianSetup, gaussian_setup, is_gaussian};
 import package::records::material::{
@@ -115,20 +115,20 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     }
     if HAS_GAUSSIANS && (only_gaussians() || material.shape == SHAPE_GAUSSIAN) {
         let hit = gaussian_hit(view, footprint, faced.gaussian, faced.look, texel, opaque_depth);
-        let light = transmittance(material.transfer, hit.opacity, hit.color);
-        let absorbed = absorption(material.transfer, hit.opacity, hit.color);
+        let light = transmittance(material.transfer, hit.thin, hit.opacity, hit.color);
+        let absorbed = absorption(material.transfer, hit.thin, hit.opacity, hit.color);
         return Hit(light, hit.color, hit.opacity, hit.start, hit.start, hit.end, material_id, absorbed);
     }
     let met = plane_hit(faced.plane, view, texel);
+    let thin = footprint_thin(footprint);
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
-        let most = min(opacity_base(footprint) + opacity_slope(footprint), 1.0);
-        return puff_hit(view, bounds, footprint_color(footprint), most, texel, opaque_depth, material_id);
+        let most = min(material.reflectivity * thin + opacity_slope(footprint), 1.0);
+        return puff_hit(view, bounds, footprint_color(footprint), thin, most, texel, opaque_depth, material_id);
     }
     if HAS_BRICKS && material.shape == SHAPE_BRICK {
         return brick_hit(view, footprint, texel, opaque_depth, material_id);
     }
     var color = footprint_color(footprint);
-    let base = opacity_base(footprint);
     let slope = opacity_slope(footprint);
     let covered = coverage(material.shape, material.profile, met.xy);
     var alpha = covered;
@@ -138,11 +138,11 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
         color *= image.rgb;
         alpha *= image.a;
     }
-    let opacity = min(base + slope * alpha, 1.0);
+    let opacity = min(material.reflectivity * thin + slope * alpha, 1.0);
     let inside = max(abs(met.x), abs(met.y)) <= 1.0 && covered > 0.0;
     let depth = select(-1.0, met.z, inside);
-    let light = transmittance(material.transfer, opacity, color);
-    let absorbed = absorption(material.transfer, opacity, color);
+    let light = transmittance(material.transfer, thin, opacity, color);
+    let absorbed = absorption(material.transfer, thin, opacity, color);
     return Hit(light, color, opacity, depth, depth, depth, material_id, absorbed);
 }
 

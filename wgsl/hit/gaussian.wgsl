@@ -18,6 +18,7 @@ struct Approach {
 
 struct GaussianHit {
     color: vec3<f32>,
+    thin: f32, // ratio of its area to that of what is projected
     opacity: f32,
     start: f32, // light depth; -1 for a miss
     end: f32,
@@ -95,13 +96,14 @@ fn gaussian_hit(
     let met = approach(view, footprint, setup, texel);
     let blue_thin = setup.color.y;
     let color = vec3(unpack2x16unorm(setup.color.x), unpack2x16unorm(blue_thin).x);
+    let thin = unpack2x16float(blue_thin).y / OPACITY_SCALE;
     // Written so that a NaN is a miss.
     if !(met.squared <= footprint.bounds.z * footprint.bounds.z) {
-        return GaussianHit(color, 0.0, -1.0, -1.0);
+        return GaussianHit(color, thin, 0.0, -1.0, -1.0);
     }
     let amplitude = gaussian_amplitude(footprint) * exp(-0.5 * met.squared);
     if !HAS_MEDIA || (look & MEDIUM_BIT) == 0u {
-        return GaussianHit(color, min(amplitude, 1.0), met.depth, met.depth);
+        return GaussianHit(color, thin, min(amplitude, 1.0), met.depth, met.depth);
     }
     let slope = (texel - view.size * 0.5) / view.scale * view.perspective;
     let metres = (view.far - view.near) * sqrt(1.0 + dot(slope, slope));
@@ -109,7 +111,6 @@ fn gaussian_hit(
     let start = -met.depth / met.deviation;
     let end = (opaque_depth - met.depth) / met.deviation;
     let tau = whole * max(0.5 * (error_function(end) - error_function(start)), 0.0);
-    let thin = unpack2x16float(blue_thin).y / OPACITY_SCALE;
     let opacity = min(thin * tau_absorbed(vec3(tau)).x, 1.0);
     let ramp = medium_ramp(whole);
     // The ray may end in front of where most is absorbed.
@@ -117,7 +118,7 @@ fn gaussian_hit(
     let from_depth = max(met.depth + first * met.deviation, 0.0);
     let to_depth = max(met.depth + min(ramp.y, end) * met.deviation, from_depth);
     let misses = (end < -FARTHEST_TAIL) | (start > FARTHEST_TAIL);
-    return GaussianHit(color, opacity, select(from_depth, -1.0, misses), to_depth);
+    return GaussianHit(color, thin, opacity, select(from_depth, -1.0, misses), to_depth);
 }
 
 // Start and end of the linear ramp that is nearest to the transmittance in a medium of a whole optical depth

@@ -112,27 +112,36 @@ fn coverage(shape: u32, profile: u32, q: vec2<f32>) -> f32 {
     return select(0.0, select(1.0, rest * rest, soft), square <= 1.0);
 }
 
-// Transmittance of a hit of opacity a and colour c (divided by 16 for `gain`).
-fn transmittance(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
+// Opacity of a particle smaller than a texel before it was thinned.
+fn whole_opacity(thin: f32, a: f32) -> f32 {
+    // Below the smallest half that is stored, both are 0.
+    return min(a / max(thin, 1e-12), 1.0);
+}
+
+// Transmittance of a hit of opacity a and colour c (divided by 16 for `gain`): 1 - thin (1 - T) of one that is smaller
+// than a texel, where a is thinned.
+fn transmittance(transfer: u32, thin: f32, a: f32, c: vec3<f32>) -> vec3<f32> {
+    let clear = 1.0 - thin;
+    let passed = max(thin - a, 0.0);
     switch transfer {
         // For the picture only: shadows are dithered.
         case TRANSFER_FILTER, TRANSFER_DITHER: { return 1.0 - a * (1.0 - c); }
-        case TRANSFER_STAIN: { return c * (1.0 - a); }
-        case TRANSFER_SMOKE: { return (1.0 - a) * (1.0 - a * (1.0 - c)); }
-        case TRANSFER_GAIN: { return c * MAX_GAIN; }
+        case TRANSFER_STAIN: { return clear + c * passed; }
+        case TRANSFER_SMOKE: { return clear + passed * (1.0 - whole_opacity(thin, a) * (1.0 - c)); }
+        case TRANSFER_GAIN: { return clear + thin * c * MAX_GAIN; }
         case TRANSFER_OVER: { return vec3(1.0 - a); }
         default: { return vec3(1.0); }
     }
 }
 
 // 1 - `transmittance`, with full precision where that is next to 1.
-fn absorption(transfer: u32, a: f32, c: vec3<f32>) -> vec3<f32> {
+fn absorption(transfer: u32, thin: f32, a: f32, c: vec3<f32>) -> vec3<f32> {
     let filtered = a * (1.0 - c);
     switch transfer {
         case TRANSFER_FILTER, TRANSFER_DITHER: { return filtered; }
-        case TRANSFER_STAIN: { return (1.0 - c) + c * a; }
-        case TRANSFER_SMOKE: { return a + filtered * (1.0 - a); }
-        case TRANSFER_GAIN: { return 1.0 - c * MAX_GAIN; }
+        case TRANSFER_STAIN: { return thin * (1.0 - c) + c * min(a, thin); }
+        case TRANSFER_SMOKE: { return a + filtered * (1.0 - whole_opacity(thin, a)); }
+        case TRANSFER_GAIN: { return thin * (1.0 - c * MAX_GAIN); }
         case TRANSFER_OVER: { return vec3(a); }
         default: { return vec3(0.0); }
     }

@@ -11,6 +11,7 @@ fn puff_hit(
     view: GpuView,
     bounds: vec4<f32>,
     color: vec3<f32>,
+    thin: f32,
     alpha: f32,
     texel: vec2<f32>,
     opaque_depth: f32,
@@ -50,12 +51,12 @@ fn puff_hit(
     let first = max(closest - half_chord * radius_axis, view.near);
     let last = min(closest + half_chord * radius_axis, view.near + opaque_depth * range);
     let share = clamp((last - first) / (2.0 * radius_axis), 0.0, 1.0);
-    let per_diameter = max(transmittance(materials[material_id].transfer, alpha, color), vec3(1e-9));
+    let per_diameter = max(transmittance(materials[material_id].transfer, thin, alpha, color), vec3(1e-9));
     let opacity = 1.0 - pow(max(1.0 - alpha, 1e-9), share);
     let entered = (first - view.near) / range;
     let left = (last - view.near) / range;
     let light = pow(per_diameter, vec3(share));
-    let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, alpha, color)) * share);
+    let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, thin, alpha, color)) * share);
     let depth = select(-1.0, entered, share > 0.0);
     return Hit(light, color, opacity, depth, depth, left, material_id, absorbed);
 }

@@ -102,7 +102,7 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
         opacity += (material.cutoff - picture_params.cutout_threshold) * saturate(image.level);
     }
     let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
-    let light = transmittance(material.transfer, opacity, color);
-    let absorbed = absorption(material.transfer, opacity, color);
+    let light = transmittance(material.transfer, 1.0, opacity, color);
+    let absorbed = absorption(material.transfer, 1.0, opacity, color);
     return Hit(light, color, opacity, met.w, met.w, met.w, material_id, absorbed);
 }

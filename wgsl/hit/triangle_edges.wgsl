@@ -18,3 +18,20 @@ fn edge_line(a: vec2<f32>, b: vec2<f32>, area: f32) -> vec4<f32> {
 fn owns_edge(a: vec2<f32>, b: vec2<f32>, area: f32) -> bool {
     return precedes(a, b) == (area > 0.0);
 }
+
+// Where the line of an edge lies that is farther away [texels]: beside it, no texel's place makes a difference in 32 bits.
+const FAR_EDGE: f32 = 1099511627776.0;
+
+// Line of an edge with a corner that has no position in the map: a plane through the eye (Olano and Greer 1997, section
+// 3). `a` and `b`: homogeneous corners; `turn`: its sign is the triangle's orientation.
+fn edge_plane(a: vec3<f32>, b: vec3<f32>, turn: f32) -> vec4<f32> {
+    let forward = precedes(a.xy, b.xy);
+    let sign = select(-1.0, 1.0, forward == (turn > 0.0));
+    let plane = select(cross(b, a), cross(a, b), forward) * sign;
+    let along = vec2(plane.y, -plane.x);
+    let constant = plane.z / FAR_EDGE;
+    let foot = plane.xy * (-plane.z / dot(along, along));
+    // In the plane through the eye across the axis, an edge is at infinity: its function is constant.
+    let is_far = max(abs(along.x), abs(along.y)) <= abs(constant);
+    return select(vec4(foot, along), vec4(0.0, -FAR_EDGE, constant, 0.0), is_far);
+}

@@ -2,9 +2,10 @@
 // four of half its width. Blocks that don't overlap show as beads along thin bars that are slanted against
 // them.
 
-import package::curve::mean::{Ramp, light_before, next_ramp, ramp_shift};
-import package::curve::node::node_of_pair;
-import package::levels::child_owner::child_owner;
+import package::curve::mean::{Ramp, light_before, next_ramp};
+import package::curve::node::{node_of_pair, used_nodes};
+import package::features::HAS_FACES;
+import package::levels::child_owner::{child_owner, shifted};
 import package::records::area::{LevelMap, block_nodes, block_number, level_map, leveled_view};
 import package::records::view::GpuView;
 
@@ -16,6 +17,8 @@ var<private> first_face: u32;
 var<private> first_child: vec2<i32>;
 var<private> child_weight: f32;
 var<private> child_block: u32;
+var<private> child_shift: vec2<f32>;
+var<private> most_ramps: u32; // of a child
 
 fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     child_view = view;
@@ -24,18 +27,34 @@ fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     child_map = level_map(view, leveled, child_level);
     first_face = leveled_view(leveled).z;
     first_child = 2 * at - 1;
+    most_ramps = 0u;
+    for (var i = 0u; i < child_count(); i += 1u) {
+        find_child(i);
+        for (var pair = 0u; pair < 2u; pair += 1u) {
+            most_ramps = max(most_ramps, used_nodes(block_nodes(child_block, pair), pair));
+        }
+    }
 }
 
+// Loop counts are not constant, so that compilers don't unroll.
 fn child_count() -> u32 {
-    return 16u;
+    return select(0u, 16u, child_map.first < 0xffffffffu);
+}
+
+fn find_child(i: u32) {
+    let at = first_child + vec2<i32>(vec2(i % 4u, i / 4u));
+    let owner = child_owner(child_view, child_leveled, first_face, child_map.size, child_map.edge, at);
+    var map = child_map;
+    if HAS_FACES {
+        map = level_map(owner.view, owner.leveled, child_level);
+    }
+    child_block = block_number(map, owner.at);
+    child_shift = owner.shift;
 }
 
 fn start_child(i: u32) {
+    find_child(i);
     let step = vec2(i % 4u, i / 4u);
-    let at = first_child + vec2<i32>(step);
-    let owner = child_owner(child_view, child_leveled, first_face, child_map.size, child_map.edge, at);
-    child_block = block_number(level_map(owner.view, owner.leveled, child_level), owner.at);
-    ramp_shift = owner.shift;
     let is_inner = (step == vec2(1u)) | (step == vec2(2u));
     let shares = select(vec2(0.125), vec2(0.375), is_inner);
     child_weight = shares.x * shares.y;
@@ -46,10 +65,11 @@ fn child_share() -> f32 {
     return child_weight;
 }
 
+// Behind the last used node of any child there is nothing.
 fn ramp_count() -> u32 {
-    return 4u;
+    return most_ramps;
 }
 
 fn child_ramp(k: u32) -> Ramp {
-    return next_ramp(node_of_pair(block_nodes(child_block, k / 2u), k));
+    return shifted(next_ramp(node_of_pair(block_nodes(child_block, k / 2u), k)), child_shift);
 }

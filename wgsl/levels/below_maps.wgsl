@@ -2,10 +2,10 @@
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
-import package::curve::mean::{Ramp, light_before, next_ramp, ramp_shift};
-import package::curve::node::{DEPTHS, curve_layer, node_of_pair};
+import package::curve::mean::{Ramp, light_before, next_ramp};
+import package::curve::node::{DEPTHS, curve_layer, node_of_pair, used_nodes};
 import package::features::NODES;
-import package::levels::child_owner::child_owner;
+import package::levels::child_owner::{child_owner, shifted};
 import package::records::area::leveled_view;
 import package::records::view::GpuView;
 
@@ -15,16 +15,43 @@ var<private> first_face: u32;
 var<private> first_child: vec2<i32>; // in the view's map
 var<private> child_layer: u32;
 var<private> child_at: vec2<u32>;    // in the atlas
+var<private> child_shift: vec2<f32>;
+var<private> most_nodes: u32;        // of a child
+var<private> opaque_count: u32;      // ramps of opaque surfaces
 
 fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     child_view = view;
     child_leveled = leveled;
     first_face = leveled_view(leveled).z;
     first_child = 2 * at;
+    most_nodes = 0u;
+    var is_opaque = false;
+    for (var i = 0u; i < child_count(); i += 1u) {
+        start_child(i);
+        let depths = textureLoad(opaques, child_at, child_layer, 0).rgb;
+        let some = depths < vec3(1.0);
+        is_opaque = is_opaque | select(some.r, any(some), by_channel());
+        if NODES > 0u {
+            for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
+                let nodes = textureLoad(curves, child_at, curve_layer(child_layer, pair), 0);
+                most_nodes = max(most_nodes, used_nodes(nodes, pair));
+            }
+        } else {
+            let nearest = textureLoad(nearests, child_at, child_layer, 0).r;
+            most_nodes = max(most_nodes, select(0u, 1u, nearest < 1.0));
+        }
+    }
+    opaque_count = select(0u, select(1u, 3u, by_channel()), is_opaque);
 }
 
+// Loop counts are not constant, so that compilers don't unroll.
 fn child_count() -> u32 {
-    return 4u;
+    return select(0u, 4u, child_view.layer < 0xffffffffu);
+}
+
+// Whether opaque depths differ by channel.
+fn by_channel() -> bool {
+    return picture_params.colored != 0u;
 }
 
 fn start_child(i: u32) {
@@ -32,7 +59,7 @@ fn start_child(i: u32) {
     let owner = child_owner(child_view, child_leveled, first_face, vec2<i32>(child_view.size), 1.0, at);
     child_layer = owner.view.layer;
     child_at = owner.view.origin + vec2<u32>(owner.at);
-    ramp_shift = owner.shift;
+    child_shift = owner.shift;
     light_before = vec3(1.0);
 }
 
@@ -40,9 +67,10 @@ fn child_share() -> f32 {
     return 0.25;
 }
 
-// Ramps of translucent casters, then of the opaque surface, one per channel.
+// Ramps of translucent casters, then of the opaque surface, one per channel where they differ. Behind the last used
+// node of any child there is nothing.
 fn ramp_count() -> u32 {
-    return max(NODES, 1u) + 3u;
+    return most_nodes + opaque_count;
 }
 
 fn fixed_depth(depth: f32) -> f32 {
@@ -51,17 +79,21 @@ fn fixed_depth(depth: f32) -> f32 {
 
 fn opaque_ramp(channel: u32) -> Ramp {
     let depths = textureLoad(opaques, child_at, child_layer, 0).rgb;
-    let by_channel = picture_params.colored != 0u;
-    let depth = select(depths.r, depths[channel], by_channel);
+    let depth = select(depths.r, depths[channel], by_channel());
     let is_channel = vec3(channel) == vec3(0u, 1u, 2u);
     let all_at_once = select(vec3(0.0), light_before, channel == 0u);
-    let drop = select(all_at_once, select(vec3(0.0), light_before, is_channel), by_channel);
+    let drop = select(all_at_once, select(vec3(0.0), light_before, is_channel), by_channel());
     return Ramp(select(0.0, fixed_depth(depth), depth < 1.0), 0.0, drop);
 }
 
 fn child_ramp(k: u32) -> Ramp {
-    if k >= max(NODES, 1u) {
-        return opaque_ramp(k - max(NODES, 1u));
+    return shifted(own_ramp(k), child_shift);
+}
+
+// In the depths of the child's own view.
+fn own_ramp(k: u32) -> Ramp {
+    if k >= most_nodes {
+        return opaque_ramp(k - most_nodes);
     }
     if NODES > 0u {
         let nodes = textureLoad(curves, child_at, curve_layer(child_layer, k / 2u), 0);

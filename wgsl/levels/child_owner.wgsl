@@ -1,7 +1,9 @@
 // Source of a child of a block: beyond the edge of a cube's face a child of the neighbour, else the nearest
 // one.
 
+import package::curve::mean::Ramp;
 import package::curve::node::DEPTHS;
+import package::features::HAS_FACES;
 import package::records::area::leveled_view;
 import package::records::light::shadow_view;
 import package::records::view::{GpuView, ROLE_FACE};
@@ -19,9 +21,7 @@ struct ChildOwner {
 fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, edge: f32, at: vec2<i32>) -> ChildOwner {
     let nearest = clamp(at, vec2(0), size - 1);
     var owner = ChildOwner(view, leveled, nearest, vec2(1.0, 0.0));
-    // A loop, as llvmpipe runs branches for all invocations.
-    let outside = select(0u, 1u, any(nearest != at) && view.role == ROLE_FACE);
-    for (var i = 0u; i < outside; i += 1u) {
+    if HAS_FACES && any(nearest != at) && view.role == ROLE_FACE {
         let slope = ((vec2<f32>(at) + 0.5) * edge - view.size * 0.5) / view.scale;
         let away = (vec4(slope.x, -slope.y, -1.0, 0.0) * view.view_from_world).xyz;
         owner.leveled = first_face + cube_face(away);
@@ -37,4 +37,13 @@ fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, ed
         owner.at = vec2<i32>(clamp(floor(position / edge), vec2(0.0), last));
     }
     return owner;
+}
+
+// A ramp of a child whose depths become this face's.
+fn shifted(ramp: Ramp, shift: vec2<f32>) -> Ramp {
+    if HAS_FACES {
+        let start = clamp(round(ramp.start * shift.x + shift.y), 1.0, DEPTHS);
+        return Ramp(select(0.0, start, ramp.start > 0.0), ramp.length * shift.x, ramp.drop);
+    }
+    return ramp;
 }

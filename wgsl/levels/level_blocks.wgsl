@@ -28,11 +28,10 @@ fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = vec2<i32>(id.xy) - i32(SKIRT);
     open_child(view, id.z, level_params.level, at);
-    // Loop counts are not constant, so that compilers don't unroll.
-    let some = map.first < 0xffffffffu;
-    let children = select(0u, child_count(), some);
-    let ramps = select(0u, ramp_count(), some);
-    let pairs = select(0u, BLOCK_TEXELS, some);
+    let ramps = ramp_count();
+    // Most blocks hold nothing.
+    let children = select(0u, child_count(), ramps > 0u);
+    let pairs = select(0u, BLOCK_TEXELS, map.first < 0xffffffffu);
     find_parts(children, ramps, 2u * BLOCK_TEXELS);
     let number = block_number(map, at) - level_params.first_block;
     for (var pair = 0u; pair < pairs; pair += 1u) {

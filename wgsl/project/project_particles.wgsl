@@ -178,7 +178,7 @@ fn project_particles(
     let slope_a = (1.0 - material.reflectivity) * color.a * thin;
     let blue_slope =
         (pack2x16unorm(vec2(color.b, 0.0)) & 0xffffu) | (pack2x16float(vec2(0.0, slope_a * OPACITY_SCALE)) & 0xffff0000u);
-    let base_front = (pack2x16float(vec2(material.reflectivity * thin * OPACITY_SCALE, 0.0)) & 0xffffu) | (front << 16u);
+    let thin_front = (pack2x16float(vec2(thin * OPACITY_SCALE, 0.0)) & 0xffffu) | (front << 16u);
     var at = vec4(texel, radius, (distance - view.near) / range);
     if is_beside {
         at = vec4(center.x, -center.y, -radius, distance);
@@ -187,6 +187,6 @@ fn project_particles(
     textureStore(
         footprints,
         record_texel(2u * index + 1u),
-        vec4(pack2x16unorm(color.rg), blue_slope, base_front, caster_id),
+        vec4(pack2x16unorm(color.rg), blue_slope, thin_front, caster_id),
     );
 }

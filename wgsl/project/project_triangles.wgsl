@@ -7,7 +7,7 @@ import package::bind::sampled::triangles;
 import package::bind::stored::{footprints, setups};
 import package::bind::uniform::{project_params, views};
 import package::features::HAS_VERTEX_COLORS;
-import package::hit::triangle_edges::{edge_line, owns_edge, precedes};
+import package::hit::triangle_edges::{edge_line, edge_plane, owns_edge};
 import package::project::put::put;
 import package::records::dispatch::workgroup_number;
 import package::records::octahedral::octahedral;
@@ -83,69 +83,50 @@ fn project_triangles(
         return;
     }
     let crosses = view.perspective > 0.0 && nearest < 0.0;
+    var weights = select(vec3(1.0), 1.0 / distances, view.perspective > 0.0);
+    var p: array<vec2<f32>, 3>;
+    var h: array<vec3<f32>, 3>; // homogeneous
+    for (var i = 0u; i < 3u; i += 1u) {
+        p[i] = flat[i] * weights[i] + half_size;
+        h[i] = vec3(flat[i] + distances[i] * half_size, distances[i]);
+    }
+    let ab = p[1] - p[0];
+    let ac = p[2] - p[0];
+    let turn = select(ab.x * ac.y - ab.y * ac.x, dot(h[0], cross(h[1], h[2])), crosses);
     var edges: array<vec4<f32>, 3>;
-    var ties = 0u;
-    var weights = vec3(1.0);
+    var ties = select(0u, BACK_BIT, turn > 0.0);
     var lo = vec2(1e30);
     var hi = vec2(-1e30);
-    var degenerate = false;
-    if crosses {
-        // A corner behind the near plane has no position in the map: edges become planes through the eye
-        // (Olano and Greer 1997, section 3).
-        var h: array<vec3<f32>, 3>;
-        for (var i = 0u; i < 3u; i += 1u) {
-            h[i] = vec3(flat[i] + distances[i] * half_size, distances[i]);
-        }
-        let volume = dot(h[0], cross(h[1], h[2]));
-        degenerate = volume == 0.0;
-        ties = select(0u, BACK_BIT, volume > 0.0);
-        for (var i = 0u; i < 3u; i += 1u) {
-            let j = (i + 1u) % 3u;
-            let k = (i + 2u) % 3u;
-            let forward = precedes(h[j].xy, h[k].xy);
-            let plane = select(cross(h[k], h[j]), cross(h[j], h[k]), forward);
-            let along = vec2(plane.y, -plane.x);
-            let square = dot(along, along);
-            degenerate = degenerate || square == 0.0;
-            let foot = plane.xy * (-plane.z / square);
-            let straight = forward == (volume > 0.0);
-            edges[i] = vec4(foot, along * select(-1.0, 1.0, straight));
-            ties |= select(0u, 1u << i, straight);
+    for (var i = 0u; i < 3u; i += 1u) {
+        let j = (i + 1u) % 3u;
+        let k = (i + 2u) % 3u;
+        // A corner behind the near plane has no position in the map.
+        let is_front = !crosses || distances[i] >= view.near;
+        lo = select(lo, min(lo, p[i]), is_front);
+        hi = select(hi, max(hi, p[i]), is_front);
+        if crosses {
             // Bounding box of the part beyond the near plane.
             let crossing = clamp((view.near - distances[i]) / (distances[j] - distances[i]), 0.0, 1.0);
             let cut = (flat[i] + (flat[j] - flat[i]) * crossing) / view.near + half_size;
-            let corner = flat[i] / distances[i] + half_size;
             let cuts = (distances[i] >= view.near) != (distances[j] >= view.near);
             lo = select(lo, min(lo, cut), cuts);
             hi = select(hi, max(hi, cut), cuts);
-            lo = select(lo, min(lo, corner), distances[i] >= view.near);
-            hi = select(hi, max(hi, corner), distances[i] >= view.near);
         }
-    } else {
-        weights = select(vec3(1.0), 1.0 / distances, view.perspective > 0.0);
-        var p: array<vec2<f32>, 3>;
-        for (var i = 0u; i < 3u; i += 1u) {
-            p[i] = flat[i] * weights[i] + half_size;
-            lo = min(lo, p[i]);
-            hi = max(hi, p[i]);
-        }
-        let ab = p[1] - p[0];
-        let ac = p[2] - p[0];
-        let area = ab.x * ac.y - ab.y * ac.x;
-        degenerate = area == 0.0;
-        ties = select(0u, BACK_BIT, area > 0.0);
-        for (var i = 0u; i < 3u; i += 1u) {
-            let j = (i + 1u) % 3u;
-            let k = (i + 2u) % 3u;
-            edges[i] = edge_line(p[j], p[k], area);
-            ties |= select(0u, 1u << i, owns_edge(p[j], p[k], area));
+        if !crosses || (distances[j] >= view.near && distances[k] >= view.near) {
+            edges[i] = edge_line(p[j], p[k], turn);
+            ties |= select(0u, 1u << i, owns_edge(p[j], p[k], turn));
+            weights[i] = select(weights[i], distances[j] * distances[k], crosses);
+        } else {
+            edges[i] = edge_plane(h[j], h[k], turn);
+            ties |= select(0u, 1u << i, owns_edge(h[j].xy, h[k].xy, turn));
+            weights[i] = 1.0;
         }
     }
     lo = clamp(lo, vec2(-1.0), view.size + 1.0);
     hi = clamp(hi, vec2(-1.0), view.size + 1.0);
     let center = (lo + hi) * 0.5;
     let rect = box_rect(view.size, chunk.view, lo, hi);
-    if degenerate || rect.y == 0u {
+    if turn == 0.0 || rect.y == 0u {
         put(index, INVISIBLE, vec2(0u));
         return;
     }

@@ -34,11 +34,12 @@ fn footprint_color(footprint: Footprint) -> vec3<f32> {
     return vec3(unpack2x16unorm(footprint.look.x), unpack2x16unorm(footprint.look.y).x);
 }
 
-// A particle's opacity is `opacity_base` and `opacity_slope` times its profile.
-fn opacity_base(footprint: Footprint) -> f32 {
+// Ratio of a particle's area to that of what is projected, which is no smaller than a texel.
+fn footprint_thin(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.z).x / OPACITY_SCALE;
 }
 
+// A particle's thinned opacity is its reflectivity times `footprint_thin` and `opacity_slope` times its profile.
 fn opacity_slope(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.y).y / OPACITY_SCALE;
 }

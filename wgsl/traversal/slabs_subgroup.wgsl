@@ -6,7 +6,7 @@
 // insertion into the curves is outside of the loop that visits, rare work has loops of its own, and loops
 // test at their end whether to go on.
 
-import package::curve::behind::{open_behind, steps_behind};
+import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
 import package::curve::gather::{end_count, flush, is_counting, merge, settled};
 import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
@@ -163,7 +163,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
             }
             flush(whole);
             merges = subgroupAny(must_merge());
-            again = HAS_VOLUMES && !again;
+            again = HAS_VOLUMES && has_casters && !again;
             if whole && !again {
                 slab = next_slab(slab, base, max(end, 1u));
                 is_end = base >= end || subgroupAll(settled(key_depth(slab.key)));
@@ -192,10 +192,11 @@ fn walk(view: GpuView, first: u32, end: u32) {
     }
     base = first;
     slab = first_slab(first, end);
+    find_steps(first, end);
     var step = 0u; // behind all pairs
     loop {
         visit_slabs(view, end, block);
-        if step == steps_behind() {
+        if step == steps_behind {
             break;
         }
         open_behind(view, step);

@@ -1,7 +1,7 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
 // core tier, without subgroups. CPU reference: src/reference/curve/tile.rs, `walk`.
 
-import package::curve::behind::{open_behind, steps_behind};
+import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
 import package::curve::gather::{end_count, flush, is_counting, merge, settled};
 import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
@@ -68,7 +68,7 @@ fn visit_slabs(view: GpuView, first: u32, end: u32) {
                 base = run.pair;
             }
             flush(!run.forced);
-            again = HAS_VOLUMES && !again;
+            again = HAS_VOLUMES && has_casters && !again;
             if !run.forced && !again {
                 slab = next_slab(slab, base, some);
                 is_end = base >= end || settled(key_depth(slab.key));
@@ -97,10 +97,11 @@ fn walk(view: GpuView, first: u32, end: u32) {
     }
     end_count();
     base = first;
+    find_steps(first, end);
     var step = 0u; // behind all pairs
     loop {
         visit_slabs(view, base, end);
-        if step == steps_behind() {
+        if step == steps_behind {
             break;
         }
         base = end;

@@ -44,7 +44,7 @@ impl Format {
             "rgba32uint" => (vk::Format::R32G32B32A32_UINT, 16),
             "r32float" => (vk::Format::R32_SFLOAT, 4),
             "rgba16float" => (vk::Format::R16G16B16A16_SFLOAT, 8),
-            "rgba8unormsrgb" => (vk::Format::R8G8B8A8_SRGB, 4),
+            "rgba8unorm-srgb" => (vk::Format::R8G8B8A8_SRGB, 4),
             _ => return Err(format!("this example knows no {name}").into()),
         };
         Ok(Self { vk, bytes })

@@ -34,9 +34,12 @@ use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 /// A picture, ready to be recorded after the maps that light it.
 #[derive(Debug)]
 pub struct PreparedPicture {
-    commands: Commands,
-    /// From casters to the number of pairs of both lists.
+    /// From casters to the pairs of both lists, or to footprints if the picture is drawn in parts.
+    listing: Commands,
+    /// To the number of pairs of its parts.
     counting: Commands,
+    /// All else.
+    drawing: Commands,
     capacity: PictureCapacity,
     clusters: Clusters,
     lighting: Lighting,
@@ -164,16 +167,17 @@ impl Shadows {
         )?;
         let counters = &targets.counters;
         let parts = Parts { lists: &lists, shading: &shading, counters, count: rects.len() };
-        let mut commands = clusters.commands.clone();
-        commands.append(lighting.before_lists.clone());
-        commands.append(parts.commands(&lighting.masking));
-        let counting = parts.counting();
-        commands.append(finish.commands);
+        let mut drawing = clusters.commands.clone();
+        drawing.append(lighting.fill_air.clone());
+        drawing.append(parts.drawing(&lighting.masking));
+        drawing.append(finish.commands);
+        let (listing, counting) = (parts.listing(), parts.counting());
         targets.radiance = finish.radiance;
         let capacities = lists.iter().map(|list| list.scratch.pair_capacity);
         Ok(PreparedPicture {
-            commands,
+            listing,
             counting,
+            drawing,
             capacity,
             clusters,
             lighting,
@@ -228,11 +232,19 @@ fn band_memory(
 impl PreparedPicture {
     /// Records the picture; the maps must have been recorded before.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        self.commands.record(encoder, timeline);
+        self.listing.record(encoder, timeline);
+        self.record_counted(encoder, timeline);
     }
 
     /// Records only the counting for [`Self::needs`].
     pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        self.listing.record(encoder, timeline);
         self.counting.record(encoder, timeline);
+    }
+
+    /// Records what [`Self::record`] does behind the recorded [`Self::record_counts`].
+    pub fn record_counted(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        self.lighting.levels.iter().for_each(|levels| levels.record(encoder, timeline));
+        self.drawing.record(encoder, timeline);
     }
 }

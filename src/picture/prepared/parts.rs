@@ -15,20 +15,23 @@ pub(super) struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// From casters to pixels. `masking`: makes the masks of visible surfaces; empty without masks.
-    pub(super) fn commands(&self, masking: &[Dispatch]) -> Commands {
-        let mut commands = self.footprints();
-        commands.append(self.shading.casters());
+    /// From the pairs of the only part, or from footprints to pixels. `masking`: makes the masks of visible surfaces;
+    /// empty without masks.
+    pub(super) fn drawing(&self, masking: &[Dispatch]) -> Commands {
+        let in_parts = self.count > 1;
+        let mut commands = self.shading.casters();
         let has_masks = !masking.is_empty();
         if has_masks {
             for part in 0..self.count {
-                commands.append(self.pairs(part));
+                if in_parts {
+                    commands.append(self.pairs(part));
+                }
                 commands.append(self.shading.surfaces(part));
             }
             commands.pass("gobo mask", masking.iter().cloned());
         }
         for part in 0..self.count {
-            if !has_masks || self.count > 1 {
+            if in_parts {
                 commands.append(self.pairs(part));
             }
             commands.append(self.shading.part(part));
@@ -36,16 +39,22 @@ impl Parts<'_> {
         commands
     }
 
-    /// From casters to the number of pairs of both lists.
-    pub(super) fn counting(&self) -> Commands {
-        let mut commands = self.footprints();
-        (0..self.count).for_each(|part| commands.append(self.pairs(part)));
+    /// From casters to the pairs of both lists of the only part, or to footprints.
+    pub(super) fn listing(&self) -> Commands {
+        let mut commands = Commands::new();
+        self.lists.iter().for_each(|list| commands.append(list.footprints()));
+        if self.count == 1 {
+            commands.append(self.pairs(0));
+        }
         commands
     }
 
-    fn footprints(&self) -> Commands {
+    /// From footprints to the number of pairs of several parts.
+    pub(super) fn counting(&self) -> Commands {
         let mut commands = Commands::new();
-        self.lists.iter().for_each(|list| commands.append(list.footprints()));
+        (0..self.count)
+            .filter(|_| self.count > 1)
+            .for_each(|part| commands.append(self.pairs(part)));
         commands
     }
 

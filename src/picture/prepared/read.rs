@@ -4,7 +4,7 @@ use crate::{
     error::Error,
     gpu::Gpu,
     records::{ClusterCounters, Grid, MaskSlots, Picture},
-    shadows::ListCounters,
+    shadows::{ListCounters, roomy},
 };
 
 impl PreparedPicture {
@@ -81,8 +81,8 @@ impl PreparedPicture {
         Ok(sums)
     }
 
-    /// Capacities with which nothing is missing in the picture; `None` if they suffice already. `budget`:
-    /// of pairs. Blocks.
+    /// Capacities with which nothing is missing in the picture, nor in one that needs a little more; `None` if they
+    /// suffice already. `budget`: of pairs. Blocks.
     pub fn needs(&self, gpu: &Gpu, budget: u32) -> Result<Option<PictureCapacity>, Error> {
         let parts = self.read_parts(gpu)?;
         let lists = || parts.iter().flatten();
@@ -95,7 +95,7 @@ impl PreparedPicture {
         let needed = lists().map(|counted| counted.pairs_needed).max().unwrap_or(0);
         let capacity = self.pair_capacity;
         if needed > capacity && capacity < budget {
-            wanted.pairs = Some(needed);
+            wanted.pairs = Some(roomy(needed));
         } else if lists().any(|counted| counted.overflowed > 0) {
             let more = needed.div_ceil(capacity.max(1)).max(2);
             wanted.parts = self.capacity.parts.saturating_mul(more).min(self.tile_count);

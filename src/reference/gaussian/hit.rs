@@ -94,8 +94,8 @@ pub fn gaussian_hit(
         (start, end) = (met.depth, met.depth);
     }
     let opacity = opacity.min(1.0);
-    let light = transmittance(transfer, opacity, color);
-    let absorbed = absorption(transfer, opacity, color);
+    let light = transmittance(transfer, setup.thin(), opacity, color);
+    let absorbed = absorption(transfer, setup.thin(), opacity, color);
     let added = if transfer == Transfer::Over { color * opacity } else { Vec3::ZERO };
     let (presence, depth) = (opacity, start);
     Some(Hit { light, absorbed, added, color, opacity, presence, depth, start, end })

@@ -1,10 +1,12 @@
 //! Validation of a host's casters before they are used.
 use crate::{
     error::{Error, Input},
-    model::{Brick, Casters, Material, Particle, Shape, Transfer, Triangle},
+    model::{
+        Brick, Casters, FARTHEST, GaussianOpacity, Material, Particle, Shape, Transfer, Triangle,
+    },
     records::MAX_MATERIALS,
 };
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 const NO_MATERIAL: &str = "its material is not among the materials";
 
@@ -35,8 +37,13 @@ impl Casters<'_> {
         })?;
         find(Input::Triangle, triangles, |triangle| match triangle {
             Triangle { material, .. } if *material as usize >= materials.len() => Some(NO_MATERIAL),
-            Triangle { positions, .. } if !positions.iter().all(|p| p.is_finite()) => {
-                Some("its corners must be finite")
+            Triangle { positions, normals, .. }
+                if !positions.iter().chain(normals).all(|v| v.is_finite()) =>
+            {
+                Some("its corners and normals must be finite")
+            }
+            Triangle { uvs, .. } if !uvs.iter().all(|uv| uv.is_finite()) => {
+                Some("its texture coordinates must be finite")
             }
             _ => None,
         })?;
@@ -64,12 +71,21 @@ impl Casters<'_> {
 
 /// Why a particle of a material cannot be a caster.
 fn particle_problem(particle: &Particle, materials: &[Material]) -> Option<&'static str> {
-    let &Particle { center, radius, material, .. } = particle;
+    let &Particle { center, radius, color, rotation, material, .. } = particle;
     let Some(material) = materials.get(material as usize) else { return Some(NO_MATERIAL) };
+    let most = Vec4::from((Vec3::splat(material.transfer.max_color()), 1.0));
     match material.shape {
         Shape::Brick => Some("its material is for grids"),
-        _ if !center.is_finite() => Some("its centre must be finite"),
-        _ if !(radius > 0.0 && radius.is_finite()) => Some("its radius must be above 0 and finite"),
+        _ if !center.abs().cmple(Vec3::splat(FARTHEST)).all() => {
+            Some("its centre must be finite and within 1e7 m")
+        }
+        _ if !(radius > 0.0 && radius <= FARTHEST) => {
+            Some("its radius must be above 0 and at most 1e7 m")
+        }
+        _ if !(color.cmpge(Vec4::ZERO).all() && color.cmple(most).all()) => {
+            Some("its colour and alpha must be 0 to 1; colours of `gain` 0 to 16")
+        }
+        _ if !rotation.is_finite() => Some("its rotation must be finite"),
         Shape::Gaussian => Some("its material's shape is that of Gaussians"),
         Shape::Capsule => Some("its material's shape is that of strands"),
         _ => None,
@@ -87,6 +103,10 @@ fn range_problem(material: &Material) -> Option<&'static str> {
     } = material;
     let shares = [tint.w, reflectivity, cutoff, transmission, roughness, metallic, frost];
     let distance = material.attenuation_distance;
+    let is_density = match material.gaussian {
+        GaussianOpacity::Medium { density } => density >= 0.0 && density.is_finite(),
+        _ => true,
+    };
     [
         (is_color(tint.truncate(), material.transfer.max_color()), {
             "its tint must be 0 to 1; of `gain` 0 to 16"
@@ -102,6 +122,7 @@ fn range_problem(material: &Material) -> Option<&'static str> {
         (is_color(material.attenuation_color, 1.0), "its attenuation must be 0 to 1"),
         (distance > 0.0, "its attenuation distance must be above 0"),
         ((1.0..=3.0).contains(&ior), "its index of refraction must be 1 to 3"),
+        (is_density, "the density of its Gaussians must be finite and not negative"),
     ]
     .into_iter()
     .find_map(|(is_met, problem)| (!is_met).then_some(problem))

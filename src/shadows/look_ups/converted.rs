@@ -113,10 +113,10 @@ impl Prepared {
     ///
     /// # Errors
     /// If the format has no alpha for the depth, a camera is invalid, a later `prepare` has taken the maps over, or the
-    /// device is out of memory.
+    /// device is lost or out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
-        self.check_current()?;
+        self.check_usable()?;
         layout.check(self.views.len())?;
         let (device, maps) = (self.device().0, self.maps());
         let shelf = self.light_shelf.take();

@@ -31,10 +31,10 @@ pub struct LightBindings {
 
 impl LightBindings {
     /// Records the levels of area lights, after the maps and before the host's passes. Records nothing for
-    /// [`Prepared::bind_lights`].
+    /// [`Prepared::bind_lights`], and where the maps were not drawn since another look-up has made the same levels.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(levels) = &self.levels {
-            levels.commands.record(encoder, &mut Timeline::untimed());
+            levels.record(encoder, &mut Timeline::untimed());
         }
     }
 }
@@ -123,7 +123,7 @@ impl Prepared {
     /// lights are treated as points.
     ///
     /// # Errors
-    /// If a light is invalid or does not exist, or a later `prepare` has taken the maps over.
+    /// If a light is invalid or does not exist, a later `prepare` has taken the maps over, or the device is lost.
     pub fn bind_lights(&self, lights: &[Light], chosen: &[usize]) -> Result<LightBindings, Error> {
         self.bind_source(OF_POINT, lights, chosen)
     }
@@ -148,7 +148,7 @@ impl Prepared {
         lights: &[Light],
         chosen: &[usize],
     ) -> Result<LightBindings, Error> {
-        self.check_current()?;
+        self.check_usable()?;
         let (device, _) = self.device();
         allocated(device, || {
             let mut memory = Memory::default();
@@ -156,7 +156,7 @@ impl Prepared {
             let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut memory) };
             let with_areas = choice.files == OF_AREA.files;
             let source = self.light_source(&mut allocator, lights, chosen, with_areas, None)?;
-            source.levels.iter().try_for_each(|levels| levels.commands.compile())?;
+            source.levels.iter().try_for_each(AreaLevels::compile)?;
             let none = match &source.levels {
                 None if with_areas => {
                     Some(allocator.records("levels", Rgba32Uint, 1, TextureUsages::empty())?)

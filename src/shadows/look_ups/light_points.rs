@@ -1,6 +1,6 @@
 //! Light at points of the host, such as particles, probes and splats: the share of each light that the
 //! shadow maps transmit.
-use crate::shadows::Prepared;
+use crate::shadows::{AreaLevels, Prepared};
 use crate::{
     error::{Error, Input},
     frame::Commands,
@@ -33,6 +33,7 @@ pub struct PointBuffers<'a> {
 /// frame before you prepare the next.
 #[derive(Debug)]
 pub struct LightPoints {
+    levels: Option<AreaLevels>,
     commands: Commands,
     shares: Buffer,
     memory: Memory,
@@ -46,7 +47,7 @@ impl Prepared {
     ///
     /// # Errors
     /// If a light is invalid or does not exist, a buffer is shorter than its points, a later `prepare` has
-    /// taken the maps over, or the device is out of memory for the shares.
+    /// taken the maps over, or the device is lost or out of memory for the shares.
     pub fn light_points(
         &self,
         lights: &[Light],
@@ -77,7 +78,7 @@ impl Prepared {
         chosen: &[usize],
         points: &PointBuffers<'_>,
     ) -> Result<LightPoints, Error> {
-        self.check_current()?;
+        self.check_usable()?;
         check(points)?;
         let (device, maps) = (self.device().0, self.maps());
         allocated(device, || {
@@ -103,15 +104,15 @@ impl Prepared {
                 .with("point_shares", &shares);
             let features = Features::of_maps(maps.nodes, maps.gain);
             let features = features.with(Flags::HAS_FILTERS, source.is_filtered);
-            let (desc, mut commands) = match &source.levels {
-                Some(levels) => (&AREA_LIGHT_SHARES, levels.commands.clone()),
-                None => (&LIGHT_SHARES, Commands::new()),
-            };
+            let levels = source.levels;
+            levels.iter().try_for_each(AreaLevels::compile)?;
+            let desc = if levels.is_some() { &AREA_LIGHT_SHARES } else { &LIGHT_SHARES };
+            let mut commands = Commands::new();
             let groups = point_grid(batch.count);
             let look_up = self.kernels_on(shelf).dispatch(desc, features, &resources, groups)?;
             commands.pass("gobo light_points", [look_up]);
             commands.compile()?;
-            Ok(LightPoints { commands, shares, memory })
+            Ok(LightPoints { levels, commands, shares, memory })
         })
     }
 }
@@ -119,7 +120,9 @@ impl Prepared {
 impl LightPoints {
     /// Records the look-up. The maps must have been recorded before.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.commands.record(encoder, &mut Timeline::untimed());
+        let timeline = &mut Timeline::untimed();
+        self.levels.iter().for_each(|levels| levels.record(encoder, timeline));
+        self.commands.record(encoder, timeline);
     }
 
     /// Shares, linear rgb, three `f32` each without padding: point by point, chosen light by chosen light.

@@ -7,7 +7,7 @@ use crate::{
     gpu::{Allocator, Resources, Shelf, write_records},
     model::{Light, View},
     records::LightRecords,
-    stage::{features::Features, shade::PictureParams},
+    stage::shade::PictureParams,
 };
 use bytemuck::Zeroable as _;
 use glam::Mat4;
@@ -62,19 +62,13 @@ impl Prepared {
         let params = allocator.uniform("picture_params", &values);
         let resources =
             maps.look_up_resources().with("lights", &lights).with("picture_params", &params);
-        let features = Features::of_maps(maps.nodes, maps.gain);
         let levels = if with_areas {
-            AreaLevels::new(
-                allocator,
-                &self.kernels_on(allocator.shelf),
-                &records,
-                &resources,
-                features,
-            )?
+            let kernels = self.kernels_on(allocator.shelf);
+            AreaLevels::new(allocator, &kernels, maps, &self.light_shelf, &records, &resources)?
         } else {
             None
         };
-        let resources = resources.with_any("levels", levels.as_ref().map(|levels| &levels.texture));
+        let resources = resources.with_any("levels", levels.as_ref().map(AreaLevels::texture));
         Ok(LightSource { resources, levels, is_filtered: records.is_filtered() })
     }
 }

@@ -3,7 +3,7 @@ use super::host::ShadowFunction;
 use crate::shadows::views::host_depths::{depth_aspect, layer_view};
 use crate::{
     error::{Error, Input},
-    gpu::Shelf,
+    gpu::{Shelf, has_texture},
     model::{Bounds, Camera, View},
     records::{HostView, NORMALS_NONE, NORMALS_SIGNED, NORMALS_UNORM},
 };
@@ -13,7 +13,7 @@ use wgpu::{BindGroup, Texture, TextureAspect, TextureFormat, TextureUsages, Text
 /// Far plane of masks for an infinite camera [m]; farther surfaces are moved to it.
 const FARTHEST: f64 = 1e5;
 
-/// A host's depths and normals, for [`LightMasks::prepare`](crate::LightMasks::prepare). The textures are
+/// A host's depths and normals, for [`LightMasks::prepare`](crate::host::LightMasks::prepare). The textures are
 /// read when the masks are recorded.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -85,11 +85,24 @@ impl<'a> MaskView<'a> {
         Self { joined: Some(Joined { function, bindings, lights }), ..self }
     }
 
-    pub(super) fn camera(&self, shelf: Option<&Shelf>) -> Result<MaskCamera, Error> {
+    pub(super) fn camera(
+        &self,
+        device: &wgpu::Device,
+        shelf: Option<&Shelf>,
+    ) -> Result<MaskCamera, Error> {
         let invalid = |problem| Input::MaskView.invalid(0, problem);
+        let mut textures = [self.depth].into_iter().chain(self.normals);
+        if !textures.all(|texture| has_texture(device, texture)) {
+            return Err(invalid("one of its textures was destroyed, or is another device's"));
+        }
         let size = UVec2::new(self.depth.width(), self.depth.height());
         let depths = depth_view(self.depth, self.layer, shelf).map_err(invalid)?;
         let (view, world_from_clip, empty) = match self.of {
+            Of::View(view) if !has_numbers(view) => {
+                return Err(invalid(
+                    "its view's numbers must be finite, near before far, scale above 0",
+                ));
+            }
             Of::View(view) if view.size == size => (view.clone(), Mat4::IDENTITY, 1.0),
             Of::View(_) => return Err(invalid("its depths are not of the view's size")),
             Of::Clip(clip) => of_clip(clip, size).map_err(invalid)?,
@@ -115,6 +128,14 @@ impl<'a> MaskView<'a> {
         };
         Ok(MaskCamera { view, params, depths, normals })
     }
+}
+
+fn has_numbers(view: &View) -> bool {
+    let all = [view.near, view.far, view.scale];
+    view.view_from_world.is_finite()
+        && all.iter().all(|number| number.is_finite())
+        && view.near < view.far
+        && view.scale > 0.0
 }
 
 /// Camera of a host, checked.

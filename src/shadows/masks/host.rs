@@ -3,11 +3,15 @@ use super::{MaskMemory, MaskTextures, camera::MaskCamera};
 use crate::{
     error::{Error, Input},
     frame::Commands,
-    gpu::{Allocator, HostText, Kernel, KernelError, Memory, Shelf, Tier, Timeline, allocated},
+    gpu::{
+        Allocator, HostText, Kernel, KernelError, Memory, Shelf, Tier, Timeline, allocated,
+        check_alive,
+    },
     model::{Light, MaskSettings},
     records::{ALL_LIGHTS, COLORED_BIT, FormerSlots, JOINED_BIT, MaskSlots, SLOTS, ScreenBounds},
     shadows::{
-        Prepared, Shadows, batch::context::view_uniform, look_ups::light_source::LightSource,
+        AreaLevels, Prepared, Shadows, batch::context::view_uniform,
+        look_ups::light_source::LightSource,
     },
     stage::{
         features::{Features, Flags},
@@ -50,7 +54,7 @@ impl Shadows {
     /// `label` names the text in errors.
     ///
     /// # Errors
-    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`.
+    /// If the text is invalid WGSL or does not fit: with its line, as `label:line`; or the device is lost.
     pub fn shadow_function(
         &self,
         label: &str,
@@ -58,6 +62,7 @@ impl Shadows {
         layout: &BindGroupLayout,
     ) -> Result<ShadowFunction, Error> {
         let (device, tier) = self.device();
+        check_alive(device)?;
         let (label, wgsl) = (label.to_owned(), wgsl.to_owned());
         let made = Mutex::default();
         let function =
@@ -109,6 +114,7 @@ pub struct LightMasks {
 #[derive(Debug)]
 struct Frame {
     memory: MaskMemory,
+    levels: Option<AreaLevels>,
     commands: Commands,
     bytes: Memory,
 }
@@ -124,8 +130,8 @@ impl LightMasks {
     /// The textures are kept while the size stays and their capacity suffices.
     ///
     /// # Errors
-    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device is out of
-    /// memory.
+    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device is lost or
+    /// out of memory.
     pub fn prepare(
         &mut self,
         prepared: &Prepared,
@@ -134,7 +140,7 @@ impl LightMasks {
         view: &MaskView<'_>,
         settings: &MaskSettings,
     ) -> Result<(), Error> {
-        prepared.check_current()?;
+        prepared.check_usable()?;
         check(settings)?;
         let (device, queue) = prepared.device();
         allocated(device, || {
@@ -143,7 +149,7 @@ impl LightMasks {
                 self.shelf.insert(kept.unwrap_or_else(|| (device.clone(), Shelf::new(queue))));
             shelf.turn();
             let shelf = Some(&*shelf);
-            let camera = view.camera(shelf)?;
+            let camera = view.camera(device, shelf)?;
             let mut bytes = Memory::default();
             let mut allocator = Allocator { shelf, ..Allocator::new(device, &mut bytes) };
             let source =
@@ -175,7 +181,9 @@ impl LightMasks {
                 Inputs { prepared, source: &source, camera: &camera, view, memory: &memory };
             let commands = inputs.commands(&mut allocator)?;
             commands.compile()?;
-            self.frame = Some(Frame { memory, commands, bytes });
+            let levels = source.levels;
+            levels.iter().try_for_each(AreaLevels::compile)?;
+            self.frame = Some(Frame { memory, levels, commands, bytes });
             Ok(())
         })
     }
@@ -187,7 +195,8 @@ impl LightMasks {
 
     /// Like [`Self::record`], with timestamps around each pass.
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let Some(Frame { commands, .. }) = &self.frame else { return };
+        let Some(Frame { levels, commands, .. }) = &self.frame else { return };
+        levels.iter().for_each(|levels| levels.record(encoder, timeline));
         commands.record(encoder, timeline);
         timeline.end(encoder);
     }
@@ -279,8 +288,7 @@ impl Inputs<'_> {
             .with(Flags::HAS_FILTERS, source.is_filtered);
         let joined = view.joined.as_ref();
         dispatches.extend(memory.dispatches(kernels, queue, features, &resources, joined)?);
-        let levels = source.levels.as_ref();
-        let mut commands = levels.map_or_else(Commands::new, |levels| levels.commands.clone());
+        let mut commands = Commands::new();
         commands.pass("gobo mask", dispatches);
         Ok(commands)
     }
@@ -296,8 +304,10 @@ fn check(settings: &MaskSettings) -> Result<(), Error> {
         return invalid("limit must be 1 to 64");
     }
     let is_usable = |v: f32| v.is_finite() && v >= 0.0;
-    if !(is_usable(depth_scale) && is_usable(sensitivity)) {
-        return invalid("depth_scale and sensitivity must be finite and not negative");
+    if !(is_usable(depth_scale) && is_usable(sensitivity) && sensitivity > 0.0) {
+        return invalid(
+            "depth_scale must be finite and not negative, sensitivity finite and above 0",
+        );
     }
     Ok(())
 }

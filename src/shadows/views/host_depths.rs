@@ -2,6 +2,7 @@
 use crate::shadows::host_inputs::HostDepth;
 use crate::{
     error::{Error, Input},
+    gpu::has_texture,
     model::{Projection, View},
     records::ImportParams,
 };
@@ -20,6 +21,8 @@ pub(crate) struct DepthInput {
     pub version: Option<u64>,
 }
 
+pub(in crate::shadows) const NO_TEXTURE: &str = "its texture was destroyed, or is another device's";
+
 /// Largest deviation of our rays in the host's window over their length [texels of ours].
 const ASTRAY: f64 = 0.25;
 
@@ -29,6 +32,7 @@ pub(in crate::shadows) struct DepthViews(HashMap<(Texture, u32), TextureView>);
 
 /// Depth inputs by view. `kept`: of the last frame, then of this one.
 pub(in crate::shadows) fn depth_inputs(
+    device: &wgpu::Device,
     views: &[View],
     given: &[HostDepth<'_>],
     kept: &mut DepthViews,
@@ -43,7 +47,7 @@ pub(in crate::shadows) fn depth_inputs(
         let view = views.get(depth.view).ok_or(invalid("its view is not among the views"))?;
         let key = (depth.texture.clone(), depth.layer);
         let known = kept.0.get(&key).cloned().or_else(|| before.0.remove(&key));
-        let input = DepthInput::new(depth, view, known).map_err(invalid)?;
+        let input = DepthInput::new(device, depth, view, known).map_err(invalid)?;
         kept.0.insert(key, input.texture.clone());
         if inputs[depth.view].replace(input).is_some() {
             return Err(invalid("its view has one already"));
@@ -55,6 +59,7 @@ pub(in crate::shadows) fn depth_inputs(
 impl DepthInput {
     /// `known`: view of the texture's layer.
     fn new(
+        device: &wgpu::Device,
         depth: &HostDepth<'_>,
         view: &View,
         known: Option<TextureView>,
@@ -70,6 +75,9 @@ impl DepthInput {
         }
         if depth.layer >= texture.depth_or_array_layers() {
             return Err("it has no such layer");
+        }
+        if !has_texture(device, texture) {
+            return Err(NO_TEXTURE);
         }
         let params = params(depth, view)?;
         let texture = known.unwrap_or_else(|| layer_view(texture, aspect, depth.layer));

@@ -13,9 +13,36 @@ fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
         _ => DVec3::ONE,
     };
     let added = if material.transfer == Transfer::Over { color * a } else { DVec3::ZERO };
+    Hit { light, added, opacity: a, presence: presence(material, a, light), depth, reach: 0.0 }
+}
+
+/// A hit, or what blocks the light where its opacity and a pattern say so.
+fn met(material: &Material, hit: Hit) -> Met {
+    let [nothing, solid] = match material.transfer {
+        Transfer::Cutout => {
+            [-SOLID_MARGIN, SOLID_MARGIN].map(|off| f64::from(material.cutoff) + off)
+        }
+        Transfer::Dither => [SOLID_MARGIN, 1.0 - SOLID_MARGIN],
+        _ => return Met::Hit(hit),
+    };
+    match hit.opacity {
+        opacity if opacity < nothing => Met::Nothing,
+        opacity if opacity > solid => Met::Hit(hit),
+        _ => Met::Edge,
+    }
+}
+
+/// What sets the nearest depth.
+fn presence(material: &Material, opacity: f64, light: DVec3) -> f64 {
     let changes = matches!(material.transfer, Transfer::Stain | Transfer::Gain);
-    let changed = if changes { (DVec3::ONE - light).abs().max_element() } else { 0.0 };
-    Hit { light, added, opacity: a, presence: a.max(changed), depth, reach: 0.0 }
+    opacity.max(if changes { (DVec3::ONE - light).abs().max_element() } else { 0.0 })
+}
+
+/// The hit of a caster that is smaller than a texel: it does less by the ratio of the areas.
+fn thinned(material: &Material, hit: Hit, thin: f64) -> Hit {
+    let light = DVec3::ONE - thin * (DVec3::ONE - hit.light);
+    let (added, opacity) = (hit.added * thin, hit.opacity * thin);
+    Hit { light, added, opacity, presence: presence(material, opacity, light), ..hit }
 }
 
 pub(super) fn meet_particle(
@@ -33,9 +60,12 @@ pub(super) fn meet_particle(
     let tint = particle.color.as_dvec4() * material.tint.as_dvec4();
     let thin = 1.0 / (grow * grow);
     if material.shape == Shape::Puff {
-        return meet_puff(eye, ray, center, radius, tint, thin, opaque_depth);
+        let whole = optics(material, tint.w, tint.truncate(), 0.0);
+        let whole = thinned(material, whole, thin);
+        return meet_puff(eye, ray, (center, radius), material, whole, opaque_depth);
     }
-    let n = if eye.parallel { eye.forward } else { (center - eye.position).normalize() };
+    // A lamp in the centre is in every plane through it: rays leave it there.
+    let n = if eye.parallel { eye.forward } else { (center - eye.position).normalize_or_zero() };
     let slope = n.dot(ray.way);
     let t = n.dot(center - ray.start) / slope;
     if slope <= 0.0 || t <= 0.0 {
@@ -69,13 +99,8 @@ pub(super) fn meet_particle(
     let uv = DVec2::new((q.x + 1.0) / 2.0, (1.0 - q.y) / 2.0);
     let image = sample(scene, material, uv);
     let color = (tint * image).truncate();
-    let mut hit = optics(material, tint.w * image.w * profile, color, eye.depth(t));
-    if grow > 1.0 {
-        // The opacity of a particle smaller than a texel is scaled, after reflectivity.
-        let solid = Material { reflectivity: 0.0, ..material.clone() };
-        hit = optics(&solid, hit.opacity * thin, color, hit.depth);
-    }
-    Met::Hit(hit)
+    let hit = optics(material, tint.w * image.w * profile, color, eye.depth(t));
+    met(material, thinned(material, hit, thin))
 }
 
 pub(super) fn meet_gaussian(
@@ -90,7 +115,8 @@ pub(super) fn meet_gaussian(
     let met = gaussian_truth::meet(seen, gaussian, material, ray.start, ray.way, ends);
     let color = gaussian.color.as_dvec3() * material.tint.truncate().as_dvec3();
     let color = if material.neutral { DVec3::ZERO } else { color };
-    let mut hit = optics(material, met.alpha, color, eye.depth(met.t));
+    let hit = optics(material, met.alpha, color, eye.depth(met.t));
+    let mut hit = thinned(material, hit, met.thin);
     if met.deviation > 0.0 {
         // It absorbs wherever the ray is; it is met within its extent, in front of the ray's end.
         hit.reach = 4.0 * met.deviation / (eye.far - eye.near);
@@ -138,13 +164,13 @@ pub(super) fn meet_strand(
     }
 }
 
+/// `whole`: along a whole diameter.
 fn meet_puff(
     eye: &Eye,
     ray: &Ray,
-    center: DVec3,
-    radius: f64,
-    tint: DVec4,
-    thin: f64,
+    (center, radius): (DVec3, f64),
+    material: &Material,
+    whole: Hit,
     opaque_depth: f64,
 ) -> Met {
     let len = ray.way.length();
@@ -164,17 +190,11 @@ fn meet_puff(
         return Met::Nothing;
     }
     let share = (leave - enter) * len / (2.0 * radius);
-    let alpha = tint.w * thin;
-    let light = (DVec3::ONE - alpha * (DVec3::ONE - tint.truncate())).powf(share);
-    let opacity = 1.0 - (1.0 - alpha).powf(share);
-    Met::Hit(Hit {
-        light,
-        added: DVec3::ZERO,
-        opacity,
-        presence: opacity,
-        depth: eye.depth(enter),
-        reach: 0.0,
-    })
+    let light = whole.light.powf(share);
+    let opacity = 1.0 - (1.0 - whole.opacity).powf(share);
+    let presence = presence(material, opacity, light);
+    let depth = eye.depth(enter);
+    Met::Hit(Hit { light, added: DVec3::ZERO, opacity, presence, depth, reach: 0.0 })
 }
 
 pub(super) fn meet_brick(
@@ -220,11 +240,8 @@ pub(super) fn meet_triangle(
     material: &Material,
 ) -> Met {
     let [a, b, c] = triangle.positions.map(f64s);
-    let [pa, pb, pc] = [a, b, c].map(|p| eye.project(p));
-    let (low, high) = (pa.min(pb).min(pc) - EDGE, pa.max(pb).max(pc) + EDGE);
-    let is_near = ray.texel.cmpge(low).all() && ray.texel.cmple(high).all();
-    let edges = [(pa, pb), (pb, pc), (pc, pa)];
-    for (from, to) in edges.into_iter().filter(|_| is_near) {
+    for (from, to) in [(a, b), (b, c), (c, a)] {
+        let Some([from, to]) = eye.edge(from, to) else { continue };
         let along = to - from;
         let part = ((ray.texel - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
         if (from + along * part).distance(ray.texel) < EDGE {
@@ -243,7 +260,7 @@ pub(super) fn meet_triangle(
     let [uv_a, uv_b, uv_c] = triangle.uvs.map(Vec2::as_dvec2);
     let image = sample(scene, material, uv_a * (1.0 - u - v) + uv_b * u + uv_c * v);
     let tint = material.tint.as_dvec4() * image;
-    Met::Hit(optics(material, tint.w, tint.truncate(), eye.depth(t)))
+    met(material, optics(material, tint.w, tint.truncate(), eye.depth(t)))
 }
 
 fn sample(scene: &Scene, material: &Material, uv: DVec2) -> DVec4 {

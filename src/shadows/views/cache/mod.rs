@@ -6,10 +6,6 @@ pub(in crate::shadows) use relocation::Relocation;
 use crate::model::View;
 use crate::shadows::cull::Occluders;
 use crate::shadows::{casters::CasterSet, views::host_depths::DepthInput};
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
-};
 
 /// Inputs of each view's cached map.
 #[derive(Debug, Default)]
@@ -19,9 +15,10 @@ pub(in crate::shadows) struct MapCache {
     set: u64,
     /// Views to render or rendered last, in order.
     pub pending: Vec<usize>,
-    /// Whether the other maps are in their places only after this is recorded.
+    /// Whether the other maps are in their places only after the frame ran.
     moving: bool,
-    recorded: Arc<AtomicBool>,
+    /// Whether the frame is not known to have run.
+    lost: bool,
 }
 
 /// An input from the host.
@@ -45,6 +42,8 @@ struct CachedView {
     /// Occluders of the view, and the number of casters that they hid.
     occluders: Occluders,
     hidden: u64,
+    /// Nodes of a curve, if groups were culled by the occluders.
+    hides: Option<u32>,
     /// Generation of the inputs; no later change is in the map. 0 for never rendered.
     at: u64,
     /// Whether it is among those to render or rendered last.
@@ -55,7 +54,16 @@ impl CachedView {
     /// The view of a map that was never rendered.
     fn new(view: &View) -> Self {
         let (groups, inputs, occluders) = (Vec::new(), Vec::new(), Occluders::default());
-        Self { view: view.clone(), groups, inputs, occluders, hidden: 0, at: 0, pending: true }
+        Self {
+            view: view.clone(),
+            groups,
+            inputs,
+            occluders,
+            hidden: 0,
+            hides: None,
+            at: 0,
+            pending: true,
+        }
     }
 }
 
@@ -73,14 +81,12 @@ impl MapCache {
         depths: &[Option<DepthInput>],
     ) -> Self {
         let same_set = self.set == casters.id();
-        let was_recorded = self.recorded.load(Ordering::Relaxed);
         let (was_moving, moving) = (self.moving, !self.fits(views));
         self.pending.clear();
         self.views.truncate(views.len());
         let (mut inputs, changed_at) = (Vec::new(), casters.changed_at());
         for (index, view) in views.iter().enumerate() {
             let gpu_view = view.to_gpu(0, glam::UVec2::ZERO, 0);
-            let mut groups = casters.visible(&gpu_view);
             let depth = depths.get(index).and_then(Option::as_ref);
             inputs.clear();
             inputs.extend(
@@ -99,27 +105,39 @@ impl MapCache {
             }
             let cached = &mut self.views[index];
             let same_view = same_set && !is_new && cached.view == *view;
-            if !same_view || cached.at < casters.occluders_at() {
-                cached.occluders = casters.occluders(&gpu_view);
+            let same_occluders = same_view && cached.at >= casters.occluders_at();
+            let at = cached.at;
+            let changed = |&group: &u32| casters.groups()[group as usize].changed_at > at;
+            let mut sees_change = false;
+            // Where no caster has changed since, the groups are the same.
+            let same_groups = same_occluders && cached.at == changed_at && cached.hides == hides;
+            if !same_groups {
+                if !same_occluders {
+                    cached.occluders = casters.occluders(&gpu_view);
+                }
+                let mut groups = casters.visible(&gpu_view);
+                let hide = |nodes| casters.hide(&mut groups, &gpu_view, &cached.occluders, nodes);
+                cached.hidden = hides.map_or(0, hide);
+                sees_change = cached.groups != groups || groups.iter().any(changed);
+                cached.groups = groups;
             }
-            let hide = |nodes| casters.hide(&mut groups, &gpu_view, &cached.occluders, nodes);
-            cached.hidden = hides.map_or(0, hide);
-            let lost = !was_recorded && (was_moving || cached.pending);
-            let changed = |&group: &u32| casters.groups()[group as usize].changed_at > cached.at;
+            let lost = self.lost && (was_moving || cached.pending);
             let is_kept = same_view
                 && !lost
-                && cached.groups == groups
+                && !sees_change
                 && cached.inputs == inputs
-                && inputs.iter().all(|(_, version)| version.is_some())
-                && !groups.iter().any(changed);
+                && inputs.iter().all(|(_, version)| version.is_some());
             if !is_kept {
                 self.pending.push(index);
             }
-            (cached.view, cached.groups, cached.pending) = (view.clone(), groups, !is_kept);
+            if !same_view {
+                cached.view = view.clone();
+            }
+            (cached.hides, cached.pending) = (hides, !is_kept);
             cached.at = changed_at;
             std::mem::swap(&mut cached.inputs, &mut inputs);
         }
-        (self.set, self.moving, self.recorded) = (casters.id(), moving, Arc::default());
+        (self.set, self.moving, self.lost) = (casters.id(), moving, false);
         self
     }
 
@@ -147,15 +165,8 @@ impl MapCache {
         self.pending.iter().map(|&view| self.views[view].hidden).sum()
     }
 
-    /// Whether the pending views are recorded in the host's encoder, which the frame's [`Prepared`] sets.
-    ///
-    /// [`Prepared`]: crate::shadows::Prepared
-    pub(in crate::shadows) fn recorded(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.recorded)
-    }
-
     /// Marks the pending views to be rendered again.
-    pub(in crate::shadows) fn forget(&self) {
-        self.recorded.store(false, Ordering::Relaxed);
+    pub(in crate::shadows) fn forget(&mut self) {
+        self.lost = true;
     }
 }
