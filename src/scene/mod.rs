@@ -71,15 +71,15 @@ pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
 pub use limits::Limit;
-pub use load::{LoadOptions, Relit, check, load, load_as, load_with, load_with_splats};
+pub use load::{LoadOptions, Relit, check, check_with, load, load_as, load_with, load_with_splats};
 pub use named::files;
 pub use particles::ParticleFile;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub use read::watch_files;
 pub use share::Share;
 pub use splat_file::load_splats;
 pub use summary::Summary;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub use {load::asked_keys, read::watch_files};
 
 use crate::model::{Bounds, Camera, Material};
 use glam::Mat4;
