@@ -217,17 +217,16 @@ impl Default for Light {
 impl Shadow {
     /// Why its depths or cascades cannot be used.
     fn problem(&self) -> Option<&'static str> {
+        // The planes of a sun may be behind the middle of the scene.
         let first = match self.kind {
-            LightKind::Directional { .. } => 0.0,
+            LightKind::Directional { .. } => f32::MIN,
             _ => f32::MIN_POSITIVE,
         };
-        let is_within = |depth: Option<f32>, first| {
-            depth.is_none_or(|depth| (first..=f32::MAX).contains(&depth))
-        };
+        let is_within = |depth: f32| (first..=f32::MAX).contains(&depth);
         let is_behind = self.far.is_none_or(|far| far > self.near.unwrap_or(0.0));
-        if !(is_within(self.near, first) && is_within(self.far, 0.0) && is_behind) {
+        if !([self.near, self.far].into_iter().flatten().all(is_within) && is_behind) {
             return Some(
-                "its near and far must be finite, near not below 0 (a spot's or point's above), far behind it",
+                "its near and far must be finite, a spot's or point's above 0, far behind near",
             );
         }
         self.cascades.as_ref().and_then(Cascades::problem)

@@ -35,8 +35,8 @@ fn shade_bricks(
     let lattices = grid_lattices(point_batch.grid);
     let edge = lattices.edge;
     let number = point_batch.first + index - lattices.first_point;
-    let id = lattices.first_brick + number / lattice_points(edge);
-    let brick = brick_of(id);
+    let brick_id = lattices.first_brick + number / lattice_points(edge);
+    let brick = brick_of(brick_id);
     let in_lattice = number % lattice_points(edge);
     let cell = vec3(in_lattice % edge, in_lattice / edge % edge, in_lattice / (edge * edge));
     let part = vec3<f32>(cell) / f32(edge - 1u);
@@ -56,7 +56,7 @@ fn shade_bricks(
     var point: Point;
     point.kind = select(POINT_NONE, POINT_BRICK, is_in_picture(view, center, radius));
     point.position = position;
-    point.brick = id * point_batch.own_shadow;
+    point.brick = brick_id * point_batch.own_shadow;
     // A curve knows what is in front of a point in its own brick; else a brick is not shadowed by itself.
     point.reach = select(radius, 0.0, NODES > 0u);
     let cluster = cluster_of(pixel, (along - view.near) / (view.far - view.near));
