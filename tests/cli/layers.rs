@@ -28,7 +28,7 @@ fn assert_layers_add_up(name: &str, text: &str) {
         "\n[[light]]\nname = 'lamp'\nkind = 'point'\nposition = [0.5, 2, 1]\ncolor = [1, 0, 0]\n";
     let path = folder.0.join("scene.toml");
     let text = fs::read_to_string(&path).unwrap() + lamp;
-    fs::write(&path, text).unwrap();
+    fs::write(&path, &text).unwrap();
     let render = ["render", "scene.toml", "-o", "o", "--exr", "--layers", "--set"];
     folder.run(&[&render[..], &["camera.samples=1"]].concat());
     let channels = read_channels(&folder.0.join("o/frame_0000.exr"));
