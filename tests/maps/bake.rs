@@ -120,8 +120,7 @@ fn moved(scene: &Scene, emitter: usize, by: Vec3) -> Scene {
 #[test]
 fn a_second_frame_renders_nothing() {
     let mut scene = scene();
-    scene.camera.target = EMITTERS[0];
-    scene.camera.eye = EMITTERS[0] + Vec3::new(4.0, 3.0, 6.0);
+    (scene.camera.target, scene.camera.eye) = (EMITTERS[0], EMITTERS[0] + Vec3::splat(4.0));
     for tier in tiers(Tier::Core) {
         let mut renderer = renderer(tier);
         let first = frame(&mut renderer, &scene, false);
