@@ -3,9 +3,9 @@ use glam::{Mat3, Vec3};
 
 /// Planck's second radiation constant [nm K].
 pub const RADIATION: f32 = 14_387_770.0;
-/// First wavelength of the sum over what is seen [nm].
+/// First wavelength of the sum over what is seen \[nm\].
 pub const FIRST_WAVELENGTH: f32 = 380.0;
-/// Distance of its wavelengths [nm].
+/// Distance of its wavelengths \[nm\].
 pub const WAVELENGTH_STEP: f32 = 10.0;
 /// Number of its wavelengths.
 pub const WAVELENGTHS: u32 = 41;

@@ -11,7 +11,7 @@ use std::{
 
 /// Texels of a [`BrickRecord`].
 pub const BRICK_TEXELS: u32 = 2;
-/// Size of a brick's slot in `voxels` [texels]: a texel has the voxels of four lines along x.
+/// Size of a brick's slot in `voxels` \[texels\]: a texel has the voxels of four lines along x.
 pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
 /// Points along an edge of the lattice at which the light of a brick of a thin grid is evaluated: two voxels apart.
 pub const LATTICE_EDGE: u32 = 5;
@@ -34,9 +34,9 @@ crate::records::texel_struct! {
     /// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
     pub struct GridRecord {
         /// Rows of the linear part of index from world space [voxels/m]; behind each a coordinate of the anchor, world
-        /// space [m].
+        /// space \[m\].
         pub rows: [Vec4; 3],
-        /// Edges of a voxel, world space [m]; behind each the extinction of density 1 in a channel [1/m].
+        /// Edges of a voxel, world space \[m\]; behind each the extinction of density 1 in a channel [1/m].
         pub edges: [Vec4; 3],
         /// `g` of its phase function.
         pub anisotropy: f32,
@@ -61,7 +61,7 @@ crate::records::texel_struct! {
         pub origin: IVec3,
         /// First texel of the grid's record.
         pub grid: u32,
-        /// Its first texel in `voxels`; of a brick of constant density its size [voxels].
+        /// Its first texel in `voxels`; of a brick of constant density its size \[voxels\].
         pub first_texel: UVec3,
         /// Its density, if it is constant; negative for voxels of its own.
         pub density: f32,
@@ -248,7 +248,7 @@ impl Bricks {
         ((first_texel.z * self.slots.y + first_texel.y) * self.slots.x + first_texel.x) as usize
     }
 
-    /// Half edges of the box of the brick that record `id` is of, world space [m].
+    /// Half edges of the box of the brick that record `id` is of, world space \[m\].
     pub fn half_edges(&self, id: u32) -> [Vec3; 3] {
         let brick = &self.records[id as usize];
         let size = brick.size() * 0.5;
@@ -281,7 +281,7 @@ impl BrickRecord {
         usize::from(self.density < 0.0) + usize::from(self.density == HOT_VOXELS)
     }
 
-    /// Edges of its box [voxels].
+    /// Edges of its box \[voxels\].
     pub fn size(&self) -> Vec3 {
         let of_voxels = UVec3::splat(BRICK_SIZE);
         if self.density < 0.0 { of_voxels.as_vec3() } else { self.first_texel.as_vec3() }

@@ -12,7 +12,7 @@ use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
 pub const GAUSS: f32 = 0.288_675_13;
 /// Ramps of a curve for a brick with voxels of its own.
 pub const VOXEL_PARTS: u32 = 3;
-/// Least way along an axis, so that no ray is parallel to a face [voxels].
+/// Least way along an axis, so that no ray is parallel to a face \[voxels\].
 pub const LEAST_WAY: f32 = 1e-20;
 
 /// Equal parts of a ray's way through a box of constant density, each of which has a light of its own in a dense grid.

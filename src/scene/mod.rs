@@ -86,7 +86,7 @@ use glam::Mat4;
 use std::path::Path;
 
 /// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to material
-/// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` [m] is for
+/// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` \[m\] is for
 /// files without one.
 pub fn load_particles(
     path: &Path,

@@ -45,7 +45,7 @@ pub struct Lighting<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub kind: PointKind,
-    /// Position, world space [m].
+    /// Position, world space \[m\].
     pub position: Vec3,
     /// Pixel of the picture; (0, 0) for a particle's centre.
     pub pixel: UVec2,
@@ -55,7 +55,7 @@ pub struct Point {
     pub normal: Vec3,
     /// Direction to the eye, unit.
     pub to_eye: Vec3,
-    /// Distance that a caster in the map may be off the point, added to the bias [m].
+    /// Distance that a caster in the map may be off the point, added to the bias \[m\].
     pub reach: f32,
     pub receiver: Receiver,
     /// Share of the light that it scatters.
@@ -150,7 +150,7 @@ impl Gloss {
 
 /// Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
 pub const SHORT_OF: f32 = 0.999;
-/// Distance of a directional light [m].
+/// Distance of a directional light \[m\].
 pub const SUN_DISTANCE: f32 = 3.4e38;
 
 impl<'a> Lighting<'a> {

@@ -89,7 +89,7 @@ pub struct CasterSet {
     /// Whether some receiver is tinted by all casters except its own object's.
     pub owners: bool,
     /// Edge of the window over which the coverage of every dithered material equals its opacity, 0 for none
-    /// [texels].
+    /// \[texels\].
     pub dither_window: u32,
     memory: Memory,
     /// Memory of the host's sets.

@@ -21,7 +21,7 @@ const VECTOR: u64 = 12;
 pub struct PointBuffers<'a> {
     /// Number of points.
     pub count: u32,
-    /// Positions, world space [m].
+    /// Positions, world space \[m\].
     pub positions: &'a Buffer,
     /// Surface normals, unit, world space: they offset points off their own surface's shadow. Zero for a
     /// point on no surface; without the buffer no point is on a surface.
