@@ -52,7 +52,7 @@ def main():
     root = pathlib.Path(__file__).resolve().parent.parent
     scenes = {path.stem: path for path in sorted(root.glob("data/gallery/*.toml"))}
     with tempfile.TemporaryDirectory() as folder:
-        many = scenes["5m particles"] = pathlib.Path(folder, "many.toml")
+        many = scenes["particles_5m"] = pathlib.Path(folder, "many.toml")
         many.write_text(MANY)
         chosen = os.environ.get("SCENES", "").split()
         chosen = {name: path for name, path in scenes.items() if not chosen or name in chosen}

@@ -4,6 +4,7 @@
 //! `FUZZ_SEED` (0). A reader fails if it panics, takes longer than `SLOW`, or disagrees with `scene::check`. What check
 //! accepts is rendered at a tiny size by the CPU reference, which fails in the same ways. The failing input is written to
 //! out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
+mod keys;
 mod models;
 mod mutate;
 mod program;
@@ -54,7 +55,7 @@ fn main() -> io::Result<ExitCode> {
     let mut findings = 0;
     let time = Duration::from_secs(seconds);
     let is_asked = |name: &str| only.is_empty() || only.iter().any(|asked| asked == name);
-    for reader in seeds::readers()?.iter().filter(|reader| is_asked(reader.name)) {
+    for reader in seeds::readers(&out)?.iter().filter(|reader| is_asked(reader.name)) {
         let input = out.join(format!("current.{}", reader.extension));
         let scene = out.join("current.toml");
         if let Some(text) = &reader.scene {
@@ -63,13 +64,17 @@ fn main() -> io::Result<ExitCode> {
         let path = if reader.scene.is_some() { &scene } else { &input };
         let read = |bytes: &[u8]| {
             fs::write(&input, bytes)?;
-            Ok(load(path))
+            Ok(load(path, &[]))
         };
         findings += run(reader.name, reader.extension, &reader.seeds, time, seed, &out, read)?;
+    }
+    if is_asked("keys") {
+        findings += keys::run(&seeds::folders(), time, &out)?;
     }
     for (name, extension, of) in [
         ("sidecar", "json", Program::of_sidecars as fn(&Path) -> _),
         ("npy", "npy", Program::of_points),
+        ("part", "gobo", Program::of_parts),
     ] {
         if is_asked(name) {
             let (program, seeds) = of(&out)?;
@@ -81,7 +86,7 @@ fn main() -> io::Result<ExitCode> {
 }
 
 /// What became of an input without a fault.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum End {
     Refused,
     Accepted,
@@ -106,7 +111,10 @@ fn run(
     let (clock, mut count, mut findings) = (Instant::now(), 0_u64, 0);
     let (mut accepted, mut used) = (0_u64, 0_u64);
     while clock.elapsed() < time {
-        let bytes = mutate::mutated(seeds, &mut chance);
+        let mut bytes = mutate::mutated(seeds, &mut chance);
+        if extension == "gobo" {
+            mutate::seal(&mut bytes);
+        }
         let (mut result, mut took) = read(&bytes)?;
         if took > SLOW {
             // Other processes may have taken the cores.
@@ -134,9 +142,10 @@ fn run(
 }
 
 /// Checks and reads a scene, and renders it if it is one.
-fn load(path: &Path) -> Outcome {
+fn load(path: &Path, set: &[(String, String)]) -> Outcome {
     let start = Instant::now();
-    let read = catch_unwind(|| (scene::check(path).is_ok(), scene::load(path).ok()));
+    let read =
+        catch_unwind(|| (scene::check_with(path, set).is_ok(), scene::load_with(path, set).ok()));
     let took = start.elapsed();
     let result = match read {
         Err(_) => Err("panics"),

@@ -1,6 +1,8 @@
 //! glTF seeds: a rig, instances with a sparse accessor, and compressed meshes.
+use base64::{Engine as _, prelude::BASE64_STANDARD as STANDARD};
 use gobo::glam::{Mat4, Quat, Vec3};
-use std::fmt::Write as _;
+use serde_json::Value;
+use std::{fmt::Write as _, io};
 
 /// A glTF document that is put together from accessors.
 #[derive(Default)]
@@ -33,7 +35,7 @@ impl Document {
     fn finished(self, scene: &str) -> Vec<u8> {
         let mut text = String::new();
         let (views, accessors) = (self.views.join(",\n"), self.accessors.join(",\n"));
-        let (length, data) = (self.bytes.len(), base64(&self.bytes));
+        let (length, data) = (self.bytes.len(), STANDARD.encode(&self.bytes));
         let _ = write!(
             text,
             r#"{{"asset":{{"version":"2.0"}},{scene},
@@ -43,18 +45,6 @@ impl Document {
         );
         text.into_bytes()
     }
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for three in bytes.chunks(3) {
-        let word = three.iter().fold(0, |word, &byte| word << 8 | u32::from(byte))
-            << (8 * (3 - three.len()));
-        let letter = |i: usize| LETTERS[(word >> (18 - 6 * i) & 63) as usize] as char;
-        (0..4).for_each(|i| text.push(if i <= three.len() { letter(i) } else { '=' }));
-    }
-    text
 }
 
 /// A triangle on two joints with two morph targets, all of which keys move.
@@ -89,6 +79,55 @@ fn rig() -> Vec<u8> {
 "samplers":[{{"input":{times},"output":{turns},"interpolation":"LINEAR"}},{{"input":{times},"output":{amounts}}}]}}]"#
     );
     file.finished(&scene)
+}
+
+/// A triangle with a texture that Basis Universal or KTX2 holds.
+pub(super) fn textured(image: &str) -> Vec<u8> {
+    let mut file = Document::default();
+    let bounds = r#","min":[0,0,0],"max":[1,1,0]"#;
+    let places = file.floats("VEC3", 3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], bounds);
+    let coordinates = file.floats("VEC2", 3, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0], "");
+    let scene = format!(
+        r#""scene":0,"scenes":[{{"nodes":[0]}}],"extensionsUsed":["KHR_texture_basisu"],"nodes":[{{"mesh":0}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{places},"TEXCOORD_0":{coordinates}}},"material":0}}]}}],
+"materials":[{{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+"textures":[{{"extensions":{{"KHR_texture_basisu":{{"source":0}}}}}}],"images":[{{"uri":"{image}"}}]"#
+    );
+    file.finished(&scene)
+}
+
+/// Meshes that Draco compressed, in a container: what changes there are the compressed bytes.
+pub(super) fn draco() -> io::Result<Vec<Vec<u8>>> {
+    let texts = [
+        include_str!("../../tests/scene/wave_draco.gltf"),
+        include_str!("../../tests/scene/wave_draco_seq.gltf"),
+    ];
+    texts.iter().map(|text| in_container(text)).collect()
+}
+
+/// A glTF whose one buffer is in its text, as a `.glb`.
+fn in_container(text: &str) -> io::Result<Vec<u8>> {
+    let mut document: Value = serde_json::from_str(text)?;
+    let buffer = document["buffers"][0].as_object_mut().expect("a buffer");
+    let address = buffer.remove("uri").expect("its address");
+    let (_, data) = address.as_str().and_then(|text| text.split_once(',')).expect("its bytes");
+    let mut bytes = STANDARD.decode(data).map_err(io::Error::other)?;
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    let mut json = document.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let length = |bytes: usize| (bytes as u32).to_le_bytes();
+    let head = [length(28 + json.len() + bytes.len()), length(json.len())].concat();
+    let parts: [&[u8]; 8] = [
+        b"glTF",
+        &2_u32.to_le_bytes(),
+        &head,
+        b"JSON",
+        &json,
+        &length(bytes.len()),
+        b"BIN\0",
+        &bytes,
+    ];
+    Ok(parts.concat())
 }
 
 /// Three instances of a triangle, one of whose corners is another by a sparse accessor.

@@ -1,5 +1,6 @@
 //! Small changes of a file, several at a time.
 use gobo::scene::generate::Chance;
+use sha2::{Digest as _, Sha256};
 
 /// Words that are likely to break readers.
 const WORDS: [&[u8]; 18] = [
@@ -36,6 +37,13 @@ pub(super) fn mutated(seeds: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
         change(&mut bytes, seeds, chance);
     }
     bytes
+}
+
+/// Ends a part with the digest of what is before, which a change has broken.
+pub(super) fn seal(part: &mut Vec<u8>) {
+    const DIGEST: usize = 32;
+    part.truncate(part.len().saturating_sub(DIGEST));
+    part.extend(Sha256::digest(&*part));
 }
 
 fn below(chance: &mut Chance, end: usize) -> usize {

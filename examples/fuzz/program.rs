@@ -1,4 +1,5 @@
-//! Files that only the program reads: sidecars, by `gobo verify`, and arrays of points, by `gobo light`.
+//! Files that only the program reads: sidecars, by `gobo verify`, arrays of points, by `gobo light`, and parts, by
+//! `gobo merge`.
 use crate::{End, Outcome};
 use std::{
     env, fs,
@@ -15,6 +16,15 @@ pub(super) struct Program {
     /// Name of the file in the folder.
     file: &'static str,
     arguments: &'static [&'static str],
+    /// Whether the folder is checked for files beside the one that is read and the folder `joined`.
+    is_confined: bool,
+}
+
+/// Names in a folder.
+fn names(folder: &Path) -> io::Result<Vec<String>> {
+    let name =
+        |entry: io::Result<fs::DirEntry>| Ok(entry?.file_name().to_string_lossy().into_owned());
+    fs::read_dir(folder)?.map(name).collect()
 }
 
 const SCENE: &str = "[[material]]\nname = 'm'\n[[shape]]\nkind = 'pane'\nmaterial = 'm'\n[[light]]\n\
@@ -61,6 +71,21 @@ impl Program {
         Ok((program, vec![array(3), array(6)]))
     }
 
+    /// A part that has all casters. Joining it may write to the folder `joined` alone.
+    pub(super) fn of_parts(out: &Path) -> io::Result<(Self, Vec<Vec<u8>>)> {
+        let mut program =
+            Self::new(out.join("parts"), "p.gobo", &["merge", "p.gobo", "-o", "joined"])?;
+        program.is_confined = true;
+        let seed = |receiver: &str| {
+            let receiver = format!("shadow.receiver='{receiver}'");
+            let maps = ["maps", "../scene.toml", "--casters", "0/1", "-o", "p.gobo"];
+            program.make(&[&maps[..], &["--backend", "cpu", "--set", &receiver]].concat())?;
+            fs::read(program.folder.join(program.file))
+        };
+        let seeds = ["nearest", "curve"].map(seed).into_iter().collect::<io::Result<_>>()?;
+        Ok((program, seeds))
+    }
+
     fn new(
         folder: PathBuf,
         file: &'static str,
@@ -77,7 +102,7 @@ impl Program {
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder)?;
         fs::write(folder.with_file_name("scene.toml"), SCENE)?;
-        Ok(Self { gobo, folder, file, arguments })
+        Ok(Self { gobo, folder, file, arguments, is_confined: false })
     }
 
     fn run(&self, arguments: &[&str]) -> io::Result<Output> {
@@ -101,7 +126,10 @@ impl Program {
         let start = Instant::now();
         let output = self.run(self.arguments)?;
         let took = start.elapsed();
+        let is_stray = |name: &str| ![self.file, "joined"].contains(&name);
+        let strays = self.is_confined && names(&self.folder)?.iter().any(|name| is_stray(name));
         Ok(match output.status.code() {
+            _ if strays => (Err("writes beside its folder"), took),
             _ if output.stdout.len() + output.stderr.len() > 1 << 16 => {
                 (Err("says too much"), took)
             }

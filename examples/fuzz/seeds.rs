@@ -4,20 +4,26 @@ use super::{
     splats::{self, SPLATS},
     vdb::{Format, Packing, VdbGrid, file},
 };
+use flate2::{Compression, write::ZlibEncoder};
 use gobo::glam::IVec3;
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use std::{
     fmt::Write as _,
     fs,
-    io::{self, Cursor},
-    path::Path,
+    io::{self, Cursor, Write as _},
+    path::{Path, PathBuf},
 };
 
 const PLANE: &str = "shape = [{ kind = \"pane\", material = \"m\" }]\n";
 /// Largest seed; larger ones are slow to read and add nothing new [bytes].
 const LARGEST: usize = 6000;
 
-pub(super) fn readers() -> io::Result<Vec<Reader>> {
+/// Model of whose texture `ktx2` changes the file.
+const TEXTURED: &str = "textured.gltf";
+
+/// All readers; models that scenes name are written to `out`.
+pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
+    fs::write(out.join(TEXTURED), models::textured("current.ktx2"))?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let alone = |name, extension, seeds| Reader { name, extension, seeds, scene: None };
     // In a scene whose sun is a point: that of a file alone has a size, for which the CPU takes 64 maps.
@@ -49,10 +55,21 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
         seeds: vdb(),
         scene: Some("[[volume]]\nfile = \"current.vdb\"\ncolor_grid = \"Cd\"\n".to_owned()),
     };
+    let basis = Reader {
+        name: "ktx2",
+        extension: "ktx2",
+        seeds: vec![
+            include_bytes!("../../tests/scene/tiles_etc1s.ktx2").to_vec(),
+            include_bytes!("../../tests/scene/tiles_uastc.ktx2").to_vec(),
+            ktx2(false)?,
+            ktx2(true)?,
+        ],
+        scene: Some(format!("[[mesh]]\nfile = \"{TEXTURED}\"\n")),
+    };
     let models = models::seeds().map(|(name, seeds)| alone(name, "gltf", seeds));
     let glass = fs::read(root.join("data/gallery/wine_glass.glb"))?;
     let mut readers = vec![
-        alone("toml", "toml", scenes(root)?),
+        alone("toml", "toml", scenes()?),
         alone("csv", "csv", vec![csv()]),
         alone(
             "ply",
@@ -66,6 +83,8 @@ pub(super) fn readers() -> io::Result<Vec<Reader>> {
         textured("jpeg", "jpg", picture(ImageFormat::Jpeg)?),
         textured("webp", "webp", picture(ImageFormat::WebP)?),
         surroundings,
+        basis,
+        alone("draco", "glb", models::draco()?),
         colored,
     ];
     readers.extend(models);
@@ -124,10 +143,10 @@ fn vdb() -> Vec<Vec<u8>> {
     packings.map(written).into()
 }
 
-fn scenes(root: &Path) -> io::Result<Vec<Vec<u8>>> {
+fn scenes() -> io::Result<Vec<Vec<u8>>> {
     let mut found = Vec::new();
-    for folder in ["data", "data/issues", "data/gallery"] {
-        for entry in fs::read_dir(root.join(folder))? {
+    for folder in folders() {
+        for entry in fs::read_dir(folder)? {
             let path = entry?.path();
             if path.extension().is_some_and(|extension| extension == "toml") {
                 found.push((path.clone(), fs::read(path)?));
@@ -139,6 +158,12 @@ fn scenes(root: &Path) -> io::Result<Vec<Vec<u8>>> {
     found.sort();
     let few = |text: &[u8]| String::from_utf8_lossy(text).replace("000,", ",").into_bytes();
     Ok(found.iter().map(|(_, text)| few(text)).filter(|text| text.len() < LARGEST).collect())
+}
+
+/// Folders of the project's scene files.
+pub(super) fn folders() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    ["data", "data/issues", "data/gallery"].map(|folder| root.join(folder)).into()
 }
 
 const EMITTER: &str = r#"material = [{ name = "m", tint = [1, 0.5, 0.2, 0.1] }]
@@ -249,6 +274,22 @@ fn picture(format: ImageFormat) -> io::Result<Vec<u8>> {
     let mut bytes = Cursor::new(Vec::new());
     image.write_to(&mut bytes, format).map_err(io::Error::other)?;
     Ok(bytes.into_inner())
+}
+
+/// A KTX2 of 5 x 3 texels of RGBA8 (KTX 2.0, section 3), by zlib or as they are.
+fn ktx2(is_packed: bool) -> io::Result<Vec<u8>> {
+    let plain: Vec<u8> = (0..60).map(|i| i * 4).collect();
+    let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
+    packed.write_all(&plain)?;
+    let stored = if is_packed { packed.finish()? } else { plain.clone() };
+    let scheme = if is_packed { 3 } else { 0 };
+    let mut bytes = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
+    let head = [37, 1, 5, 3, 0, 0, 1, 1, scheme, 0, 0, 0, 0, 0, 0, 0, 0];
+    bytes.extend(head.into_iter().flat_map(u32::to_le_bytes));
+    let level = [104, stored.len() as u64, plain.len() as u64];
+    bytes.extend(level.into_iter().flat_map(u64::to_le_bytes));
+    bytes.extend(stored);
+    Ok(bytes)
 }
 
 /// A Radiance image of 4 x 2 texels, without runs.

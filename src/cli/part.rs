@@ -79,6 +79,18 @@ pub(super) enum Array {
     Curve,
 }
 
+impl Array {
+    /// Largest value of its `index`th word.
+    fn most(self, index: usize) -> u32 {
+        match self {
+            // Depths 0..=1 are ordered like their bits.
+            Self::Opaque | Self::Colored => 1.0_f32.to_bits(),
+            Self::Sums if index % 4 == 3 => 1.0_f32.to_bits(),
+            Self::Sums | Self::Curve => u32::MAX,
+        }
+    }
+}
+
 impl Head {
     const ARRAYS: [Array; 4] = [Array::Sums, Array::Opaque, Array::Colored, Array::Curve];
 
@@ -331,9 +343,13 @@ impl Part {
         file.seek(SeekFrom::Start(self.first + views + skip)).map_err(failed)?;
         let mut bytes = vec![0; ((texels.end - texels.start) * texel) as usize];
         file.read_exact(&mut bytes).map_err(failed)?;
-        Ok(bytes
+        let words: Vec<u32> = bytes
             .chunks_exact(4)
             .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
-            .collect())
+            .collect();
+        if words.iter().enumerate().any(|(i, &word)| word > array.most(i)) {
+            return Err(Failure::refused(&self.path, "its maps are damaged", AGAIN));
+        }
+        Ok(words)
     }
 }

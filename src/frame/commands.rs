@@ -12,7 +12,7 @@ pub enum Command {
     Pass { label: &'static str, dispatches: Vec<Dispatch> },
     /// Sets a buffer to zero.
     Clear { label: &'static str, buffer: Buffer },
-    /// Copies bytes; each buffer with an offset [bytes].
+    /// Copies bytes; each buffer with an offset \[bytes\].
     CopyBuffer { label: &'static str, from: (Buffer, u64), to: (Buffer, u64), size: u64 },
     CopyBufferToTexture {
         label: &'static str,

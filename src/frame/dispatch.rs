@@ -9,7 +9,7 @@ use std::{
 #[derive(Clone, Debug, PartialEq)]
 pub enum Work {
     Groups([u32; 3]),
-    /// Three `u32` in a buffer at an offset [bytes].
+    /// Three `u32` in a buffer at an offset \[bytes\].
     Indirect(wgpu::Buffer, u64),
 }
 

@@ -23,7 +23,7 @@ impl Memory {
         other.0.iter().for_each(|&(name, bytes)| self.add(name, bytes));
     }
 
-    /// Sum over all names [bytes].
+    /// Sum over all names \[bytes\].
     pub fn total(&self) -> u64 {
         self.0.iter().map(|(_, bytes)| bytes).sum()
     }

@@ -14,7 +14,7 @@ pub(super) fn guarded<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T,
 
 /// Whether a host's texture is the device's and was not destroyed, which nothing but its use shows.
 pub fn has_texture(device: &Device, texture: &wgpu::Texture) -> bool {
-    guarded(device, || drop(texture.create_view(&wgpu::TextureViewDescriptor::default()))).is_ok()
+    guarded(device, || texture.create_view(&wgpu::TextureViewDescriptor::default())).is_ok()
 }
 
 /// The result of `make`, or [`Error::Memory`] where the device has no memory for what it allocates.

@@ -116,7 +116,7 @@ impl ShadowSettings {
         tier.features()
     }
 
-    /// Limits to open a device with for `tier`, if no map's edge exceeds `largest_map` [texels]. Larger
+    /// Limits to open a device with for `tier`, if no map's edge exceeds `largest_map` \[texels\]. Larger
     /// capacities for casters and pairs are used if a device has them.
     pub fn limits(&self, tier: Tier, largest_map: u32) -> Limits {
         let mut limits = Limits::default();

@@ -207,7 +207,7 @@ impl Timeline {
         }
     }
 
-    /// Stages in order of first appearance and their times [ms]. Blocks until the frame is done.
+    /// Stages in order of first appearance and their times \[ms\]. Blocks until the frame is done.
     pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
         let queries = match &self.timer {
             Timer::Steps(steps) => return steps.times.clone(),

@@ -10,36 +10,36 @@ use std::f32::consts::{PI, TAU};
 pub enum Source {
     /// A sphere around the position of a spot or point light.
     Sphere {
-        /// [m]
+        /// \[m\]
         radius: f32,
     },
     /// A disc around the position of a spot or point light.
     Disc {
-        /// [m]
+        /// \[m\]
         radius: f32,
         /// Direction that the emitting side faces: world space, any length.
         direction: Vec3,
     },
     /// A rectangle around the position of a spot or point light.
     Rect {
-        /// Edge along `cross(direction, up)` [m]; up is +y, or +z where the direction is within 8 degrees
+        /// Edge along `cross(direction, up)` \[m\]; up is +y, or +z where the direction is within 8 degrees
         /// of y.
         width: f32,
-        /// Edge across the width [m].
+        /// Edge across the width \[m\].
         height: f32,
         /// Direction that the emitting side faces: world space, any length.
         direction: Vec3,
     },
     /// A sun, for directional lights only.
     Sun {
-        /// Angular diameter [radians].
+        /// Angular diameter \[radians\].
         angle: f32,
     },
 }
 
-/// Largest size of a source [m].
+/// Largest size of a source \[m\].
 pub const MAX_SOURCE_SIZE: f32 = 1e4;
-/// Largest angle of a sun [radians].
+/// Largest angle of a sun \[radians\].
 pub const MAX_SUN_ANGLE: f32 = PI / 3.0;
 /// Most parts of a source that have maps of their own.
 pub const MAX_VIEWPOINTS: u32 = 9;
@@ -55,7 +55,7 @@ impl Source {
     }
 
     /// Half axes of the disc with the variance of the source: the radius of a disc or sphere, the edges of
-    /// a rectangle divided by the square root of 3 [m]; of a sun, the tangent of half its angle.
+    /// a rectangle divided by the square root of 3 \[m\]; of a sun, the tangent of half its angle.
     pub fn half_axes(&self) -> [Vec3; 2] {
         let (sizes, direction) = match *self {
             Self::Disc { radius, direction } => ([radius; 2], direction),

@@ -3,14 +3,17 @@ use glam::{Mat3, Vec3};
 
 /// Planck's second radiation constant [nm K].
 pub const RADIATION: f32 = 14_387_770.0;
-/// Wavelengths of the sum over what is seen: the first, their distance [nm] and their number.
+/// First wavelength of the sum over what is seen \[nm\].
 pub const FIRST_WAVELENGTH: f32 = 380.0;
+/// Distance of its wavelengths \[nm\].
 pub const WAVELENGTH_STEP: f32 = 10.0;
+/// Number of its wavelengths.
 pub const WAVELENGTHS: u32 = 41;
 /// Of the sum, so that red is 1 at 1500 K.
 pub const UNIT_RADIANCE: f32 = 423_638.56;
-/// Exponents of Planck's law between which numbers hold its power less 1.
+/// Least exponent of Planck's law at which numbers hold its power less 1.
 pub const LEAST_POWER: f32 = 1e-3;
+/// Largest such exponent.
 pub const MOST_POWER: f32 = 80.0;
 
 /// Linear sRGB from CIE XYZ (IEC 61966-2-1).

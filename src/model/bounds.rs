@@ -4,12 +4,12 @@ use glam::Vec3;
 /// Farthest coordinate of a scene [m]: past it neighbouring `f32` are a metre apart.
 pub(crate) const FARTHEST: f32 = 1e7;
 
-/// An axis-aligned box, world space [m]; empty while `min > max`.
+/// An axis-aligned box, world space \[m\]; empty while `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Lowest coordinates [m].
+    /// Lowest coordinates \[m\].
     pub min: Vec3,
-    /// Highest coordinates [m].
+    /// Highest coordinates \[m\].
     pub max: Vec3,
 }
 
@@ -17,12 +17,12 @@ impl Bounds {
     /// The empty box.
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
-    /// The box between two corners, world space [m].
+    /// The box between two corners, world space \[m\].
     pub fn new(min: impl Into<[f32; 3]>, max: impl Into<[f32; 3]>) -> Self {
         Self { min: min.into().into(), max: max.into().into() }
     }
 
-    /// The box grown to hold a sphere [m].
+    /// The box grown to hold a sphere \[m\].
     #[must_use]
     pub fn with_sphere(self, center: Vec3, radius: f32) -> Self {
         Self { min: self.min.min(center - radius), max: self.max.max(center + radius) }
@@ -50,23 +50,23 @@ impl Bounds {
         if self.is_empty() { Self::EMPTY.with_sphere(Vec3::ZERO, 1.0) } else { *self }
     }
 
-    /// Centre of the box [m].
+    /// Centre of the box \[m\].
     pub fn center(&self) -> Vec3 {
         (self.min + self.max) * 0.5
     }
 
-    /// Radius of the sphere around the box [m].
+    /// Radius of the sphere around the box \[m\].
     pub fn radius(&self) -> f32 {
         (self.max - self.min).length() * 0.5
     }
 
-    /// Half the surface area [m²].
+    /// Half the surface area \[m²\].
     pub fn half_area(&self) -> f32 {
         let edge = self.max - self.min;
         edge.x * edge.y + edge.y * edge.z + edge.z * edge.x
     }
 
-    /// The eight corners [m].
+    /// The eight corners \[m\].
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             Vec3::new(

@@ -4,15 +4,15 @@ use glam::{DMat3, DMat4, DVec3, UVec2, Vec3};
 /// The camera of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Position of the eye, world space [m].
+    /// Position of the eye, world space \[m\].
     pub eye: Vec3,
-    /// Point that the camera looks at, world space [m].
+    /// Point that the camera looks at, world space \[m\].
     pub target: Vec3,
     /// Approximate up direction, world space.
     pub up: Vec3,
-    /// Vertical field of view [radians].
+    /// Vertical field of view \[radians\].
     pub fov_y: f32,
-    /// Size of the picture [pixels].
+    /// Size of the picture \[pixels\].
     pub size: UVec2,
 }
 
@@ -49,7 +49,7 @@ impl Camera {
     }
 
     /// The camera of a perspective projection: `clip_from_world` as columns, reversed z or not, infinite
-    /// far plane or not; `size` of the picture [pixels]. An off-axis frustum (of one of two eyes, or
+    /// far plane or not; `size` of the picture \[pixels\]. An off-axis frustum (of one of two eyes, or
     /// jittered within a pixel) becomes a symmetric one that encloses it.
     /// # Errors
     /// If a number is not finite, the picture has no pixel, or the projection is orthographic.

@@ -133,7 +133,7 @@ pub struct Material {
     pub cutoff: f32,
     /// Pattern of the thresholds of `dither`. Default [`Pattern::default`].
     pub pattern: Pattern,
-    /// Edge of a cell of the pattern, 1..=64 [texels]. Default 1.
+    /// Edge of a cell of the pattern, 1..=64 \[texels\]. Default 1.
     pub pattern_scale: u32,
     /// Emission (additive fire) in the picture: linear rgb, 0 or more. Default 0.
     pub emission: Vec3,
@@ -152,7 +152,7 @@ pub struct Material {
     pub frost: f32,
     /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
     pub attenuation_color: Vec3,
-    /// Distance of [`Self::attenuation_color`], above 0 [m]. Default infinite: the material is no volume. Triangles of a
+    /// Distance of [`Self::attenuation_color`], above 0 \[m\]. Default infinite: the material is no volume. Triangles of a
     /// volume are counterclockwise from outside.
     pub attenuation_distance: f32,
     /// Casters that tint it. Default [`Receives::Curve`].
@@ -261,13 +261,13 @@ impl Material {
 /// A caster that faces the light: a disc, quad or puff by its material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
-    /// Centre, world space [m].
+    /// Centre, world space \[m\].
     pub center: Vec3,
-    /// Radius of the disc or puff; half the side of the quad [m].
+    /// Radius of the disc or puff; half the side of the quad \[m\].
     pub radius: f32,
     /// Linear rgba; multiplies the material's tint.
     pub color: Vec4,
-    /// Rotation of a quad about the ray from the light [radians].
+    /// Rotation of a quad about the ray from the light \[radians\].
     pub rotation: f32,
     /// Index into [`crate::model::Scene::materials`].
     pub material: u32,
@@ -290,7 +290,7 @@ impl Default for Particle {
 }
 
 impl Particle {
-    /// A white opaque particle; centre in world space [m], radius [m].
+    /// A white opaque particle; centre in world space \[m\], radius \[m\].
     pub fn new(center: impl Into<[f32; 3]>, radius: f32) -> Self {
         Self { center: center.into().into(), radius, ..Self::default() }
     }
@@ -305,7 +305,7 @@ impl Particle {
 /// A triangle of a mesh, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
-    /// Corners, world space [m].
+    /// Corners, world space \[m\].
     pub positions: [Vec3; 3],
     /// Unit normals of the corners, world space.
     pub normals: [Vec3; 3],
@@ -320,7 +320,7 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// A flat-shaded triangle of a material; corners in world space [m], counterclockwise from its front.
+    /// A flat-shaded triangle of a material; corners in world space \[m\], counterclockwise from its front.
     pub fn flat(corners: [impl Into<[f32; 3]>; 3], material: u32) -> Self {
         let positions = corners.map(|corner| Vec3::from(corner.into()));
         let [a, b, c] = positions;
@@ -341,9 +341,9 @@ impl Triangle {
 pub struct Texture {
     /// Name for people.
     pub name: String,
-    /// Width [texels].
+    /// Width \[texels\].
     pub width: u32,
-    /// Height [texels].
+    /// Height \[texels\].
     pub height: u32,
     /// `width * height` rgba bytes, rows from the top; rgb is sRGB, alpha is linear.
     pub rgba: Vec<u8>,

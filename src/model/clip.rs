@@ -14,7 +14,7 @@ pub struct InvalidClip {
 }
 
 impl View {
-    /// The view of an engine's own shadow camera, with any roll: `clip_from_world` takes world space [m] to clip
+    /// The view of an engine's own shadow camera, with any roll: `clip_from_world` takes world space \[m\] to clip
     /// space, NDC x and y in -1..1 with y up, z in 0..1 or reversed. The view has no light yet: set
     /// [`Self::light`], and [`Self::role`] if the light has several. A mirrored orthographic matrix reads as one that
     /// looks the other way with z reversed.

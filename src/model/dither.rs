@@ -69,7 +69,7 @@ impl Pattern {
         (self.order() > 0).then(|| 1 << (2 * self.order()))
     }
 
-    /// Edge of the window over which the coverage of the pattern equals its opacity [cells].
+    /// Edge of the window over which the coverage of the pattern equals its opacity \[cells\].
     pub fn window(self) -> u32 {
         match self {
             Self::Ign | Self::Blue => 8,
@@ -80,13 +80,13 @@ impl Pattern {
     }
 }
 
-/// Largest [`Material::pattern_scale`] [texels].
+/// Largest [`Material::pattern_scale`] \[texels\].
 pub const MAX_SCALE: u32 = 64;
 
-/// Widest [`window`] [texels].
+/// Widest [`window`] \[texels\].
 pub const MAX_WINDOW: u32 = 64;
 
-/// Edge of the window over which the coverage of every dithered material equals its opacity [texels], even;
+/// Edge of the window over which the coverage of every dithered material equals its opacity \[texels\], even;
 /// 0 if no material is dithered.
 pub fn window(materials: &[Material]) -> u32 {
     let dithered = materials.iter().filter(|material| material.transfer == Transfer::Dither);

@@ -25,11 +25,11 @@ pub struct Emitter {
     pub material: u32,
     /// Caster id of its first particle.
     pub first_id: u32,
-    /// Time of its first particle [s].
+    /// Time of its first particle \[s\].
     pub start: f64,
-    /// Duration of the emission [steps].
+    /// Duration of the emission \[steps\].
     pub steps: u32,
-    /// Radii over a particle's life, evenly spaced, 1 to [`MAX_STOPS`] of them [m].
+    /// Radii over a particle's life, evenly spaced, 1 to [`MAX_STOPS`] of them \[m\].
     pub radius: Vec<f32>,
     /// Colours, likewise: linear rgb.
     pub color: Vec<Vec3>,
@@ -42,7 +42,7 @@ pub struct Emitter {
 /// A strand through the last places of a particle, as it looked there, tapering to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trail {
-    /// How old its end is [s].
+    /// How old its end is \[s\].
     pub seconds: f32,
     /// Its capsules, of equal times.
     pub segments: u32,
@@ -59,7 +59,7 @@ impl Emitter {
         (step, (steps - f64::from(step)) as f32)
     }
 
-    /// Adds the live particles, if they are at most `farthest` from the origin along each axis [m]. Returns the number
+    /// Adds the live particles, if they are at most `farthest` from the origin along each axis \[m\]. Returns the number
     /// of those that are farther.
     pub fn send(
         &self,
@@ -213,7 +213,7 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// The emission at a time of the scene [s].
+    /// The emission at a time of the scene \[s\].
     pub fn at(emitter: &Arc<Emitter>, seconds: f64) -> Self {
         let (step, part) = emitter.moment(seconds);
         Self { emitter: Arc::clone(emitter), step, part, bounds: OnceLock::new() }
@@ -229,7 +229,7 @@ impl Emission {
         self.emitter.numbers(self.step)
     }
 
-    /// Box around the particles [m]; empty until a device has simulated them.
+    /// Box around the particles \[m\]; empty until a device has simulated them.
     pub fn bounds(&self) -> Bounds {
         self.bounds.get().copied().unwrap_or(Bounds::EMPTY)
     }

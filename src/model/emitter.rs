@@ -12,9 +12,9 @@ mod curl_noise;
 
 pub use curl_noise::curl_noise;
 
-/// Time step [s].
+/// Time step \[s\].
 pub const STEP: f32 = 1.0 / 60.0;
-/// Longest life: what 16 bits hold [steps].
+/// Longest life: what 16 bits hold \[steps\].
 pub const LONGEST: u32 = 65_535;
 /// Time steps per second.
 pub const STEPS_PER_SECOND: f64 = 60.0;
@@ -44,13 +44,13 @@ pub struct Forces {
     pub seed: u32,
     /// Particles emitted per second, 0.001..=1e6 [1/s]. Default 100.
     pub rate: f64,
-    /// Shortest and longest lifetime, 0.02..=600 [s]. Default 1.
+    /// Shortest and longest lifetime, 0.02..=600 \[s\]. Default 1.
     pub lifetime: [f32; 2],
     /// Region where particles start. Default a point.
     pub shape: EmitterShape,
-    /// Position of the emitter, this and all other vectors within 1e7 of 0 [m]. Default the origin.
+    /// Position of the emitter, this and all other vectors within 1e7 of 0 \[m\]. Default the origin.
     pub position: Vec3,
-    /// Full size of the region, 0 or more [m]. Default 0.2.
+    /// Full size of the region, 0 or more \[m\]. Default 0.2.
     pub extent: Vec3,
     /// Mean initial velocity [m/s]. Default 1 upward.
     pub velocity: Vec3,
@@ -70,18 +70,18 @@ pub struct Forces {
     pub frequency: f32,
     /// Speed at which the whirls rise through the air, -1000..=1000 [m/s]. Default 0.
     pub evolve: f32,
-    /// Height of a ground plane that particles collide with [m]. Default none.
+    /// Height of a ground plane that particles collide with \[m\]. Default none.
     pub ground: Option<f32>,
-    /// Lower and upper corners of the boxes that particles collide with, at most [`MAX_BOXES`] [m]. Default none.
+    /// Lower and upper corners of the boxes that particles collide with, at most [`MAX_BOXES`] \[m\]. Default none.
     pub boxes: Vec<[Vec3; 2]>,
     /// Restitution: share of the normal velocity that a particle keeps in a collision, 0..=1. Default 0.2.
     pub bounce: f32,
     /// Share of the tangential velocity that a particle keeps in a collision, 0..=1. Default 0.8.
     pub slide: f32,
     /// Path of the emitter: rows of seconds from its start, ascending, and an offset x, y, z from
-    /// `position` [m]. Linear between rows, constant before the first and behind the last. Default none.
+    /// `position` \[m\]. Linear between rows, constant before the first and behind the last. Default none.
     pub path: Vec<[f32; 4]>,
-    /// World position of the scene's origin, so that whirls stay in place [m]. Default the origin.
+    /// World position of the scene's origin, so that whirls stay in place \[m\]. Default the origin.
     pub origin: Vec3,
 }
 
@@ -90,13 +90,13 @@ pub struct Forces {
 pub struct EmittedParticle {
     /// Index among the particles of its emitter.
     pub number: u32,
-    /// Position [m].
+    /// Position \[m\].
     pub position: Vec3,
     /// Velocity [m/s].
     pub velocity: Vec3,
-    /// Age [steps].
+    /// Age \[steps\].
     pub age: u32,
-    /// Lifetime [steps].
+    /// Lifetime \[steps\].
     pub life: u32,
 }
 
@@ -202,7 +202,7 @@ impl Forces {
         count
     }
 
-    /// Longest life [steps].
+    /// Longest life \[steps\].
     pub fn longest(&self) -> u32 {
         steps_of(self.lifetime[1])
     }
@@ -335,7 +335,7 @@ fn steps_of(life: f32) -> u32 {
 }
 
 /// Largest number of particles that are alive at once, of so many that start per second and live at most so
-/// long [s].
+/// long \[s\].
 pub fn most_alive(rate: f64, longest_life: f32) -> u32 {
     // Particles that start within the longest life and one more step.
     let seconds = f64::from(steps_of(longest_life) + 1) / STEPS_PER_SECOND;
@@ -353,7 +353,7 @@ impl Forces {
         self.most().min(self.started_before(last))
     }
 
-    /// The emitter in a scene that is translated [m].
+    /// The emitter in a scene that is translated \[m\].
     #[must_use]
     pub fn moved(&self, by: Vec3) -> Self {
         Self {

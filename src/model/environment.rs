@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 /// as halves. Each level has a border of one texel, which continues the map across its edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    /// Edge of level 0 without its border [texels].
+    /// Edge of level 0 without its border \[texels\].
     size: u32,
     /// Levels in order, row by row.
     texels: Vec<Vec3>,
@@ -41,7 +41,7 @@ pub struct SunDisc {
     pub direction: Vec3,
     /// Radiance: linear rgb.
     pub color: Vec3,
-    /// Angular diameter [radians].
+    /// Angular diameter \[radians\].
     pub angle: f32,
 }
 
@@ -70,7 +70,7 @@ impl Sky {
 }
 
 impl SunDisc {
-    /// Angular diameter of the sun [radians].
+    /// Angular diameter of the sun \[radians\].
     pub const USUAL_ANGLE: f32 = 0.53 * PI / 180.0;
 }
 
@@ -78,7 +78,7 @@ impl SunDisc {
 pub const IRRADIANCE: usize = 9;
 /// Levels of a map: sharp, and at roughness 0.2 to 1.
 pub const LEVELS: u32 = 6;
-/// Edge of the rough levels without their border [texels].
+/// Edge of the rough levels without their border \[texels\].
 pub const ROUGH_SIZE: u32 = 64;
 /// Edge of a sky's sharp level [texels].
 const SKY_SIZE: u32 = 256;
@@ -99,7 +99,7 @@ impl Environment {
     }
 
     /// The environment of an equirectangular image: rows from +y to -y, its middle looks along -z; turned
-    /// about +y by `turn` [radians]. Invalid radiance (negative, not a number) is black.
+    /// about +y by `turn` \[radians\]. Invalid radiance (negative, not a number) is black.
     pub fn of_image(size: UVec2, texels: &[[f32; 3]], turn: f32, intensity: f32) -> Self {
         let map = Map::of_image(size, texels, turn, intensity);
         Self::new(&map, &map)
@@ -130,7 +130,7 @@ impl Environment {
         Self { size: sharp.size, texels, irradiance, mean }
     }
 
-    /// Edge of level 0 without its border [texels].
+    /// Edge of level 0 without its border \[texels\].
     pub fn size(&self) -> u32 {
         self.size
     }

@@ -7,9 +7,9 @@ use std::f32::consts::PI;
 /// Interaction of particles. A lattice of `spacing` has a density of about 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fluid {
-    /// Distance between particles at rest; its cube is a particle's mass [m].
+    /// Distance between particles at rest; its cube is a particle's mass \[m\].
     pub spacing: f32,
-    /// Support radius of the kernels, `h` [m].
+    /// Support radius of the kernels, `h` \[m\].
     pub reach: f32,
     /// Pressure per excess density: the square of the speed of sound [m^2/s^2].
     pub stiffness: f32,

@@ -48,11 +48,11 @@ pub fn reach_squared(opacity: f32) -> f32 {
 /// An anisotropic 3D Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gaussian {
-    /// Centre, world space [m].
+    /// Centre, world space \[m\].
     pub center: Vec3,
     /// Unit rotation of its axes, from its own space to the world.
     pub rotation: Quat,
-    /// Standard deviations along its axes, above 0 [m].
+    /// Standard deviations along its axes, above 0 \[m\].
     pub sigma: Vec3,
     /// Linear rgb, 0..=1 (16 with `gain`); multiplies the material's tint.
     pub color: Vec3,
@@ -107,7 +107,7 @@ impl Gaussian {
         }
     }
 
-    /// Its standard deviations as vectors, world space [m]: columns.
+    /// Its standard deviations as vectors, world space \[m\]: columns.
     pub fn axes(&self) -> Mat3 {
         Mat3::from_quat(self.rotation) * Mat3::from_diagonal(self.sigma)
     }
@@ -127,12 +127,12 @@ impl Gaussian {
         reach_squared(self.most_opacity(opacity)).sqrt()
     }
 
-    /// Radius of the sphere around it [m].
+    /// Radius of the sphere around it \[m\].
     pub fn radius(&self, opacity: GaussianOpacity) -> f32 {
         self.sigma.max_element() * self.reach(opacity)
     }
 
-    /// Box around it, world space [m].
+    /// Box around it, world space \[m\].
     pub fn bounds(&self, opacity: GaussianOpacity) -> Bounds {
         let axes = self.axes();
         let half = [0, 1, 2].map(|i| axes.row(i).length() * self.reach(opacity));

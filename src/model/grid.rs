@@ -4,13 +4,13 @@ use glam::{Affine3A, IVec3, UVec3, Vec3};
 use half::f16;
 use std::sync::Arc;
 
-/// Edge of a brick with voxels of its own [voxels].
+/// Edge of a brick with voxels of its own \[voxels\].
 pub const BRICK_SIZE: u32 = 8;
 /// Voxels along an edge of a brick: its own and the first of the next brick.
 pub const BRICK_EDGE: usize = BRICK_SIZE as usize + 1;
 /// Values of a brick.
 pub const BRICK_VALUES: usize = BRICK_EDGE * BRICK_EDGE * BRICK_EDGE;
-/// Largest size of a brick of constant density [voxels].
+/// Largest size of a brick of constant density \[voxels\].
 pub const MAX_BRICK_SIZE: u32 = 1 << 20;
 /// Farthest index of a voxel: halves of a voxel are exact in `f32` up to here.
 pub const MAX_INDEX: i32 = 1 << 22;
@@ -19,14 +19,14 @@ pub const MAX_INDEX: i32 = 1 << 22;
 /// whole numbers in index space, also from brick to brick, and 0 outside its bricks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
-    /// World space [m] from index space [voxels].
+    /// World space \[m\] from index space \[voxels\].
     pub world_from_index: Affine3A,
     /// Disjoint boxes of voxels.
     pub bricks: Vec<Brick>,
     /// Optical depth of a metre of density 1 [1/m].
     pub factor: f32,
     /// Colour of extinction, per channel: `T = exp(-tau * extinction)`, where `tau` is `factor` times the integral of
-    /// density along the ray [m].
+    /// density along the ray \[m\].
     pub extinction: Vec3,
     /// Index into [`crate::model::Scene::materials`]: its shape is [`Shape::Brick`](super::Shape::Brick), its transfer
     /// `filter` or `none`.
@@ -61,7 +61,7 @@ pub struct Brick {
     pub origin: IVec3,
     /// Its density.
     pub density: Density,
-    /// Temperatures of its voxels [K], with [`Grid::emission`] what it glows by; of voxels only.
+    /// Temperatures of its voxels \[K\], with [`Grid::emission`] what it glows by; of voxels only.
     pub temperature: Option<Voxels>,
 }
 
@@ -72,7 +72,7 @@ pub enum Density {
     Voxels(Voxels),
     /// The same throughout a box.
     Constant {
-        /// Edges of the box, at least 1 [voxels].
+        /// Edges of the box, at least 1 \[voxels\].
         size: UVec3,
         /// Its density.
         density: f32,
@@ -141,7 +141,7 @@ impl Brick {
         Self { origin, density, temperature: None }
     }
 
-    /// Edges of its box [voxels].
+    /// Edges of its box \[voxels\].
     pub fn size(&self) -> UVec3 {
         match self.density {
             Density::Voxels(_) => UVec3::splat(BRICK_SIZE),
@@ -209,7 +209,7 @@ impl Grid {
         None
     }
 
-    /// Corners of a brick's box in world space [m].
+    /// Corners of a brick's box in world space \[m\].
     pub fn corners(&self, brick: &Brick) -> [Vec3; 8] {
         let (min, size) = (brick.origin.as_vec3(), brick.size().as_vec3());
         let corners = Bounds { min, max: min + size }.corners();

@@ -10,7 +10,7 @@ pub struct ImageSun {
     pub direction: Vec3,
     /// Irradiance of a surface that faces it: linear rgb.
     pub irradiance: Vec3,
-    /// Angular diameter [radians].
+    /// Angular diameter \[radians\].
     pub angle: f32,
 }
 

@@ -12,16 +12,16 @@ pub enum LightKind {
     },
     /// A cone of rays from a point.
     Spot {
-        /// Apex of the cone, world space [m].
+        /// Apex of the cone, world space \[m\].
         position: Vec3,
         /// Direction of the cone's axis, away from the light: world space, any length.
         direction: Vec3,
-        /// Opening angle of the whole cone, above 0 and below pi [radians]. It has a soft edge: [`Light::inner_angle`].
+        /// Opening angle of the whole cone, above 0 and below pi \[radians\]. It has a soft edge: [`Light::inner_angle`].
         angle: f32,
     },
     /// Rays from a point in all directions.
     Point {
-        /// Position, world space [m].
+        /// Position, world space \[m\].
         position: Vec3,
     },
 }
@@ -89,7 +89,7 @@ pub struct Cascades {
     pub lambda: f32,
     /// Share of a map's half edge over which it fades into the next, 0..=0.5. Default 0.1.
     pub fade: f32,
-    /// Distance from the camera up to which there are shadows, above 0 [m]; the extent of the scene when `None`.
+    /// Distance from the camera up to which there are shadows, above 0 \[m\]; the extent of the scene when `None`.
     pub range: Option<f32>,
 }
 
@@ -128,11 +128,11 @@ pub struct Shadow {
     /// Light that the shadow is rendered from: a standard map for a direction or a cone, a cube map for a
     /// point.
     pub kind: LightKind,
-    /// First depth of its views [m]; chosen from the bounds when `None`.
+    /// First depth of its views \[m\]; chosen from the bounds when `None`.
     pub near: Option<f32>,
-    /// Last depth of its views [m]; chosen from the bounds when `None`.
+    /// Last depth of its views \[m\]; chosen from the bounds when `None`.
     pub far: Option<f32>,
-    /// Edge of each view's map [texels]; chosen when `None`.
+    /// Edge of each view's map \[texels\]; chosen when `None`.
     pub size: Option<u32>,
     /// Cascades of a directional light; one view that fits the whole scene when `None`.
     pub cascades: Option<Cascades>,
@@ -154,21 +154,21 @@ pub struct Light {
     /// Linear rgb, 0 or more. Default white.
     pub color: Vec3,
     /// Irradiance of a directional light at normal incidence; intensity of the others, which falls
-    /// off with the square of the distance [m]. 0 or more; default 1.
+    /// off with the square of the distance \[m\]. 0 or more; default 1.
     pub intensity: f32,
-    /// First depth of the shadow views, 0 or more, above 0 for spots and points [m]. Default `None`: chosen from the bounds.
+    /// First depth of the shadow views, 0 or more, above 0 for spots and points \[m\]. Default `None`: chosen from the bounds.
     pub near: Option<f32>,
-    /// Last depth of the shadow views, beyond the first [m]. Default `None`: chosen from the bounds. The light of a spot or
+    /// Last depth of the shadow views, beyond the first \[m\]. Default `None`: chosen from the bounds. The light of a spot or
     /// a point fades out towards it, and has no end when `None`.
     pub far: Option<f32>,
-    /// Edge of each view's map, 16..=4096 [texels]. Default `None`: up to the scene's, by the light's importance in
+    /// Edge of each view's map, 16..=4096 \[texels\]. Default `None`: up to the scene's, by the light's importance in
     /// the picture.
     pub size: Option<u32>,
-    /// Opening angle of a spot's inner cone, 0 up to the whole [radians]: all of its light is within, and up to the whole cone
+    /// Opening angle of a spot's inner cone, 0 up to the whole \[radians\]: all of its light is within, and up to the whole cone
     /// it falls by the square of the cosine's share of the way (glTF `KHR_lights_punctual`). Default `None`: 0.85 of the whole,
     /// from which it falls by a cubic: half is left at 0.93 of the cone's angle, which is about 0.9 of its tangent.
     pub inner_angle: Option<f32>,
-    /// Distance at which the light of a spot or a point ends, above 0 [m]: it falls by `1 - (distance / end)^4` as well (glTF's
+    /// Distance at which the light of a spot or a point ends, above 0 \[m\]: it falls by `1 - (distance / end)^4` as well (glTF's
     /// `range`). Default `None`: as [`Self::far`] says.
     pub end: Option<f32>,
     /// Whether the light has shadow views at all. Default true.
@@ -217,17 +217,16 @@ impl Default for Light {
 impl Shadow {
     /// Why its depths or cascades cannot be used.
     fn problem(&self) -> Option<&'static str> {
+        // The planes of a sun may be behind the middle of the scene.
         let first = match self.kind {
-            LightKind::Directional { .. } => 0.0,
+            LightKind::Directional { .. } => f32::MIN,
             _ => f32::MIN_POSITIVE,
         };
-        let is_within = |depth: Option<f32>, first| {
-            depth.is_none_or(|depth| (first..=f32::MAX).contains(&depth))
-        };
+        let is_within = |depth: f32| (first..=f32::MAX).contains(&depth);
         let is_behind = self.far.is_none_or(|far| far > self.near.unwrap_or(0.0));
-        if !(is_within(self.near, first) && is_within(self.far, 0.0) && is_behind) {
+        if !([self.near, self.far].into_iter().flatten().all(is_within) && is_behind) {
             return Some(
-                "its near and far must be finite, near not below 0 (a spot's or point's above), far behind it",
+                "its near and far must be finite, a spot's or point's above 0, far behind near",
             );
         }
         self.cascades.as_ref().and_then(Cascades::problem)
@@ -250,7 +249,7 @@ impl Light {
         Self { kind: LightKind::Directional { direction }, ..Self::default() }
     }
 
-    /// A spot light around `direction` (world space, any length); `angle` is the whole cone [radians].
+    /// A spot light around `direction` (world space, any length); `angle` is the whole cone \[radians\].
     pub fn spot(position: impl Into<[f32; 3]>, direction: impl Into<[f32; 3]>, angle: f32) -> Self {
         let (position, direction) = (position.into().into(), direction.into().into());
         Self { kind: LightKind::Spot { position, direction, angle }, ..Self::default() }
@@ -299,7 +298,7 @@ impl Light {
         self.source.filter(|source| self.casts && !source.is_point())
     }
 
-    /// Distance at which the light ends [m]; `None` for no end.
+    /// Distance at which the light ends \[m\]; `None` for no end.
     pub fn range(&self) -> Option<f32> {
         match self.kind {
             LightKind::Directional { .. } => None,
@@ -349,7 +348,7 @@ impl Light {
         self.all_shadows().map(|shadow| shadow.view_count()).sum()
     }
 
-    /// Distance from which its irradiance is below 0.01 [m]; infinite for a directional light.
+    /// Distance from which its irradiance is below 0.01 \[m\]; infinite for a directional light.
     pub fn reach(&self) -> f32 {
         match self.kind {
             LightKind::Directional { .. } => f32::INFINITY,

@@ -24,15 +24,15 @@ pub enum Occlusion {
     None,
     /// By what is nearer than a tenth of the picture's height at the surface's distance.
     Usual,
-    /// By what is nearer than this, above 0 [m].
+    /// By what is nearer than this, above 0 \[m\].
     Radius(f32),
 }
 
 /// Lens of a camera: what is not at its distance is blurred.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lens {
-    /// Radius [m]; 0, the default: all is sharp.
+    /// Radius \[m\]; 0, the default: all is sharp.
     pub radius: f32,
-    /// Distance along the axis of what is sharp [m]; that of the target when `None`.
+    /// Distance along the axis of what is sharp \[m\]; that of the target when `None`.
     pub focus: Option<f32>,
 }

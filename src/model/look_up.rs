@@ -21,7 +21,7 @@ pub enum ShadowFilter {
     Vogel {
         /// Number of texels, 1..=[`ShadowFilter::MAX_VOGEL`].
         taps: u32,
-        /// Radius of the disc [texels], kept in 1/256: 0..=[`ShadowFilter::MAX_RADIUS`].
+        /// Radius of the disc \[texels\], kept in 1/256: 0..=[`ShadowFilter::MAX_RADIUS`].
         radius: f32,
     },
 }
@@ -31,7 +31,7 @@ impl ShadowFilter {
     pub const MAX_PCF: u32 = 11;
     /// Most texels of a disc.
     pub const MAX_VOGEL: u32 = 64;
-    /// Largest radius of a disc [texels].
+    /// Largest radius of a disc \[texels\].
     pub const MAX_RADIUS: f32 = 32.0;
 
     pub(super) fn problem(&self) -> Option<&'static str> {
@@ -51,11 +51,11 @@ impl ShadowFilter {
 pub struct LookUp {
     /// Replaces [`super::ShadowSettings::filter`].
     pub filter: Option<ShadowFilter>,
-    /// Replaces [`super::ShadowSettings::bias`] [m].
+    /// Replaces [`super::ShadowSettings::bias`] \[m\].
     pub bias: Option<f32>,
-    /// Replaces [`super::ShadowSettings::slope_bias`] [texels].
+    /// Replaces [`super::ShadowSettings::slope_bias`] \[texels\].
     pub slope_bias: Option<f32>,
-    /// Replaces [`super::ShadowSettings::normal_bias`] [texels].
+    /// Replaces [`super::ShadowSettings::normal_bias`] \[texels\].
     pub normal_bias: Option<f32>,
 }
 

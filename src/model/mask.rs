@@ -7,7 +7,7 @@ pub struct MaskSettings {
     pub half: bool,
     /// Taps of the mask's blur along each axis: odd, 3..=15; 1 for no blur. Default 7.
     pub taps: u32,
-    /// Distance from the eye up to which the blur has its full width; beyond, it narrows with distance [m].
+    /// Distance from the eye up to which the blur has its full width; beyond, it narrows with distance \[m\].
     /// 0, the default: full width everywhere.
     pub depth_scale: f32,
     /// Whether the blur narrows on the screen along the directions in which a surface is slanted, so that it

@@ -14,11 +14,11 @@ pub const MAX_SAMPLES: u32 = 64;
 /// range: invalid inputs are counted in `skipped`.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// World position of the scene's (0, 0, 0) [m]: distant scenes are re-centred.
+    /// World position of the scene's (0, 0, 0) \[m\]: distant scenes are re-centred.
     pub origin: Vec3,
     /// Camera of the picture.
     pub camera: Camera,
-    /// Exposure of the picture [stops]: light is shown 2 to this power as bright.
+    /// Exposure of the picture \[stops\]: light is shown 2 to this power as bright.
     pub exposure: f32,
     /// Samples per pixel of the picture, clamped to 1..=[`MAX_SAMPLES`].
     pub samples: u32,
@@ -117,7 +117,7 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// The motion in a scene that is translated [m]; `None` if nothing in it has a position.
+    /// The motion in a scene that is translated \[m\]; `None` if nothing in it has a position.
     fn moved(&self, _by: Vec3) -> Option<Arc<dyn Motion>> {
         None
     }
@@ -139,7 +139,7 @@ pub(crate) mod moved {
 }
 
 impl Scene {
-    /// Sample offsets from the pixel's centre [pixels]: the R2 sequence (Roberts 2018), with its mean at
+    /// Sample offsets from the pixel's centre \[pixels\]: the R2 sequence (Roberts 2018), with its mean at
     /// the centre.
     pub fn sample_offsets(&self) -> impl Iterator<Item = Vec2> {
         const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
@@ -149,7 +149,7 @@ impl Scene {
         (0..count).map(move |i| (offset(i) - mean).as_vec2())
     }
 
-    /// Places of the samples on the lens [m], to the right and up: a spiral of equal areas around its middle (Vogel 1979).
+    /// Places of the samples on the lens \[m\], to the right and up: a spiral of equal areas around its middle (Vogel 1979).
     pub fn lens_points(&self) -> impl Iterator<Item = Vec2> {
         let count = self.samples.clamp(1, MAX_SAMPLES);
         let radius = self.lens.radius;
@@ -201,7 +201,7 @@ impl Scene {
     /// Frames per second where frames are numbered.
     pub const FRAME_RATE: f64 = 24.0;
 
-    /// Sets the animated parts to their state at a time [s].
+    /// Sets the animated parts to their state at a time \[s\].
     pub fn set_time(&mut self, seconds: f64) {
         phase!("generate");
         for reason in moved::ALL {

@@ -21,7 +21,7 @@ pub enum Receiver {
 /// allocated anew, by kernels that may be compiled first (`Shadows::pending`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowSettings {
-    /// Edge of a view's map [texels], [`MIN_MAP_SIZE`]..=[`MAX_MAP_SIZE`]. Default 1024.
+    /// Edge of a view's map \[texels\], [`MIN_MAP_SIZE`]..=[`MAX_MAP_SIZE`]. Default 1024.
     pub size: u32,
     /// How receivers read the maps. Default [`Receiver::Nearest`].
     pub receiver: Receiver,
@@ -29,14 +29,14 @@ pub struct ShadowSettings {
     pub nodes: u32,
     /// Shadow filter of lights without their own. Default [`ShadowFilter::Spline`].
     pub filter: ShadowFilter,
-    /// Distance behind a stored depth from which a receiver is shadowed, 0 or more [m]; for lights without their own.
+    /// Distance behind a stored depth from which a receiver is shadowed, 0 or more \[m\]; for lights without their own.
     /// Default 0.01.
     pub bias: f32,
     /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels, 0 or more
-    /// [texels]; for lights without their own. Default 0.
+    /// \[texels\]; for lights without their own. Default 0.
     pub slope_bias: f32,
     /// Normal offset of a lit point before the look-up, in addition to what a filter wider than the default
-    /// needs, 0 or more [texels]; for lights without their own. Default 1.5.
+    /// needs, 0 or more \[texels\]; for lights without their own. Default 1.5.
     pub normal_bias: f32,
     /// Pair capacity of one batch of views, 16 bytes a pair, at most [`MAX_PAIRS`]; past it, tiles are walked some at a
     /// time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: memory is taken for what a frame
@@ -50,7 +50,7 @@ pub struct ShadowSettings {
     /// Whether dithered casters use a threshold of their own per channel. Default false.
     pub colored: bool,
     /// Radius of the window over which filter maps and curves are blurred by a Gaussian,
-    /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window [texels]. Default 0: no blur.
+    /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window \[texels\]. Default 0: no blur.
     pub blur: u32,
     /// Whether pictures of a scene have further maps of finer texels where they show edges of shadows in coarse ones. Default
     /// false; a scene file's is true. What a host renders has its own views.
@@ -134,11 +134,11 @@ pub const MAX_AIR_STEPS: u32 = 256;
 /// The `[clusters]` table of a scene: the froxels of the camera's lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterSettings {
-    /// Edge of a cluster on the screen [pixels], 16..=256. Default 32.
+    /// Edge of a cluster on the screen \[pixels\], 16..=256. Default 32.
     pub tile: u32,
     /// Slices in depth, 1..=64. Default 24.
     pub slices: u32,
-    /// End of the first slice [m]; a hundredth of the camera's far plane when `None`.
+    /// End of the first slice \[m\]; a hundredth of the camera's far plane when `None`.
     pub near: Option<f32>,
     /// Capacity of the light lists of all clusters together; clusters past it are shaded with all lights.
     /// 0: all clusters are. Default 2^22, of 4 bytes each.
@@ -158,15 +158,15 @@ impl Default for ClusterSettings {
     }
 }
 
-/// Largest edge of a map: a tile's coordinates must fit 8 bits [texels].
+/// Largest edge of a map: a tile's coordinates must fit 8 bits \[texels\].
 pub const MAX_MAP_SIZE: u32 = 4096;
-/// Smallest edge of a map: one tile [texels].
+/// Smallest edge of a map: one tile \[texels\].
 pub const MIN_MAP_SIZE: u32 = 16;
 
 /// Largest pair capacity of one batch: the size of a sort's textures.
 pub const MAX_PAIRS: u32 = 1 << 26;
 
-/// Widest blur of maps [texels].
+/// Widest blur of maps \[texels\].
 pub const MAX_BLUR: u32 = 16;
 /// Standard deviations from the middle of a blur's window to its end.
 pub const BLUR_DEVIATIONS: f32 = 2.0;

@@ -5,16 +5,16 @@ use glam::{Mat3, Mat4, Vec3, Vec4};
 /// A vertex of a [`Strand`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrandVertex {
-    /// World space [m].
+    /// World space \[m\].
     pub position: Vec3,
-    /// At least 0; 0 for a tip [m].
+    /// At least 0; 0 for a tip \[m\].
     pub radius: f32,
     /// Linear rgba, 0..=1 (rgb 16 with `gain`); multiplies the material's tint. A capsule has the mean of its ends.
     pub color: Vec4,
 }
 
 impl StrandVertex {
-    /// A white opaque vertex; position in world space [m], radius [m].
+    /// A white opaque vertex; position in world space \[m\], radius \[m\].
     pub fn new(position: impl Into<[f32; 3]>, radius: f32) -> Self {
         Self { position: position.into().into(), radius, color: Vec4::ONE }
     }
@@ -35,9 +35,9 @@ pub struct Strand {
 /// One segment of a strand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
-    /// Ends, world space [m].
+    /// Ends, world space \[m\].
     pub ends: [Vec3; 2],
-    /// Radii at the ends [m].
+    /// Radii at the ends \[m\].
     pub radii: [f32; 2],
     /// Unit normals of the planes through the ends, both from the first end to the second.
     pub planes: [Vec3; 2],
@@ -128,7 +128,7 @@ impl Strand {
         ways.iter().enumerate().map(capsule).collect()
     }
 
-    /// Box around it, world space [m].
+    /// Box around it, world space \[m\].
     pub fn bounds(&self) -> Bounds {
         let capsules = self.capsules();
         capsules.iter().fold(Bounds::EMPTY, |all, capsule| {
@@ -139,7 +139,7 @@ impl Strand {
 }
 
 impl Capsule {
-    /// Radii of the spheres around its ends, within whose convex hull it is [m].
+    /// Radii of the spheres around its ends, within whose convex hull it is \[m\].
     pub fn reaches(&self) -> [f32; 2] {
         let along = self.ends[1] - self.ends[0];
         let length = along.length();

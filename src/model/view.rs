@@ -1,7 +1,7 @@
 //! Views: shadow cameras, and the picture's camera.
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
-/// Edge of a tile [texels]. WGSL: `wgsl/records/view.wgsl`.
+/// Edge of a tile \[texels\]. WGSL: `wgsl/records/view.wgsl`.
 pub const TILE_SIZE: u32 = 16;
 
 /// Projection of a view.
@@ -57,13 +57,13 @@ pub struct View {
     pub role: ViewRole,
     /// Projection of its rays.
     pub projection: Projection,
-    /// Size of the map [texels].
+    /// Size of the map \[texels\].
     pub size: UVec2,
-    /// First depth along the view axis [m]; not below 0 in perspective.
+    /// First depth along the view axis \[m\]; not below 0 in perspective.
     pub near: f32,
-    /// Last depth along the view axis [m].
+    /// Last depth along the view axis \[m\].
     pub far: f32,
-    /// World space to view space: x right, y up, looking along -z [m].
+    /// World space to view space: x right, y up, looking along -z \[m\].
     pub view_from_world: Mat4,
     /// Texels per metre (orthographic), or per metre at 1 m along the axis (perspective).
     pub scale: f32,

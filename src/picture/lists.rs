@@ -10,7 +10,7 @@ use crate::{
     },
     stage::{
         features::{Features, Flags},
-        shade::{CLIP, NO_LIST, PointBatch, point_grid},
+        shade::{CLIP, PointBatch, point_grid},
         sort::PAIR_FORMAT,
     },
 };
@@ -66,12 +66,7 @@ impl CameraList {
         let list = List::new(&mut context, camera_list, views, 1, plan.tile_count)?;
         let mut clips = Vec::new();
         if let Some(clipped) = &clipped {
-            let batch = PointBatch {
-                first: 0,
-                count: camera_list.footprint_count,
-                has_normals: 0,
-                list: NO_LIST,
-            };
+            let batch = PointBatch::of(0, camera_list.footprint_count);
             let batch = context.allocator.uniform("point_batch", &batch);
             let groups = point_grid(camera_list.footprint_count);
             let gaussians = camera_list.features.has(Flags::HAS_GAUSSIANS);

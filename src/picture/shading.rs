@@ -12,11 +12,10 @@ use crate::{
     frame::{Commands, Dispatch, Work},
     gpu::{Allocator, KernelDesc, Resources},
     model::{Material, Scene},
-    records::LATTICE_POINTS,
     shadows::{Shadows, masks::MaskMemory},
     stage::{
         features::{Features, Flags},
-        shade::{self, NO_LIST, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
+        shade::{self, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
     },
 };
 use wgpu::Buffer;
@@ -123,6 +122,7 @@ pub(super) struct Shading {
 pub(super) struct ToShade<'a, 'b> {
     pub allocator: &'a mut Allocator<'b>,
     pub shadows: &'a Shadows,
+    pub materials: &'a [Material],
     pub features: ShadeFeatures,
     /// Opaque and blended casters.
     pub lists: &'a [CameraList; 2],
@@ -204,7 +204,7 @@ impl ToShade<'_, '_> {
         let mut runs = Vec::new();
         for first in (0..count).step_by(at_a_time as usize) {
             let count = at_a_time.min(count - first);
-            let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
+            let batch = PointBatch::of(first, count);
             let buffer = self.allocator.uniform("point_batch", &batch);
             let resources = resources
                 .clone()
@@ -222,20 +222,27 @@ impl ToShade<'_, '_> {
     fn bricks(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let features = self.features.casters;
-        let bricks = self.shadows.casters()?.brick_records();
-        let end = bricks.end * LATTICE_POINTS;
+        let bricks = self.shadows.casters()?.bricks();
+        let grids: Vec<_> = bricks.grids().collect();
+        let firsts = grids.iter().map(|(_, record)| record.first_point);
+        let ends = firsts.skip(1).chain([bricks.lattice_points]);
         let mut runs = Vec::new();
-        for first in (bricks.start * LATTICE_POINTS..end).step_by(at_a_time as usize) {
-            let count = at_a_time.min(end - first);
-            let batch = PointBatch { first, count, has_normals: 0, list: NO_LIST };
-            let buffer = self.allocator.uniform("point_batch", &batch);
-            let resources = resources
-                .clone()
-                .with("lit", &self.targets.brick_lights)
-                .with("point_batch", &buffer);
-            let groups = point_grid(count);
-            runs.push(self.run(&shade::BRICKS, features, &resources, groups)?);
-            runs.push(self.run(shade::light_points(features), features, &resources, groups)?);
+        for (&(grid, record), end) in grids.iter().zip(ends) {
+            let material = &self.materials[record.material as usize];
+            let own_shadow = features.nodes > 0 && record.is_own_shadow(material);
+            for first in (record.first_point..end).step_by(at_a_time as usize) {
+                let count = at_a_time.min(end - first);
+                let own_shadow = u32::from(own_shadow);
+                let batch = PointBatch { grid, own_shadow, ..PointBatch::of(first, count) };
+                let buffer = self.allocator.uniform("point_batch", &batch);
+                let resources = resources
+                    .clone()
+                    .with("lit", &self.targets.brick_lights)
+                    .with("point_batch", &buffer);
+                let groups = point_grid(count);
+                runs.push(self.run(&shade::BRICKS, features, &resources, groups)?);
+                runs.push(self.run(shade::light_points(features), features, &resources, groups)?);
+            }
         }
         Ok(runs)
     }

@@ -2,7 +2,7 @@
 use crate::model::Air;
 use glam::{UVec2, Vec3};
 
-/// Edge of a column [pixels]. WGSL: `wgsl/records/air_params.wgsl`.
+/// Edge of a column \[pixels\]. WGSL: `wgsl/records/air_params.wgsl`.
 pub const AIR_CELL: u32 = 4;
 
 crate::records::gpu_struct! {

@@ -38,7 +38,7 @@ pub const AREA_SUN: u32 = 2;
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/area.wgsl`.
     pub struct GpuArea {
-        /// First of [`Source::half_axes`] of a part of the source, world space [m]; for a sun its x is a slope.
+        /// First of [`Source::half_axes`] of a part of the source, world space \[m\]; for a sun its x is a slope.
         pub right: Vec3,
         pub kind: u32,
         pub up: Vec3,
@@ -73,7 +73,7 @@ pub struct LeveledView {
     pub pad: u32,
 }
 
-/// Size of level `level` without its border [blocks].
+/// Size of level `level` without its border \[blocks\].
 pub fn level_size(size: UVec2, level: u32) -> UVec2 {
     UVec2::new(size.x.div_ceil(1 << level), size.y.div_ceil(1 << level))
 }

@@ -2,7 +2,7 @@
 use super::pcg;
 use std::sync::OnceLock;
 
-/// Edge of the tile [cells].
+/// Edge of the tile \[cells\].
 pub const BLUE_SIZE: u32 = 64;
 const COUNT: usize = (BLUE_SIZE * BLUE_SIZE) as usize;
 /// Standard deviation of the Gaussian that measures clusters [cells].

@@ -1,6 +1,9 @@
 //! Bricks of grids as kernels read them.
-use crate::model::{BRICK_EDGE, BRICK_SIZE, Brick, Density, Grid, Particle, Voxels};
-use glam::{DMat3, IVec3, Mat3, UVec2, UVec3, Vec3, Vec4};
+use crate::model::{
+    BRICK_EDGE, BRICK_SIZE, Brick, Class, Density, Grid, Material, Particle, Receives, Voxels,
+};
+use glam::{DMat3, IVec3, Mat3, UVec2, UVec3, Vec3, Vec3A, Vec4};
+use half::f16;
 use std::{
     borrow::Cow,
     ops::{Range, RangeTo},
@@ -8,12 +11,17 @@ use std::{
 
 /// Texels of a [`BrickRecord`].
 pub const BRICK_TEXELS: u32 = 2;
-/// Size of a brick's slot in `voxels` [texels]: a texel has the voxels of four lines along x.
+/// Size of a brick's slot in `voxels` \[texels\]: a texel has the voxels of four lines along x.
 pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
-/// Points along an edge of the lattice at which a brick's light is evaluated.
+/// Points along an edge of the lattice at which the light of a brick of a thin grid is evaluated: two voxels apart.
 pub const LATTICE_EDGE: u32 = 5;
-/// Points of the lattice.
-pub const LATTICE_POINTS: u32 = LATTICE_EDGE * LATTICE_EDGE * LATTICE_EDGE;
+/// The same of a dense grid: the first for which there is room.
+const DENSE_EDGES: [u32; 2] = [13, 9];
+/// Optical depth of a voxel above which a grid is dense. At this depth light that is linear over two voxels is off by a
+/// twentieth of the brightest where a cloud has an edge.
+const DENSE: f32 = 0.25;
+/// Points of all lattices up to which those of dense grids are fine: 32 MiB of light.
+const MOST_POINTS: u32 = 1 << 21;
 /// Records of bricks that a [`GridRecord`] takes the place of.
 const GRID_RECORDS: u32 = 4;
 /// [`BrickRecord::density`] of a brick with voxels of its own.
@@ -26,16 +34,23 @@ crate::records::texel_struct! {
     /// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
     pub struct GridRecord {
         /// Rows of the linear part of index from world space [voxels/m]; behind each a coordinate of the anchor, world
-        /// space [m].
+        /// space \[m\].
         pub rows: [Vec4; 3],
-        /// Edges of a voxel, world space [m]; behind each the extinction of density 1 in a channel [1/m].
+        /// Edges of a voxel, world space \[m\]; behind each the extinction of density 1 in a channel [1/m].
         pub edges: [Vec4; 3],
         /// `g` of its phase function.
         pub anisotropy: f32,
         pub material: u32,
         /// Radiance of what is opaque and at 1500 K, in red.
         pub emission: f32,
-        pub unused: [u32; 5],
+        pub unused: u32,
+        /// Points along an edge of the lattices at which the light of its bricks is evaluated.
+        pub lattice_edge: u32,
+        /// Record of its first brick.
+        pub first_brick: u32,
+        /// First point of the first brick's lattice, among those of all bricks.
+        pub first_point: u32,
+        pub unused_word: u32,
     }
 }
 
@@ -46,7 +61,7 @@ crate::records::texel_struct! {
         pub origin: IVec3,
         /// First texel of the grid's record.
         pub grid: u32,
-        /// Its first texel in `voxels`; of a brick of constant density its size [voxels].
+        /// Its first texel in `voxels`; of a brick of constant density its size \[voxels\].
         pub first_texel: UVec3,
         /// Its density, if it is constant; negative for voxels of its own.
         pub density: f32,
@@ -62,6 +77,8 @@ pub struct Bricks {
     pub particles: Vec<Particle>,
     /// Voxels of the bricks that have some, in order, behind each its temperatures if it has some: one a slot.
     pub voxels: Vec<Voxels>,
+    /// Points of the lattices of all bricks.
+    pub lattice_points: u32,
     /// Slots of `voxels` in a row, and rows in a layer.
     slots: UVec2,
 }
@@ -82,9 +99,56 @@ impl GridRecord {
             anisotropy: grid.anisotropy,
             material: grid.material,
             emission: grid.emission,
-            unused: [0; 5],
+            unused: 0,
+            lattice_edge: LATTICE_EDGE,
+            first_brick: 0,
+            first_point: 0,
+            unused_word: 0,
         }
     }
+
+    /// Points of a brick's lattice.
+    pub fn lattice_points(&self) -> u32 {
+        self.lattice_edge.pow(3)
+    }
+
+    /// Whether a point in a brick is shadowed by that brick's own voxels, not by what a curve keeps of them.
+    pub fn is_own_shadow(&self, material: &Material) -> bool {
+        let by_curve = matches!(material.receives, Receives::Curve | Receives::Others);
+        self.lattice_edge > LATTICE_EDGE && by_curve && Class::of(material).casts()
+    }
+}
+
+/// Whether some voxel of a grid, or some eighth of a box of constant density, is of an optical depth above [`DENSE`].
+fn is_dense(grid: &Grid) -> bool {
+    let linear = grid.world_from_index.matrix3;
+    let edges = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3A::length);
+    let of_density =
+        grid.factor * grid.extinction.max_element() * edges.into_iter().fold(0.0, f32::max);
+    grid.bricks.iter().any(|brick| {
+        let most = match &brick.density {
+            // Halves that are not negative are in the order of their bits.
+            Density::Voxels(voxels) => {
+                f16::from_bits(voxels.bits().iter().copied().max().unwrap_or(0)).to_f32()
+            }
+            Density::Constant { size, density } => {
+                density * size.max_element() as f32 / BRICK_SIZE as f32
+            }
+        };
+        most * of_density > DENSE
+    })
+}
+
+/// Points along an edge of the lattices of a grid, behind `first_point` others.
+fn lattice_edge(grid: &Grid, first_point: u32) -> u32 {
+    if !is_dense(grid) {
+        return LATTICE_EDGE;
+    }
+    let fits = |edge: &u32| {
+        let points = grid.bricks.len() as u64 * u64::from(edge.pow(3));
+        u64::from(first_point) + points <= u64::from(MOST_POINTS)
+    };
+    DENSE_EDGES.into_iter().find(fits).unwrap_or(LATTICE_EDGE)
 }
 
 /// The voxel in the middle of a grid's bricks.
@@ -111,8 +175,20 @@ impl Bricks {
     /// `slots`: slots of `voxels` in a row, and rows in a layer.
     pub fn new(grids: &[Grid], slots: UVec2) -> Self {
         let mut all = Self { slots, ..Self::default() };
+        let mut first_brick = grids.len() as u32 * GRID_RECORDS;
         for grid in grids {
-            let record = GridRecord::new(grid, anchor(grid));
+            let first_point = all.lattice_points;
+            let lattice_edge = lattice_edge(grid, first_point);
+            let record = GridRecord {
+                lattice_edge,
+                first_brick,
+                first_point,
+                ..GridRecord::new(grid, anchor(grid))
+            };
+            let bricks = grid.bricks.len() as u32;
+            first_brick += bricks;
+            all.lattice_points =
+                first_point.saturating_add(bricks.saturating_mul(record.lattice_points()));
             all.records.extend_from_slice(bytemuck::cast_slice::<_, BrickRecord>(&[record]));
         }
         for (index, grid) in (0..).zip(grids) {
@@ -172,7 +248,7 @@ impl Bricks {
         ((first_texel.z * self.slots.y + first_texel.y) * self.slots.x + first_texel.x) as usize
     }
 
-    /// Half edges of the box of the brick that record `id` is of, world space [m].
+    /// Half edges of the box of the brick that record `id` is of, world space \[m\].
     pub fn half_edges(&self, id: u32) -> [Vec3; 3] {
         let brick = &self.records[id as usize];
         let size = brick.size() * 0.5;
@@ -182,7 +258,18 @@ impl Bricks {
 
     /// The record of a brick's grid.
     pub fn grid(&self, brick: &BrickRecord) -> GridRecord {
-        let first = (brick.grid / BRICK_TEXELS) as usize;
+        self.grid_at(brick.grid)
+    }
+
+    /// First texels of the grids' records, and these.
+    pub fn grids(&self) -> impl Iterator<Item = (u32, GridRecord)> {
+        let end = self.brick_records().start * BRICK_TEXELS;
+        let first_texels = (0..end).step_by((GRID_RECORDS * BRICK_TEXELS) as usize);
+        first_texels.map(|first| (first, self.grid_at(first)))
+    }
+
+    fn grid_at(&self, first_texel: u32) -> GridRecord {
+        let first = (first_texel / BRICK_TEXELS) as usize;
         let records = &self.records[first..first + GRID_RECORDS as usize];
         bytemuck::pod_read_unaligned(bytemuck::cast_slice(records))
     }
@@ -194,7 +281,7 @@ impl BrickRecord {
         usize::from(self.density < 0.0) + usize::from(self.density == HOT_VOXELS)
     }
 
-    /// Edges of its box [voxels].
+    /// Edges of its box \[voxels\].
     pub fn size(&self) -> Vec3 {
         let of_voxels = UVec3::splat(BRICK_SIZE);
         if self.density < 0.0 { of_voxels.as_vec3() } else { self.first_texel.as_vec3() }

@@ -10,17 +10,17 @@ pub const CAPSULE_RECORDS: u32 = 2;
 crate::records::texel_struct! {
     /// A segment of a strand, behind the particles and Gaussians in `casters`.
     pub struct CapsuleRecord {
-        /// First end, world space [m].
+        /// First end, world space \[m\].
         pub first: Vec3,
-        /// Radius there [m].
+        /// Radius there \[m\].
         pub first_radius: f32,
         /// Unit normal of the plane through it; both are from the first end to the last.
         pub first_plane: Vec3,
         /// Seed of dither patterns: the strand's, at the place of a particle's.
         pub id: u32,
-        /// Last end, world space [m].
+        /// Last end, world space \[m\].
         pub last: Vec3,
-        /// Radius there [m].
+        /// Radius there \[m\].
         pub last_radius: f32,
         /// Unit normal of the plane through it.
         pub last_plane: Vec3,

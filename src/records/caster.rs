@@ -9,9 +9,9 @@ pub const CASTER_TEXELS: u32 = 2;
 crate::records::texel_struct! {
     /// A particle as kernels read it.
     pub struct Caster {
-        /// World space [m].
+        /// World space \[m\].
         pub center: Vec3,
-        /// Radius [m].
+        /// Radius \[m\].
         pub radius: f32,
         /// Red and green, unorm16; divided by 16 for a `gain` material.
         pub red_green: u32,

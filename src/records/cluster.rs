@@ -6,7 +6,7 @@ use glam::{UVec3, Vec2, Vec3};
 /// Most words of light bits, 32 lights each: 8 MiB. It keeps every invocation far below the 65,535
 /// iterations that llvmpipe allows.
 const MAX_WORDS: u32 = 1 << 21;
-/// Largest edge of a cluster [pixels].
+/// Largest edge of a cluster \[pixels\].
 pub const MAX_TILE: u32 = 256;
 /// Header of a cluster whose list did not fit. WGSL: `wgsl/records/cluster.wgsl`.
 pub const ALL_LIGHTS: u32 = u32::MAX;
@@ -20,7 +20,7 @@ crate::records::gpu_struct! {
         pub light_count: u32,
         /// Words of light bits per cluster.
         pub word_count: u32,
-        /// Capacity of all lists together [lights].
+        /// Capacity of all lists together \[lights\].
         pub capacity: u32,
         pub pad: u32,
     }
@@ -34,7 +34,7 @@ crate::records::gpu_struct! {
         pub needed: u32,
         /// Clusters whose list did not fit, which are shaded with all lights.
         pub overflowed: u32,
-        /// Length of the longest list [lights].
+        /// Length of the longest list \[lights\].
         pub longest: u32,
         pub pad: u32,
     }
@@ -45,16 +45,16 @@ crate::records::gpu_struct! {
 pub struct Grid {
     /// Number of cells in x, y and depth.
     pub cells: UVec3,
-    /// Edge of a cluster [pixels].
+    /// Edge of a cluster \[pixels\].
     pub tile: u32,
-    /// End of the first slice [m].
+    /// End of the first slice \[m\].
     pub first_slice: f32,
     pub slices_per_doubling: f32,
-    /// Near plane of the camera [m].
+    /// Near plane of the camera \[m\].
     pub near: f32,
-    /// Distance from the camera's near to its far plane [m].
+    /// Distance from the camera's near to its far plane \[m\].
     pub depth_range: f32,
-    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths [m]. Padded by the
+    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths \[m\]. Padded by the
     /// rounding error of a point.
     pub bounds: Vec<[f32; 2]>,
 }
@@ -172,7 +172,7 @@ pub const UNIT: f32 = 8192.0;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Reach {
-    /// Centre of the sphere: x to the right, y down, z along the view axis [m].
+    /// Centre of the sphere: x to the right, y down, z along the view axis \[m\].
     pub center: Vec3,
     /// Reciprocal of the radius [1/m]; 0: everywhere.
     pub per_radius: f32,

@@ -11,20 +11,20 @@ crate::records::gpu_struct! {
     pub struct ConvertParams {
         /// The host's clip space from our view space.
         pub clip_from_view: Mat4,
-        /// Size of the map [texels].
+        /// Size of the map \[texels\].
         pub size: Vec2,
         /// Same as [`GpuView::scale`](super::GpuView::scale).
         pub scale: f32,
         /// 1 for a perspective view, 0 for an orthographic one.
         pub perspective: f32,
-        /// Near plane [m].
+        /// Near plane \[m\].
         pub near: f32,
-        /// Far plane [m].
+        /// Far plane \[m\].
         pub far: f32,
-        /// Position of the map in the atlas [texels].
+        /// Position of the map in the atlas \[texels\].
         pub origin: UVec2,
         pub layer: u32,
-        /// Width of the atlas [texels].
+        /// Width of the atlas \[texels\].
         pub width: u32,
         /// 1: alpha is the host's depth of the nearest translucent hit.
         pub has_depth: u32,

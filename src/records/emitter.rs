@@ -27,15 +27,15 @@ crate::records::gpu_struct! {
         pub evolve: f32,
         pub gravity: f32,
         pub buoyancy: f32,
-        /// Shortest lifetime [s].
+        /// Shortest lifetime \[s\].
         pub life_least: f32,
-        /// Longest lifetime [s].
+        /// Longest lifetime \[s\].
         pub life_most: f32,
         pub bounce: f32,
         pub slide: f32,
-        /// The least number without a ground [m].
+        /// The least number without a ground \[m\].
         pub ground: f32,
-        /// Time from one particle to the next [s].
+        /// Time from one particle to the next \[s\].
         pub period: f32,
         pub box_count: u32,
         /// Largest number of particles that are alive at once.
@@ -49,9 +49,9 @@ crate::records::gpu_struct! {
         pub first_birth: f32,
         /// Number of particles started before each of the steps, and after the last.
         pub started: [[u32; 4]; 3],
-        /// Lower and upper corners of the collision boxes [m].
+        /// Lower and upper corners of the collision boxes \[m\].
         pub boxes: [Vec4; 2 * MAX_BOXES],
-        /// Time from the dispatch's step on [s], and the emitter's offset [m].
+        /// Time from the dispatch's step on \[s\], and the emitter's offset \[m\].
         pub path: [Vec4; PATH_ROWS],
     }
 }
@@ -135,7 +135,7 @@ crate::records::gpu_struct! {
         /// Slots of the ring.
         pub capacity: u32,
         pub seed: u32,
-        /// Time since the last step [steps].
+        /// Time since the last step \[steps\].
         pub part: f32,
         pub material: u32,
         pub first_id: u32,
@@ -145,7 +145,7 @@ crate::records::gpu_struct! {
         pub pad_0: u32,
         pub pad_1: u32,
         pub pad_2: u32,
-        /// Radii at even distances over a life [m].
+        /// Radii at even distances over a life \[m\].
         pub radii: [[f32; 4]; MAX_STOPS / 4],
         /// Colours and alphas, each at even distances of its own.
         pub shades: [Vec4; MAX_STOPS],
@@ -190,7 +190,7 @@ crate::records::gpu_struct! {
         pub position: Vec3,
         pub number: u32,
         pub velocity: Vec3,
-        /// Age in the low, lifetime in the high 16 bits [steps].
+        /// Age in the low, lifetime in the high 16 bits \[steps\].
         pub age_life: u32,
     }
 }

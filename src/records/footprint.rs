@@ -15,7 +15,7 @@ pub const GAUSSIAN_MARK: u32 = 0xffff;
 /// The same of a capsule.
 pub const CAPSULE_MARK: u32 = 0xfffe;
 /// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel, so that
-/// one texel's centre is always hit [texels].
+/// one texel's centre is always hit \[texels\].
 pub const MIN_RADIUS: f32 = std::f32::consts::FRAC_1_SQRT_2;
 /// Bits of the depth key. For commutative transfers the order only serves early termination.
 pub const DEPTH_BITS: u32 = 16;
@@ -34,19 +34,19 @@ pub const BRICK_SEGMENT: u32 = 512;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Footprint {
-    /// Centre in the view's map [texels]; for a triangle, of its bounding square; for a particle beside the
-    /// view ([`Self::beside`]) its offset to the right and down [m].
+    /// Centre in the view's map \[texels\]; for a triangle, of its bounding square; for a particle beside the
+    /// view ([`Self::beside`]) its offset to the right and down \[m\].
     pub center: Vec2,
-    /// Orthographic: radius [texels]. Perspective: radius over distance from the light. Triangle: half the
-    /// side of the bounding square [texels]. Negative for a particle without a centre in the map
-    /// ([`Self::beside`]): minus its radius [m]. Gaussian: where it ends, in standard deviations; negative if it is
-    /// beside the view. Capsule: how far it reaches from its axis [texels]; negative if an end is beside the view.
+    /// Orthographic: radius \[texels\]. Perspective: radius over distance from the light. Triangle: half the
+    /// side of the bounding square \[texels\]. Negative for a particle without a centre in the map
+    /// ([`Self::beside`]): minus its radius \[m\]. Gaussian: where it ends, in standard deviations; negative if it is
+    /// beside the view. Capsule: how far it reaches from its axis \[texels\]; negative if an end is beside the view.
     pub radius: f32,
     /// Light depth of the centre; for a triangle the smallest; for a particle without a centre in the map
-    /// its distance along the axis [m].
+    /// its distance along the axis \[m\].
     pub depth: f32,
     /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material. Capsule: half of its axis, to the
-    /// right, as bits [texels]; and in `blue_slope` downwards.
+    /// right, as bits \[texels\]; and in `blue_slope` downwards.
     pub red_green: u32,
     /// Blue, unorm16, and the slope of the thinned opacity, f16.
     pub blue_slope: u32,

@@ -22,7 +22,7 @@ crate::records::texel_struct! {
     pub struct GaussianAxes {
         /// Unit quaternion x, y, z, w: from its own space to the world.
         pub rotation: [f32; 4],
-        /// Standard deviations [m].
+        /// Standard deviations \[m\].
         pub sigma: Vec3,
         /// Seed of dither patterns.
         pub id: u32,
@@ -77,7 +77,7 @@ impl Caster {
 crate::records::texel_struct! {
     /// A Gaussian projected to one view: what its hit test needs.
     ///
-    /// With `delta` the vector from the reference to the texel's centre [texels] and
+    /// With `delta` the vector from the reference to the texel's centre \[texels\] and
     /// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's own space is
     /// `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, and it is met at `e / (e^2 + spread |u|^2)` times the
     /// centre's distance along the axis. Orthographic: `q^2 = |u|^2`, met at the centre's light depth less `tilt . u`.

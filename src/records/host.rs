@@ -3,17 +3,17 @@ use super::gaussian::gaussian_marks;
 use crate::model::{GaussianOpacity, Material};
 use glam::{UVec2, UVec3, Vec3};
 
-/// Farthest position of a host caster from the origin along each axis [m].
+/// Farthest position of a host caster from the origin along each axis \[m\].
 pub const MAX_COORDINATE: f32 = 1e7;
 
-/// Half a quad's diagonal, rounded up [radii].
+/// Half a quad's diagonal, rounded up \[radii\].
 pub const DIAGONAL: f32 = 1.4143;
 
 crate::records::gpu_struct! {
     /// Parameters of `load` for a set of casters.
     #[derive(Default)]
     pub struct LoadParams {
-        /// Capacity of the set [casters].
+        /// Capacity of the set \[casters\].
         pub capacity: u32,
         /// 1: the number of casters is in `host_counts`.
         pub is_counted: u32,
@@ -22,7 +22,7 @@ crate::records::gpu_struct! {
         pub first_group: u32,
         /// Record of the first group's first caster.
         pub first_caster: u32,
-        /// Reach of a quad in its group's box [radii].
+        /// Reach of a quad in its group's box \[radii\].
         pub quad_reach: f32,
         /// 1: a caster without a radius is none, and is not counted.
         pub may_be_none: u32,
@@ -64,7 +64,7 @@ crate::records::gpu_struct! {
     /// A run of casters of a set: one workgroup of `load`.
     #[derive(Default)]
     pub struct HostGroup {
-        /// Lower corner of the box around their spheres, world space [m].
+        /// Lower corner of the box around their spheres, world space \[m\].
         pub low: Vec3,
         /// Number of valid casters: the group's first records.
         pub count: u32,
@@ -88,7 +88,7 @@ crate::records::gpu_struct! {
     /// A grid of the host, and the slots of its bricks.
     #[derive(Default, Eq)]
     pub struct HostGridParams {
-        /// [voxels]
+        /// \[voxels\]
         pub size: UVec3,
         /// Slot of its first brick in `voxels`.
         pub first_slot: u32,

@@ -24,7 +24,7 @@ pub fn image_level_count(size: UVec2) -> u32 {
     size.max_element().max(1).ilog2() + 1
 }
 
-/// Size of a level of an image of `size` [texels].
+/// Size of a level of an image of `size` \[texels\].
 pub fn image_level_size(size: UVec2, level: u32) -> UVec2 {
     (size >> level).max(UVec2::ONE)
 }
@@ -102,7 +102,7 @@ fn covered(i: u32, from: u32, to: u32) -> Covered {
 /// What a sample of a picture stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageDetail {
-    /// Edge of the square that it stands for [pixels].
+    /// Edge of the square that it stands for \[pixels\].
     pub reach: f32,
     /// Mean opacity from which a cutout is solid where its texels are smaller than that: another in each sample, so
     /// that of their mean as much is solid as the texels cover.

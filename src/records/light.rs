@@ -28,7 +28,7 @@ pub const FILTER_SPLINE: u32 = 2;
 pub const FILTER_DISC: u32 = 3;
 /// Fixed-point steps of a disc's radius per texel. WGSL: `wgsl/shade/taps.wgsl`.
 pub const RADIUS_STEPS: f32 = 256.0;
-/// Half the support of the spline [texels]. WGSL: `wgsl/shade/taps.wgsl`.
+/// Half the support of the spline \[texels\]. WGSL: `wgsl/shade/taps.wgsl`.
 pub const SPLINE_REACH: f32 = 1.5;
 /// Most taps of all lights of a picture together: a point that evaluates them stays below the 65,535
 /// iterations that llvmpipe allows an invocation.
@@ -49,7 +49,7 @@ const LEAST_FALL: f32 = 1e-3;
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/light.wgsl`.
     pub struct GpuLight {
-        /// Position, world space [m].
+        /// Position, world space \[m\].
         pub position: Vec3,
         pub kind: u32,
         /// Direction in which light travels: unit, world space.
@@ -71,11 +71,11 @@ crate::records::gpu_struct! {
         /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
         /// radius [1/256 texel].
         pub taps: u32,
-        /// Depth bias [m].
+        /// Depth bias \[m\].
         pub bias: f32,
-        /// Slope-scaled bias [texels].
+        /// Slope-scaled bias \[texels\].
         pub slope_bias: f32,
-        /// Normal offset [texels].
+        /// Normal offset \[texels\].
         pub normal_bias: f32,
     }
 }

@@ -28,7 +28,7 @@ pub struct ViewMaps {
 /// The lit picture.
 #[derive(Clone, Debug, Default)]
 pub struct Picture {
-    /// Width and height [pixels].
+    /// Width and height \[pixels\].
     pub size: UVec2,
     /// sRGB, rows from the top.
     pub rgb: Vec<[u8; 3]>,

@@ -18,7 +18,7 @@ pub const JOINED_BIT: u32 = 1 << 30;
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/mask.wgsl`.
     pub struct MaskParams {
-        /// Size of the masks that are computed [pixels].
+        /// Size of the masks that are computed \[pixels\].
         pub size: UVec2,
         /// Pixels of the picture per pixel of the masks, along an edge.
         pub step: u32,
@@ -26,7 +26,7 @@ crate::records::gpu_struct! {
         pub taps: u32,
         /// Edge-stopping strength, as [`MaskSettings::sensitivity`].
         pub sensitivity: f32,
-        /// Distance up to which the blur has its full width [m]; 0: everywhere.
+        /// Distance up to which the blur has its full width \[m\]; 0: everywhere.
         pub depth_scale: f32,
         /// 1: a column is blurred, 0: a row.
         pub column: u32,
@@ -77,7 +77,7 @@ pub struct MaskSlots {
     pub unmasked: u32,
 }
 
-/// Part of the picture that a light reaches: slopes to the right and down, and depths [m].
+/// Part of the picture that a light reaches: slopes to the right and down, and depths \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScreenBounds {
     low: DVec3,
@@ -255,7 +255,7 @@ fn is_tinted(light: &Light, tinting: &Bounds) -> bool {
     !tinting.is_empty() && nearest.distance(position) <= range
 }
 
-/// Size of the masks of a picture [pixels].
+/// Size of the masks of a picture \[pixels\].
 pub fn mask_size(size: UVec2, half: bool) -> UVec2 {
     if half { (size + 1) / 2 } else { size }
 }

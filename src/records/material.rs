@@ -14,20 +14,20 @@ crate::records::gpu_struct! {
         pub profile: u32,
         /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
         pub texture: u32,
-        /// Size of the texture within its layer [texels].
+        /// Size of the texture within its layer \[texels\].
         pub texture_size: Vec2,
         pub reflectivity: f32,
         pub cutoff: f32,
         pub roughness: f32,
         pub pattern: u32,
-        /// Edge of a cell of the pattern [texels].
+        /// Edge of a cell of the pattern \[texels\].
         pub pattern_scale: u32,
         /// First texel of the blue-noise ranks in the particles' records.
         pub blue_first: u32,
         /// Absorption coefficient inside a closed mesh [1/m]; zero if it is no volume.
         pub absorption: Vec3,
         pub receives: u32,
-        /// Size of the emissive texture within its layer [texels].
+        /// Size of the emissive texture within its layer \[texels\].
         pub emissive_size: Vec2,
         /// Layer of the texture array, [`NO_TEXTURE`] without a texture.
         pub emissive_texture: u32,

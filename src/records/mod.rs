@@ -40,9 +40,7 @@ pub use area::{
 };
 pub use bloom::{bloom_sizes, refraction_levels};
 pub use blue::{BLUE_SIZE, blue_ranks};
-pub use brick::{
-    BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, LATTICE_POINTS, SLOT_SIZE,
-};
+pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, SLOT_SIZE};
 pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use cluster::{

@@ -7,7 +7,7 @@ const USUAL_RADIUS: f32 = 0.1;
 /// Radius of what occludes ambient light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionRadius {
-    /// Everywhere [m].
+    /// Everywhere \[m\].
     pub metres: f32,
     /// Added to it, times the distance along the camera's axis.
     pub per_distance: f32,

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 /// Bits behind the point of heights.
 const HEIGHT_BITS: u32 = 24;
 const MIDDLE_HEIGHT: i32 = 1 << HEIGHT_BITS;
-/// Rounding of what is stored and evaluated, besides the slack of a texel [units].
+/// Rounding of what is stored and evaluated, besides the slack of a texel \[units\].
 pub const OUTLINE_ROUNDING: i32 = 4;
 
 /// The outline of an ellipse in a view's tiles, in integers: whoever counts, lists or clips its tiles decides with the
@@ -18,9 +18,9 @@ pub struct Outline {
     pub first: i32,
     /// Height of a tile [2^-24], 27 bits, and `shift`.
     pub step_shift: u32,
-    /// `lean`, signed, and `width` [units], 16 bits each.
+    /// `lean`, signed, and `width` \[units\], 16 bits each.
     pub lean_width: u32,
-    /// `row` [tiles], 8 bits, and `middle`, signed [units].
+    /// `row` \[tiles\], 8 bits, and `middle`, signed \[units\].
     pub row_middle: u32,
 }
 

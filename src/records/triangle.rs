@@ -14,7 +14,7 @@ pub const BACK_BIT: u32 = 8;
 crate::records::texel_struct! {
     /// A triangle of the scene as kernels read it.
     pub struct TriangleRecord {
-        /// Three world-space positions [m], each followed by the vertex's u.
+        /// Three world-space positions \[m\], each followed by the vertex's u.
         pub positions_u: [Vec4; 3],
         pub v: Vec3,
         pub material: u32,
@@ -46,7 +46,7 @@ impl TriangleRecord {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleSetup {
-    /// A point of the edge's line and the edge's direction: `x, y, dx, dy` [texels]. The edge
+    /// A point of the edge's line and the edge's direction: `x, y, dx, dy` \[texels\]. The edge
     /// function is `dx (py - y) - dy (px - x)`; the inside is where all three are >= 0.
     pub edges: [Vec4; 3],
     /// Factors that turn edge values into perspective-correct weights.

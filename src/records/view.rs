@@ -14,21 +14,21 @@ crate::records::gpu_struct! {
     /// The part of a [`View`] that kernels read. WGSL: `wgsl/records/view.wgsl`.
     pub struct GpuView {
         pub view_from_world: Mat4,
-        /// Size of the map [texels].
+        /// Size of the map \[texels\].
         pub size: Vec2,
         /// Texels per metre (orthographic), or per metre at 1 m along the axis (perspective).
         pub scale: f32,
         /// 1 for a perspective view, 0 for an orthographic one.
         pub perspective: f32,
-        /// Near plane [m].
+        /// Near plane \[m\].
         pub near: f32,
-        /// Far plane [m].
+        /// Far plane \[m\].
         pub far: f32,
         /// First of the view's tiles in its batch.
         pub first_tile: u32,
         /// Tiles per row.
         pub tiles_x: u32,
-        /// Position of the map in the atlas [texels].
+        /// Position of the map in the atlas \[texels\].
         pub origin: UVec2,
         pub layer: u32,
         /// Index of the light; `u32::MAX` for the picture's camera.
@@ -39,14 +39,14 @@ crate::records::gpu_struct! {
         pub role_index: u32,
         /// Number of views of its shadow.
         pub role_count: u32,
-        /// Width over which a window's border fades [texels].
+        /// Width over which a window's border fades \[texels\].
         pub fade: f32,
     }
 }
 
 impl View {
     /// The view in kernel form. `first_tile`: among the tiles of a batch; `origin` and `layer`: of its map's
-    /// rectangle [texels].
+    /// rectangle \[texels\].
     pub fn to_gpu(&self, first_tile: u32, origin: UVec2, layer: u32) -> GpuView {
         let (role_index, role_count) = self.role.index_and_count();
         let (role, fade) = match self.role {

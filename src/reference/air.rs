@@ -40,14 +40,14 @@ impl AirBefore {
 /// square.
 pub const THIN: f32 = 1e-3;
 
-/// Angle at a lamp between two samples [radians]: half a degree.
+/// Angle at a lamp between two samples \[radians\]: half a degree.
 pub const SAMPLE_ANGLE: f32 = 0.008_726_6;
 /// Most samples of a light in a slice.
 pub const MAX_AIR_SAMPLES: u32 = 16;
 /// Most samples of all lights in a slice, unless each has the least: the loops of an invocation share
 /// llvmpipe's 65,535 iterations.
 pub const MAX_LIT_SAMPLES: u32 = 256;
-/// Distance from a lamp below which its light does not rise [m].
+/// Distance from a lamp below which its light does not rise \[m\].
 pub const NEAREST: f32 = 0.01;
 /// Instead of 0 in a divisor.
 pub const TINY: f32 = 1e-20;

@@ -1,6 +1,6 @@
 //! CPU reference of `wgsl/hit/brick_light.wgsl` and `wgsl/shade/shade_bricks.wgsl`: light that a brick sends along a ray
 //! to the eye.
-use crate::records::{BrickRecord, Bricks, GpuView, LATTICE_EDGE, LATTICE_POINTS};
+use crate::records::{BrickRecord, Bricks, GpuView};
 use glam::{UVec3, Vec2, Vec3};
 
 /// Parts of a ray's way through a brick, each of which counts as even.
@@ -8,8 +8,31 @@ pub const THIRDS: u32 = 3;
 /// Optical depth below which a series is more precise.
 pub const SERIES: f32 = 0.02;
 
-/// Light of the lattice of a brick, x first.
-pub type Lattice = [Vec3; LATTICE_POINTS as usize];
+/// Light at a lattice of points over a brick's box, the faces included.
+#[derive(Clone, Debug)]
+pub struct Lattice {
+    /// Points along an edge.
+    pub edge: u32,
+    /// x first.
+    pub light: Vec<Vec3>,
+}
+
+impl Lattice {
+    /// Trilinear between the points; `place` in the box, 0..1.
+    pub(super) fn at(&self, place: Vec3) -> Vec3 {
+        let last = (self.edge - 1) as f32;
+        let at = place.clamp(Vec3::ZERO, Vec3::ONE) * last;
+        let low = at.floor().min(Vec3::splat(last - 1.0));
+        let aside = at - low;
+        let point = |x, y, z| {
+            let [x, y, z] = (low.as_uvec3() + UVec3::new(x, y, z)).to_array();
+            self.light[((z * self.edge + y) * self.edge + x) as usize]
+        };
+        let along_x = |y, z| point(0, y, z).lerp(point(1, y, z), aside.x);
+        let along_y = |z| along_x(0, z).lerp(along_x(1, z), aside.y);
+        along_y(0).lerp(along_y(1), aside.z)
+    }
+}
 
 /// What a ray meets in each third of its way through a brick, as if the density of each were even.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +46,7 @@ pub(super) struct Thirds {
 impl Thirds {
     /// Mean light of what the ray has met, by what was absorbed there.
     pub(super) fn light(&self, lattice: &Lattice) -> Vec3 {
-        let at = |part| interpolated(lattice, self.ends[0].lerp(self.ends[1], part));
+        let at = |part| lattice.at(self.ends[0].lerp(self.ends[1], part));
         let (mut left, mut all, mut sum) = (Vec3::ONE, Vec3::ZERO, Vec3::ZERO);
         let mut before = at(0.0);
         for (tau, end) in self.depths.into_iter().zip([1.0, 2.0, 3.0]) {
@@ -44,29 +67,13 @@ fn mean_way(tau: f32) -> f32 {
     if tau < SERIES { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / (tau.min(80.0).exp() - 1.0) }
 }
 
-/// Trilinear between the points of a lattice; `point` in the box, 0..1.
-fn interpolated(lattice: &Lattice, point: Vec3) -> Vec3 {
-    let last = (LATTICE_EDGE - 1) as f32;
-    let at = point.clamp(Vec3::ZERO, Vec3::ONE) * last;
-    let low = at.floor().min(Vec3::splat(last - 1.0));
-    let aside = at - low;
-    let point = |x, y, z| {
-        let [x, y, z] = (low.as_uvec3() + UVec3::new(x, y, z)).to_array();
-        lattice[((z * LATTICE_EDGE + y) * LATTICE_EDGE + x) as usize]
-    };
-    let along_x = |y, z| point(0, y, z).lerp(point(1, y, z), aside.x);
-    let along_y = |z| along_x(0, z).lerp(along_x(1, z), aside.y);
-    along_y(0).lerp(along_y(1), aside.z)
-}
-
-/// Index of a point in the lattice.
-pub(super) fn lattice_cell(i: u32) -> UVec3 {
-    let edge = LATTICE_EDGE;
-    UVec3::new(i % edge, i / edge % edge, i / (edge * edge))
-}
-
-/// Points of a brick's lattice, world space [m]; `None` where the camera does not see the brick.
-pub(super) fn points_of(bricks: &Bricks, brick: &BrickRecord, view: &GpuView) -> Option<Vec<Vec3>> {
+/// Points of a brick's lattice: their places in the box, 0..1, and world space [m]; `None` where the camera does not see
+/// the brick.
+pub(super) fn points_of(
+    bricks: &Bricks,
+    brick: &BrickRecord,
+    view: &GpuView,
+) -> Option<Vec<(Vec3, Vec3)>> {
     let grid = bricks.grid(brick);
     let (low, size) = (brick.origin.as_vec3(), brick.size());
     let edges = grid.edges.map(glam::Vec4::truncate);
@@ -79,7 +86,11 @@ pub(super) fn points_of(bricks: &Bricks, brick: &BrickRecord, view: &GpuView) ->
     let beyond = Vec2::new(center.x, center.y).abs() + center.z * slope;
     let aside = beyond.cmple(radius * (1.0 + slope * slope).map(f32::sqrt)).all();
     let is_seen = aside && -center.z + radius >= view.near && -center.z - radius <= view.far;
-    let point =
-        |i: u32| world(low + size * (lattice_cell(i).as_vec3() / (LATTICE_EDGE - 1) as f32));
-    is_seen.then(|| (0..LATTICE_POINTS).map(point).collect())
+    let edge = grid.lattice_edge;
+    let point = |i: u32| {
+        let cell = UVec3::new(i % edge, i / edge % edge, i / (edge * edge));
+        let place = cell.as_vec3() / (edge - 1) as f32;
+        (place, world(low + size * place))
+    };
+    is_seen.then(|| (0..grid.lattice_points()).map(point).collect())
 }

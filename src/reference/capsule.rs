@@ -21,7 +21,7 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 
 /// Least squared sine between a ray and the axis.
 pub const PARALLEL: f32 = 1e-8;
-/// A whole way that is longer covers nothing, seen along the axis [diameters].
+/// A whole way that is longer covers nothing, seen along the axis \[diameters\].
 pub const LONGEST_WAY: f32 = 1e6;
 /// Most of the change of the radius along a ray, a share of the mean radius.
 pub const TIP: f32 = 0.9999;
@@ -53,7 +53,7 @@ fn to_map(v: Vec3) -> Vec3 {
     v * Vec3::new(1.0, -1.0, -1.0)
 }
 
-/// A capsule in a view: to the right, down and along the view's axis [m].
+/// A capsule in a view: to the right, down and along the view's axis \[m\].
 #[derive(Clone, Copy, Debug)]
 pub struct CapsuleSetup {
     first: Vec3,
@@ -393,7 +393,7 @@ pub fn capsule_touches(footprint: &Footprint, lo: Vec2, hi: Vec2) -> bool {
             && off <= length + width + along.x.abs() * reach.x + along.y.abs() * reach.y)
 }
 
-/// From the middle of a capsule to its last end [texels].
+/// From the middle of a capsule to its last end \[texels\].
 pub fn capsule_half(footprint: &Footprint) -> Vec2 {
     Vec2::new(f32::from_bits(footprint.red_green), f32::from_bits(footprint.blue_slope))
 }

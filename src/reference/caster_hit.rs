@@ -1,6 +1,6 @@
 //! CPU reference of `wgsl/hit/caster_hit.wgsl`: hits of a ray with any caster.
 use super::{
-    brick::{Passage, VOXEL_PARTS, passage},
+    brick::{Passage, VOXEL_PARTS, dense_light, passage},
     brick_light::Lattice,
     capsule::{CapsuleSetup, capsule_half, capsule_hit},
     gaussian::{approach, gaussian_hit},
@@ -12,7 +12,7 @@ use crate::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
         BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, Footprint, GaussianAxes,
-        GaussianSetup, GpuView, ImageDetail, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
+        GaussianSetup, GpuView, ImageDetail, LATTICE_EDGE, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
     reference::{
         dither::{PatternPoint, cell, threshold},
@@ -211,14 +211,17 @@ impl<'a> Target<'a> {
         &self,
         texel: Vec2,
         opaque_depth: f32,
-        lattices: &[Option<Box<Lattice>>],
+        lattices: &[Option<Lattice>],
     ) -> Vec3 {
         let Form::Brick { brick, .. } = self.form else { return Vec3::ZERO };
         let Records { view, bricks, .. } = self.records;
         let end = view.near + opaque_depth * (view.far - view.near);
-        let lattice = lattices[self.id as usize].as_deref();
+        let Some(lattice) = &lattices[self.id as usize] else { return Vec3::ZERO };
+        if lattice.edge > LATTICE_EDGE {
+            return dense_light(view, bricks, brick, texel, end, lattice);
+        }
         let passage = passage(view, bricks, brick, texel, end, [0, 1]);
-        passage.zip(lattice).map_or(Vec3::ZERO, |(passage, lattice)| passage.thirds.light(lattice))
+        passage.map_or(Vec3::ZERO, |passage| passage.thirds.light(lattice))
     }
 
     /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end are moved

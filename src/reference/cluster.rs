@@ -10,7 +10,7 @@ pub struct Clusters {
     pub counters: ClusterCounters,
 }
 
-/// Assigns lights to clusters; `capacity` of all lists together [lights].
+/// Assigns lights to clusters; `capacity` of all lists together \[lights\].
 pub fn assign(grid: &Grid, reaches: &[Reach], capacity: u32) -> Clusters {
     let mut clusters = Clusters::default();
     let ClusterCounters { needed, overflowed, longest, .. } = &mut clusters.counters;

@@ -10,7 +10,7 @@ use crate::{
 };
 use glam::{IVec2, UVec2, Vec2};
 
-/// Base-2 logarithm of the edge of blocks [cells], whose patterns are drawn anew for casters that share the
+/// Base-2 logarithm of the edge of blocks \[cells\], whose patterns are drawn anew for casters that share the
 /// lowest bits of their ids.
 pub const BLOCK_BITS: u32 = 4;
 
@@ -25,7 +25,7 @@ pub struct PatternPoint {
     pub step: Vec2,
 }
 
-/// Largest distance from the world's origin at which a pattern is still anchored [texels].
+/// Largest distance from the world's origin at which a pattern is still anchored \[texels\].
 pub const FARTHEST: f32 = 524_288.0;
 
 /// The pattern's cell at a texel of a view's map. For a parallel light the pattern is fixed in the world

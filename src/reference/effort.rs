@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     model::{Casters, Class, Scene, ShadowFilter, Shape, View},
-    records::{LATTICE_POINTS, TRIANGLE_BIT, air_columns},
+    records::{TRIANGLE_BIT, air_columns},
 };
 use glam::UVec2;
 
@@ -160,10 +160,16 @@ impl Look<'_> {
             let material = caster.map(|caster| &records.materials[caster.material() as usize]);
             let each = (self.standing_for)(material.map(|material| material.shape));
             count += each;
-            let Some(material) = material else { continue };
+            let (Some(caster), Some(material)) = (caster, material) else { continue };
             if Class::BLENDED.contains(&Class::of(material)) {
-                let is_brick = material.shape == Shape::Brick;
-                lit += each * if is_brick { f64::from(LATTICE_POINTS) } else { 1.0 };
+                let bricks = &records.bricks;
+                lit += each
+                    * if material.shape == Shape::Brick {
+                        let brick = &bricks.records[caster.id as usize];
+                        f64::from(bricks.grid(brick).lattice_points())
+                    } else {
+                        1.0
+                    };
             }
         }
         let texels = texels([view]);

@@ -21,7 +21,7 @@ mod hit;
 
 pub use hit::*;
 
-/// Square of a projected deviation below which the conic is enlarged [texels²].
+/// Square of a projected deviation below which the conic is enlarged \[texels²\].
 pub const MIN_SQUARE: f32 = 0.5;
 /// Squared distance from the centre up to which a deviation is measured in the map [standard deviations]: beside a near
 /// eye a Gaussian may span many texels though its middle is thinner than one.
@@ -34,7 +34,7 @@ pub const ALONG: f32 = 1e-10;
 pub const FLAT: f32 = 1e-12;
 /// Least deviation of a Gaussian beside the view, a share of its longest.
 pub const THINNEST: f32 = 1e-5;
-/// Bounds of a Gaussian that reaches the eye's plane [texels].
+/// Bounds of a Gaussian that reaches the eye's plane \[texels\].
 pub const ENDLESS: f32 = 1e6;
 /// Deviations around the closest approach in which a medium absorbs.
 pub const MEDIUM_REACH: f32 = 4.0;

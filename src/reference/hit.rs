@@ -8,14 +8,14 @@ use glam::{Vec2, Vec3, Vec4};
 /// Hit of a ray with a particle's plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneHit {
-    /// Position in the particle's frame [radii].
+    /// Position in the particle's frame \[radii\].
     pub q: Vec2,
     /// Light depth.
     pub depth: f32,
 }
 
 /// A particle set up for texels: `q = (frame * delta + offset) / (start + tilt . delta)`, where `delta` is
-/// the vector from the reference to the texel's centre [texels]. The reference is the particle's centre,
+/// the vector from the reference to the texel's centre \[texels\]. The reference is the particle's centre,
 /// where `q` is 0 and `start` 1; for a particle beside the view, whose centre has no position in the map,
 /// the map's centre.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub struct Facing {
     pub offset: Vec2,
     pub tilt: Vec2,
     pub start: f32,
-    /// Distance of the plane along the axis at the reference, times `start` [m].
+    /// Distance of the plane along the axis at the reference, times `start` \[m\].
     pub distance: f32,
 }
 

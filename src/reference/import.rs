@@ -3,7 +3,7 @@ use crate::records::ImportParams;
 use glam::{UVec2, Vec2, Vec4, Vec4Swizzles as _};
 
 /// Ray of our map in the host's clip space: along the ray through a point of our map, clip coordinates of
-/// the host's camera are `slope * distance + start`, `distance` along our axis [m].
+/// the host's camera are `slope * distance + start`, `distance` along our axis \[m\].
 #[derive(Clone, Copy, Debug)]
 pub struct ClipRay {
     slope: Vec4,

@@ -15,9 +15,9 @@ pub const OCCLUDER_REACH: f32 = 0.25;
 pub const SLICE_FACING: f32 = 1e-3;
 /// Square of the slope up to which what is around is flat: depths are rounded.
 pub const FLAT_SQUARE: f32 = 4e-6;
-/// Distance of the sky, which is on no surface's plane [m].
+/// Distance of the sky, which is on no surface's plane \[m\].
 pub const SKY_DISTANCE: f32 = 1e20;
-/// Distance off a pixel's plane at which another surface does not count [radii].
+/// Distance off a pixel's plane at which another surface does not count \[radii\].
 pub const OFF_PLANE: f32 = 0.1;
 /// Weight of what does not count, for pixels that nothing around is on the surface of.
 pub const OFF_PLANE_WEIGHT: f32 = 1e-4;

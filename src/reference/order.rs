@@ -3,7 +3,7 @@
 //! Casters come sorted by their nearest points, so their hits are nearly sorted. The last few hits wait in
 //! a sorted buffer; a late one is inserted among them. At equal depths the casters' order decides.
 
-/// Capacity of the buffer [hits].
+/// Capacity of the buffer \[hits\].
 pub const WAITING: usize = 8;
 
 /// Sorted buffer of hits of one ray, the nearest first.

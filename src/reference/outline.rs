@@ -8,9 +8,9 @@ use glam::Vec2;
 
 /// Share by which ellipses are enlarged for the rounding of their form.
 pub const OUTLINE_GROWTH: f32 = 1.0002;
-/// Largest half width [units].
+/// Largest half width \[units\].
 pub const WIDEST_OUTLINE: f32 = 32000.0;
-/// Edges of units, their logarithms to base 2 [texels].
+/// Edges of units, their logarithms to base 2 \[texels\].
 pub const FINEST_UNIT: i32 = -8;
 pub const COARSEST_UNIT: i32 = 4;
 /// How far the Gaussian is from the eye's plane at least, 1 for far: nearer ones' ellipses are known too roughly.

@@ -15,12 +15,12 @@ mod tile_rect;
 use body::{Appearance, Body};
 pub(super) use tile_rect::tile_rect;
 
-/// Margin around a footprint's box, so that rounding never loses a texel [texels].
+/// Margin around a footprint's box, so that rounding never loses a texel \[texels\].
 pub const SLACK: f32 = 1.0 / 64.0;
 /// A particle is *beside* the view if its depth along the axis is below this share of its distance from the
 /// light: its centre has no position in the map.
 pub const MIN_COSINE: f32 = 0.05;
-/// Where the line of an edge that is farther away lies [texels]: beside it, no texel's place makes a difference in 32 bits.
+/// Where the line of an edge that is farther away lies \[texels\]: beside it, no texel's place makes a difference in 32 bits.
 pub const FAR_EDGE: f32 = 1_099_511_627_776.0;
 /// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
 /// farthest.
@@ -81,7 +81,7 @@ pub fn depth_key(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * (INVISIBLE - 1) as f32) as u32
 }
 
-/// Projects one particle to view number `view_index` of its batch; `half_edges`: of a brick's box, world space [m].
+/// Projects one particle to view number `view_index` of its batch; `half_edges`: of a brick's box, world space \[m\].
 pub fn project_caster(
     view: &GpuView,
     view_index: u32,

@@ -16,7 +16,7 @@ pub const MIN_LEAVING: f32 = -0.05;
 /// How a face changes the way of the eye's ray.
 #[derive(Clone, Copy, Debug)]
 pub struct GlassFace {
-    /// Radius of the blur [pixels].
+    /// Radius of the blur \[pixels\].
     pub blur: f32,
     /// Unit direction behind the face, if it is one of a body; world space.
     pub bent: Option<Vec3>,
@@ -121,9 +121,9 @@ impl Ray {
 /// Where a pixel shows what is behind its panes.
 #[derive(Clone, Copy, Debug)]
 pub struct Bend {
-    /// From the pixel [pixels].
+    /// From the pixel \[pixels\].
     pub aside: Vec2,
-    /// Radius [pixels].
+    /// Radius \[pixels\].
     pub blur: f32,
     /// Light depth of the nearest pane.
     pub pane: f32,

@@ -43,11 +43,11 @@ pub struct Frame {
     pub maps: Vec<ViewMaps>,
     /// Counters of the frame.
     pub counters: Counters,
-    /// Stage and its time [ms], in order: of all that was submitted for the frame, `picture` of all its samples.
+    /// Stage and its time \[ms\], in order: of all that was submitted for the frame, `picture` of all its samples.
     pub stages: Vec<(&'static str, f64)>,
-    /// Stage of the picture and its time [ms]; their sum is that of `picture`.
+    /// Stage of the picture and its time \[ms\]; their sum is that of `picture`.
     pub picture_stages: Vec<(&'static str, f64)>,
-    /// Buffer or texture and its size [bytes].
+    /// Buffer or texture and its size \[bytes\].
     pub memory: Vec<(&'static str, u64)>,
 }
 
@@ -174,7 +174,7 @@ impl Renderer {
     }
 
     /// Renders the frame at a time: where the scene's shutter is open, each sample at its own time around it, in order.
-    /// The maps and counters are those of the middle sample, the times those of all. `seconds`: from the start; `step`: between two frames [s].
+    /// The maps and counters are those of the middle sample, the times those of all. `seconds`: from the start; `step`: between two frames \[s\].
     ///
     /// # Errors
     /// Those of [`Self::render`].

@@ -25,7 +25,7 @@ pub enum KindOfCloud {
 pub struct Cloud {
     pub kind: KindOfCloud,
     pub seed: u32,
-    /// Extent of the box [m].
+    /// Extent of the box \[m\].
     pub size: Vec3,
     /// Voxels along the longest edge of the box.
     pub voxels: u32,

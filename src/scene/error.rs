@@ -21,12 +21,12 @@ pub enum SceneError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// Column, from 1 [characters].
+        /// Column, from 1 \[characters\].
         column: usize,
         message: String,
         /// The line, or the part around the error if it is long.
         excerpt: String,
-        /// Range of the error in the excerpt [characters].
+        /// Range of the error in the excerpt \[characters\].
         marked: Range<usize>,
         help: Option<String>,
     },

@@ -13,16 +13,16 @@ pub enum Generate {
         count: u32,
         #[serde(default)]
         seed: u64,
-        /// Base of the column, world space [m].
+        /// Base of the column, world space \[m\].
         #[serde(default, deserialize_with = "array")]
         base: [f32; 3],
-        /// Height of the column [m].
+        /// Height of the column \[m\].
         #[serde(default = "two")]
         height: f32,
-        /// Radius of the column at its top [m].
+        /// Radius of the column at its top \[m\].
         #[serde(default = "half")]
         spread: f32,
-        /// Radius of a particle at half the height [m].
+        /// Radius of a particle at half the height \[m\].
         #[serde(default = "small")]
         radius: f32,
     },
@@ -31,7 +31,7 @@ pub enum Generate {
         count: u32,
         #[serde(default)]
         seed: u64,
-        /// Corners, world space [m].
+        /// Corners, world space \[m\].
         #[serde(deserialize_with = "array")]
         min: [f32; 3],
         #[serde(deserialize_with = "array")]
@@ -44,10 +44,10 @@ pub enum Generate {
         count: u32,
         #[serde(default)]
         seed: u64,
-        /// Centre of the cloud, world space [m].
+        /// Centre of the cloud, world space \[m\].
         #[serde(default, deserialize_with = "array")]
         center: [f32; 3],
-        /// Extent of the whole cloud along x, y and z [m].
+        /// Extent of the whole cloud along x, y and z \[m\].
         #[serde(default = "ones", deserialize_with = "array")]
         extent: [f32; 3],
         #[serde(default = "small")]
@@ -246,7 +246,7 @@ impl Generate {
     }
 }
 
-/// Discs uniform in a box, of random colour and rotation, with ids from 0; radii [m] are uniform too.
+/// Discs uniform in a box, of random colour and rotation, with ids from 0; radii \[m\] are uniform too.
 pub fn uniform_discs(
     count: u32,
     bounds: Bounds,

@@ -23,10 +23,17 @@ use toml::{
 /// Least number above 0.
 pub(super) const ABOVE_ZERO: f32 = f32::from_bits(1);
 
+/// A key of a table.
+pub(super) fn dotted(table: &str, key: &str) -> String {
+    if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") }
+}
+
 pub(super) struct Keys<'a> {
     source: &'a SceneText<'a>,
     /// Dotted key of the table; empty for the whole file.
     path: String,
+    /// The same with places in lists, as the command line sets it.
+    place: String,
     table: &'a DeTable<'a>,
     span: Range<usize>,
     /// Keys that were asked for.
@@ -39,8 +46,9 @@ impl<'a> Keys<'a> {
         source: &'a SceneText<'a>,
         read: impl FnOnce(&Self) -> Result<T, SceneError>,
     ) -> Result<T, SceneError> {
-        let (path, table, known) = (String::new(), source.tree(), RefCell::default());
-        let keys = Self { source, path, table, span: 0..0, known };
+        let (path, place) = (String::new(), String::new());
+        let (table, known) = (source.tree(), RefCell::default());
+        let keys = Self { source, path, place, table, span: 0..0, known };
         keys.finished(read)
     }
 
@@ -66,6 +74,7 @@ impl<'a> Keys<'a> {
 
     fn get(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'a>>> {
         self.known.borrow_mut().push(key);
+        self.source.ask(&self.place, key);
         self.table.get(key)
     }
 
@@ -144,7 +153,7 @@ impl<'a> Keys<'a> {
             "" => format!("write its keys below [{key}]"),
             _ => format!("write a table: {key} = {{ ... }}"),
         };
-        let of = |value| self.inner(key, value, help)?.finished(read);
+        let of = |value| self.inner(key, None, value, help)?.finished(read);
         self.get(key).map(|value| Ok(Spanned::new(value.span(), of(value)?))).transpose()
     }
 
@@ -159,17 +168,23 @@ impl<'a> Keys<'a> {
         let DeValue::Array(items) = value.get_ref() else {
             return Err(self.no_table(key, value, help()));
         };
-        let mut of = |item: &'a Spanned<_>| self.inner(key, item, help())?.finished(&mut read);
-        items.iter().map(|item| Ok(Spanned::new(item.span(), of(item)?))).collect()
+        let mut of = |index, item: &'a Spanned<_>| {
+            self.inner(key, Some(index), item, help())?.finished(&mut read)
+        };
+        let of = |(index, item): (usize, &'a Spanned<_>)| {
+            Ok(Spanned::new(item.span(), of(index, item)?))
+        };
+        items.iter().enumerate().map(of).collect()
     }
 
     fn path_of(&self, key: &str) -> String {
-        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
+        dotted(&self.path, key)
     }
 
     fn inner(
         &self,
         key: &str,
+        index: Option<usize>,
         value: &'a Spanned<DeValue<'a>>,
         help: String,
     ) -> Result<Self, SceneError> {
@@ -177,7 +192,11 @@ impl<'a> Keys<'a> {
             return Err(self.no_table(key, value, help));
         };
         let (source, path, span) = (self.source, self.path_of(key), value.span());
-        Ok(Self { source, path, table, span, known: RefCell::default() })
+        let mut place = dotted(&self.place, key);
+        if let Some(index) = index {
+            place = dotted(&place, &index.to_string());
+        }
+        Ok(Self { source, path, place, table, span, known: RefCell::default() })
     }
 
     fn no_table(&self, key: &str, value: &Spanned<DeValue<'_>>, help: String) -> SceneError {

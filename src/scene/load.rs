@@ -68,7 +68,26 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
 /// Like [`load`], for a scene that is not rendered: emitters send nothing out, generated volumes that move are their
 /// boxes, and a camera that is placed by what it sees is placed by those; textures that no file has are a white texel each.
 pub fn check(path: &Path) -> Result<Scene, SceneError> {
-    load_as(path, &LoadOptions { start: false, only_checks: true, ..LoadOptions::default() })
+    check_with(path, &[])
+}
+
+/// Like [`check`]; `set` as in [`LoadOptions`].
+pub fn check_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
+    let set = set.to_vec();
+    load_as(path, &LoadOptions { set, start: false, only_checks: true, ..LoadOptions::default() })
+}
+
+/// Every key that reading a scene file asks for, as [`LoadOptions::set`] names it, sorted.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub fn asked_keys(path: &Path) -> Result<Vec<String>, SceneError> {
+    let text = scene_text(path)?;
+    let source = SceneText::parse(path, &text, text.len(), &[])?;
+    let mut read = Ok(());
+    let mut keys = source.asked(|source| read = document(source).map(drop));
+    keys.sort_unstable();
+    keys.dedup();
+    read.map(|()| keys)
 }
 
 /// Like [`load`], with options.

@@ -71,22 +71,22 @@ pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
 pub use limits::Limit;
-pub use load::{LoadOptions, Relit, check, load, load_as, load_with, load_with_splats};
+pub use load::{LoadOptions, Relit, check, check_with, load, load_as, load_with, load_with_splats};
 pub use named::files;
 pub use particles::ParticleFile;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub use read::watch_files;
 pub use share::Share;
 pub use splat_file::load_splats;
 pub use summary::Summary;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub use {load::asked_keys, read::watch_files};
 
 use crate::model::{Bounds, Camera, Material};
 use glam::Mat4;
 use std::path::Path;
 
 /// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to material
-/// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` [m] is for
+/// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` \[m\] is for
 /// files without one.
 pub fn load_particles(
     path: &Path,

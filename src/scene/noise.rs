@@ -28,7 +28,7 @@ pub struct Noise {
     pub generate: KindOfTexture,
     #[serde(default)]
     pub seed: u32,
-    /// Edge [texels].
+    /// Edge \[texels\].
     #[serde(default = "edge")]
     pub size: u32,
     /// Cells of the coarsest octave along an edge.

@@ -3,9 +3,10 @@
 use super::{
     SceneError,
     error::quoted,
+    keys::dotted,
     plain::{explained, nearest},
 };
-use std::{borrow::Cow, ops::Range, path::Path};
+use std::{borrow::Cow, cell::RefCell, ops::Range, path::Path};
 use toml::{
     Spanned,
     de::{DeTable, DeValue, Error},
@@ -22,6 +23,8 @@ pub(super) struct SceneText<'a> {
     file_length: usize,
     set: &'a [(String, String)],
     tree: DeTable<'a>,
+    /// Keys that reading asks for, if they are wanted.
+    asked: Option<RefCell<Vec<String>>>,
 }
 
 /// The text that [`SceneText::parse`] reads.
@@ -37,7 +40,7 @@ impl<'a> SceneText<'a> {
         file_length: usize,
         set: &'a [(String, String)],
     ) -> Result<Self, SceneError> {
-        let mut source = Self { path, text, file_length, set, tree: DeTable::new() };
+        let mut source = Self { path, text, file_length, set, tree: DeTable::new(), asked: None };
         source.tree = DeTable::parse(&text[..file_length])
             .map_err(|error| source.explain(&error, 0..0))?
             .into_inner();
@@ -60,6 +63,21 @@ impl<'a> SceneText<'a> {
             start = span.end;
         }
         Ok(source)
+    }
+
+    /// What `read` asks for, as dotted keys.
+    #[cfg(feature = "internals")]
+    pub(super) fn asked(mut self, read: impl FnOnce(&Self)) -> Vec<String> {
+        self.asked = Some(RefCell::default());
+        read(&self);
+        self.asked.unwrap_or_default().into_inner()
+    }
+
+    /// Notes that a key of a table is asked for.
+    pub(super) fn ask(&self, table: &str, key: &str) {
+        if let Some(asked) = &self.asked {
+            asked.borrow_mut().push(dotted(table, key));
+        }
     }
 
     pub(super) fn path(&self) -> &Path {

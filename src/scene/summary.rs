@@ -30,7 +30,7 @@ pub struct Summary {
     pub lights: usize,
     /// Shadow views of all lights.
     pub views: usize,
-    /// Corners of the box around all casters and receivers, world space [m].
+    /// Corners of the box around all casters and receivers, world space \[m\].
     pub bounds: Option<[[f32; 3]; 2]>,
     /// Inputs left out, by reason.
     pub skipped: Skipped,

@@ -75,7 +75,7 @@ pub enum CasterCount<'a> {
     Indirect {
         /// Buffer of the usage `STORAGE`.
         buffer: &'a Buffer,
-        /// Offset of the count, a multiple of 4 [bytes].
+        /// Offset of the count, a multiple of 4 \[bytes\].
         offset: u64,
         /// Most casters, for which memory is allocated; those past it are left out.
         capacity: u32,

@@ -6,7 +6,7 @@ use crate::model::Counters;
 pub struct PairCapacity {
     /// `None`: a guess from the number of casters.
     pub pairs: Option<u32>,
-    /// Largest capacity that the host allows [pairs].
+    /// Largest capacity that the host allows \[pairs\].
     pub budget: u32,
     /// Most pairs that a frame needed; `None` before any was counted.
     seen: Option<u32>,

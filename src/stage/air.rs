@@ -10,7 +10,7 @@ use super::{
 };
 use crate::gpu::KernelDesc;
 
-/// Edge of a workgroup [columns].
+/// Edge of a workgroup \[columns\].
 pub const GROUP_SIZE: u32 = 8;
 
 pub const SCATTER: KernelDesc = KernelDesc {

@@ -226,7 +226,7 @@ pub fn max_offsets(shape: Shape) -> u32 {
     runs + runs.div_ceil(block_runs(shape))
 }
 
-/// Length of a run [footprints]. With its pairs ([`RUN_PAIRS`]) it stays below llvmpipe's 65,535
+/// Length of a run \[footprints\]. With its pairs ([`RUN_PAIRS`]) it stays below llvmpipe's 65,535
 /// iterations.
 pub fn run_length(footprint_count: u32) -> u32 {
     footprint_count.div_ceil(USUAL_RUNS).clamp(1, 16000)

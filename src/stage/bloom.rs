@@ -4,7 +4,7 @@
 //! -> `radiance`, `pixels`.
 use crate::gpu::KernelDesc;
 
-/// Edge of a workgroup of passes over the whole picture [texels].
+/// Edge of a workgroup of passes over the whole picture \[texels\].
 pub const GROUP_SIZE: u32 = 8;
 
 pub const DOWN: KernelDesc = KernelDesc::new("bloom_down", "bloom/bloom_down.wgsl");

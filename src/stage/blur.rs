@@ -50,7 +50,7 @@ crate::records::gpu_struct! {
     /// WGSL: `wgsl/blur/window.wgsl`.
     #[derive(Default)]
     pub struct BlurParams {
-        /// Radius of the window [texels].
+        /// Radius of the window \[texels\].
         pub radius: i32,
         /// Factor of a squared offset in the exponent.
         pub scale: f32,

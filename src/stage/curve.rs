@@ -6,7 +6,7 @@
 use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// Size of one segment's record in `partials` [bytes]. `changes`: some caster adds light or is a volume. WGSL:
+/// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume. WGSL:
 /// `wgsl/curve/partial.wgsl`.
 pub fn partial_bytes(nodes: u32, changes: bool) -> u64 {
     16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 5 * u64::from(changes))

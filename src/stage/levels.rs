@@ -5,7 +5,7 @@
 //! level at a time and is copied, as a level is read while the next is made.
 use crate::gpu::{Choice, KernelDesc};
 
-/// Edge of a workgroup [blocks].
+/// Edge of a workgroup \[blocks\].
 pub const GROUP_SIZE: u32 = 8;
 
 const fn of(name: &'static str, with: &'static [Choice]) -> KernelDesc {

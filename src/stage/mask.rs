@@ -11,7 +11,7 @@ use super::{
 };
 use crate::gpu::{Choice, KernelDesc};
 
-/// Edge of a workgroup [pixels].
+/// Edge of a workgroup \[pixels\].
 pub const GROUP_SIZE: u32 = 8;
 
 /// Number of masks that one invocation computes, of `count`.

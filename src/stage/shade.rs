@@ -196,9 +196,9 @@ crate::records::gpu_struct! {
     /// WGSL: `wgsl/shade/band.wgsl`.
     #[derive(Eq)]
     pub struct Band {
-        /// First tile in the picture [tiles].
+        /// First tile in the picture \[tiles\].
         pub origin: UVec2,
-        /// Size of the band [tiles].
+        /// Size of the band \[tiles\].
         pub size: UVec2,
         /// Rounds in which its tiles were walked before.
         pub round: u32,
@@ -219,18 +219,26 @@ crate::records::gpu_struct! {
         pub has_normals: u32,
         /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
         pub list: u32,
+        /// Of points in bricks: first texel of their grid's record.
+        pub grid: u32,
+        /// 1 where their brick's own voxels shadow them.
+        pub own_shadow: u32,
     }
 }
 
 impl PointBatch {
     /// Points of a list of a band whose capacity is `pixel_count` pixels.
     pub fn listed(list: u32, pixel_count: u32) -> Self {
-        let first = LIST_COUNT * LIST_HEAD + list * pixel_count;
-        Self { first, count: 0, has_normals: 0, list }
+        Self { list, ..Self::of(LIST_COUNT * LIST_HEAD + list * pixel_count, 0) }
+    }
+
+    /// Points without a list.
+    pub fn of(first: u32, count: u32) -> Self {
+        Self { first, count, has_normals: 0, list: NO_LIST, grid: 0, own_shadow: 0 }
     }
 }
 
-/// Offset of a list's workgroup counts [bytes].
+/// Offset of a list's workgroup counts \[bytes\].
 pub const fn list_offset(list: u32) -> u64 {
     4 * (list * LIST_HEAD) as u64
 }
@@ -249,15 +257,15 @@ crate::records::gpu_struct! {
         pub exposure: f32,
         /// Texel of `lights` where areas begin.
         pub first_area: u32,
-        /// Near plane of the camera [m].
+        /// Near plane of the camera \[m\].
         pub near: f32,
-        /// Distance from the camera's near to its far plane [m].
+        /// Distance from the camera's near to its far plane \[m\].
         pub depth_range: f32,
         /// Number of clusters in x, y and depth.
         pub cells: UVec3,
-        /// Edge of a cluster [pixels].
+        /// Edge of a cluster \[pixels\].
         pub tile: u32,
-        /// End of the first slice [m].
+        /// End of the first slice \[m\].
         pub first_slice: f32,
         pub slices_per_doubling: f32,
         /// 1: opaque depths are per channel.
@@ -268,13 +276,13 @@ crate::records::gpu_struct! {
         pub tone: u32,
         /// Share of the light that spreads.
         pub bloom: f32,
-        /// Radius of what occludes ambient light [m].
+        /// Radius of what occludes ambient light \[m\].
         pub occlusion_radius: f32,
         /// Added to it, times the distance along the axis.
         pub occlusion_radius_per_distance: f32,
-        /// Extinction of the air [1/m].
+        /// Extinction of the air \[1/m\].
         pub extinction: Vec3,
-        /// Edge of the sharp level of the environment [texels].
+        /// Edge of the sharp level of the environment \[texels\].
         pub environment_size: u32,
         /// [`ImageDetail::reach`](crate::records::ImageDetail::reach).
         pub image_reach: f32,

@@ -46,7 +46,7 @@ crate::records::gpu_struct! {
     /// WGSL: `wgsl/soften/run.wgsl`.
     #[derive(Default, Eq)]
     pub struct SoftenParams {
-        /// Half the window [texels].
+        /// Half the window \[texels\].
         pub radius: i32,
         pub pad_0: u32,
         pub pad_1: u32,

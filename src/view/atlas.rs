@@ -16,7 +16,7 @@ pub struct MapSlot {
 /// Limits of an atlas's size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtlasLimits {
-    /// Longest edge of a layer [texels].
+    /// Longest edge of a layer \[texels\].
     pub edge: u32,
     pub layers: u32,
     /// Texels of all layers together.
@@ -42,7 +42,7 @@ impl AtlasLimits {
 /// An atlas and the position of each map in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Atlas {
-    /// Size of a layer [texels].
+    /// Size of a layer \[texels\].
     pub size: UVec2,
     pub layers: u32,
     /// Position of each map, in the maps' order.
@@ -52,7 +52,7 @@ pub struct Atlas {
 /// Requested size of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wish {
-    /// Size of the map [texels].
+    /// Size of the map \[texels\].
     pub size: UVec2,
     /// Whether the user chose the size: it is halved only if nothing else is left.
     pub fixed: bool,

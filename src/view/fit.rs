@@ -126,8 +126,8 @@ pub fn views_around(
     (views, shrunk)
 }
 
-/// The shadow views of one light. `index` is the light's, `size` the edge of its maps [texels] if it sets
-/// none, `bounds` holds all casters and receivers (world space [m]). Without a `camera` to follow, a light
+/// The shadow views of one light. `index` is the light's, `size` the edge of its maps \[texels\] if it sets
+/// none, `bounds` holds all casters and receivers (world space \[m\]). Without a `camera` to follow, a light
 /// has one view of the whole scene instead of cascades.
 ///
 /// # Errors

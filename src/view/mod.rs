@@ -40,7 +40,7 @@ impl View {
         }
     }
 
-    /// The camera's view jittered within its pixels: the point that projects `offset` [pixels] right and
+    /// The camera's view jittered within its pixels: the point that projects `offset` \[pixels\] right and
     /// below a pixel's centre projects to the centre.
     #[must_use]
     pub fn through(self, offset: Vec2) -> Self {
@@ -51,7 +51,7 @@ impl View {
         Self { view_from_world: shear * self.view_from_world, ..self }
     }
 
-    /// The camera's view through a place on its lens [m], to the right and up: what is at the distance `focus` along the
+    /// The camera's view through a place on its lens \[m\], to the right and up: what is at the distance `focus` along the
     /// axis stays where it is in the picture.
     #[must_use]
     pub fn through_lens(self, point: Vec2, focus: f32) -> Self {
@@ -65,7 +65,7 @@ impl View {
         Self { view_from_world: aside * self.view_from_world, ..self }
     }
 
-    /// Offset that [`Self::through`] was given [pixels], or one within a pixel that goes with its place on the lens.
+    /// Offset that [`Self::through`] was given \[pixels\], or one within a pixel that goes with its place on the lens.
     pub fn sample_offset(&self) -> Vec2 {
         let [right, up, back] = [0, 1, 2].map(|row| self.view_from_world.row(row).truncate());
         within_pixel(Vec2::new(right.dot(back), -up.dot(back)) * self.scale)

@@ -25,7 +25,7 @@ impl Default for Receivers {
 }
 
 impl Receivers {
-    /// Adds a point, world space [m].
+    /// Adds a point, world space \[m\].
     pub fn add(&mut self, point: Vec3) {
         let cell = point.as_dvec3() / self.cell;
         self.add_box(cell.floor().to_array().map(|i| i as i64), Bounds { min: point, max: point });

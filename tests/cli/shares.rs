@@ -122,6 +122,11 @@ fn a_part_names_no_files_elsewhere() {
     let mut claims = part.clone();
     claims[12..20].copy_from_slice(&u64::MAX.to_le_bytes());
     assert_eq!(merge(&claims).status.code(), Some(2));
+    // The first texel's nearest depth, behind three sums.
+    let mut deep = part.clone();
+    let first = 20 + u64::from_le_bytes(part[12..20].try_into().unwrap()) as usize;
+    deep[first + 12..first + 16].fill(0xff);
+    assert_eq!(merge(&forged(&deep, |_| ())).status.code(), Some(2), "a depth that is none");
     // The same with nothing changed.
     assert_eq!(merge(&forged(&part, |_| ())).status.code(), Some(0));
 }

@@ -4,6 +4,7 @@ mod asides;
 mod bloom;
 mod bricks;
 mod catcher;
+mod dense_bricks;
 mod emitters;
 mod environment;
 mod estimate;

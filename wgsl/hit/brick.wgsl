@@ -1,20 +1,13 @@
 // The ramp_index of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
-// along a ray within a cell, and two points of Gauss integrate a cubic. Cells by Amanatides and Woo 1987; all
-// crossings of faces are computed from the ray's start, so that neighbours agree on them. CPU reference:
-// src/reference/brick.rs.
+// along a ray within a cell, and two points of Gauss integrate a cubic. CPU reference: src/reference/brick.rs.
 
-import package::bind::sampled::voxels;
 import package::features::{CELLS_AT_ONCE, NODES, unrolled};
+import package::hit::brick_cells::{CELLS, LEAST_WAY, first_cell, index_ray, way_in_cell, two_densities};
 import package::hit::brick_light::SHADES_BRICKS;
-import package::hit::hit::to_world;
-import package::records::brick::{BRICK_SIZE, Brick, Grid};
+import package::records::brick::{Brick, Grid};
 import package::records::view::GpuView;
 
-const CELLS: u32 = 25u; // more than the 22 cells that a ray may cross
-const LAST_CELL: f32 = 7.0; // along an axis
-const GAUSS: f32 = 0.28867513; // offset of the two points from the middle, of the length: 1 / sqrt(12)
 const VOXEL_PARTS: u32 = 3u; // ramps of a curve for a brick with voxels of its own
-const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
 
 // Which of how many equal parts of the way through a brick is met; the whole while there are none.
 var<private> ramp_index: u32;
@@ -30,44 +23,10 @@ struct Passage {
     ramp: vec2<f32>, // along the axis, of the ramp that a curve takes [m]
     depth: f32, // integral of density along the ray [m]; 0 for a miss
     thirds: vec2<f32>,  // of that up to a third and two thirds of the way through the box, for its light
-    enters: vec3<f32>,  // where the ray enters the box, 0..1
-    leaves: vec3<f32>,
+    ends: vec2<f32>,    // where the ray enters and leaves the box, along the axis [m]
 }
 
-const NO_PASSAGE: Passage = Passage(0.0, vec2(0.0), 0.0, vec2(0.0), vec3(0.0), vec3(0.0));
-
-// A ray in the grid's index space, from its anchor.
-struct IndexRay {
-    start: vec3<f32>, // [voxels]
-    way: vec3<f32>,   // for a metre along the axis
-    metres: f32,      // its length for a metre along the axis
-}
-
-fn index_ray(view: GpuView, grid: Grid, texel: vec2<f32>) -> IndexRay {
-    let slope = (texel - view.size * 0.5) / view.scale;
-    let aside = vec3(slope.x, -slope.y, 0.0);
-    let forward = vec3(0.0, 0.0, -1.0);
-    let anchor = (view.view_from_world * vec4(grid.anchor, 1.0)).xyz;
-    let is_parallel = view.perspective == 0.0;
-    let start = select(vec3(0.0), aside, is_parallel) - anchor;
-    let along = select(aside + forward, forward, is_parallel);
-    let way = to_world(view, along) * grid.index_from_world;
-    let safe = select(way, vec3(LEAST_WAY), abs(way) < vec3(LEAST_WAY));
-    return IndexRay(to_world(view, start) * grid.index_from_world, safe, length(along));
-}
-
-// Sum of the density at two points in a cell, whose lowest voxel is at `texel`. A texel has four voxels: its own,
-// and the next in y, in z and in both.
-fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
-    let low = textureLoad(voxels, texel, 0);
-    let high = textureLoad(voxels, texel + vec3(1u, 0u, 0u), 0);
-    let rise = high - low;
-    let at_a = low + rise * a.x;
-    let at_b = low + rise * b.x;
-    let of_a = at_a.xz + (at_a.yw - at_a.xz) * a.y;
-    let of_b = at_b.xz + (at_b.yw - at_b.xz) * b.y;
-    return of_a.x + (of_a.y - of_a.x) * a.z + of_b.x + (of_b.y - of_b.x) * b.z;
-}
+const NO_PASSAGE: Passage = Passage(0.0, vec2(0.0), 0.0, vec2(0.0), vec2(0.0));
 
 // Span of the ramp with the mean and the variance of depths `first` + off, within begins..ends. `moments`: sums of
 // weights, of theirs times off and of theirs times off squared.
@@ -102,8 +61,7 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     }
     var all = NO_PASSAGE;
     if brick.density >= 0.0 {
-        all.enters = (ray.start + ray.way * first - brick.low) / (brick.high - brick.low);
-        all.leaves = (ray.start + ray.way * last - brick.low) / (brick.high - brick.low);
+        all.ends = vec2(first, last);
         all.first = first;
         all.ramp = vec2(first, last);
         all.depth = brick.density * (last - first) * ray.metres;
@@ -111,8 +69,7 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
         return all;
     }
     let at_third = mix(vec2(first), vec2(last), vec2(1.0 / 3.0, 2.0 / 3.0));
-    // In the box.
-    var cell = clamp(floor(ray.start + ray.way * first) - brick.low, vec3(0.0), vec3(LAST_CELL));
+    var cell = first_cell(ray, brick.low, first);
     var t = first;
     var begins = last;
     var ends = first;
@@ -124,15 +81,10 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     for (var turn = 0u; turn < CELLS; turn += CELLS_AT_ONCE) {
         for (var n = 0u; n < unrolled(CELLS_AT_ONCE); n += 1u) {
             if t < last {
-                let rises = ray.way > vec3(0.0);
-                let lowest = brick.low + cell;
-                let faces = (lowest + select(vec3(0.0), vec3(1.0), rises) - ray.start) * (1.0 / ray.way);
-                let next = max(min(min(faces.x, faces.y), min(faces.z, last)), t);
-                let middle = ray.start + ray.way * (0.5 * (t + next)) - lowest;
-                let apart = ray.way * (GAUSS * (next - t));
-                let a = clamp(middle - apart, vec3(0.0), vec3(1.0));
-                let b = clamp(middle + apart, vec3(0.0), vec3(1.0));
-                let within = two_densities(brick.first_texel + vec3<u32>(cell), a, b) * (0.5 * (next - t));
+                let stretch = way_in_cell(ray, brick.low, cell, t, last);
+                let next = stretch.next;
+                let at = brick.first_texel + vec3<u32>(cell);
+                let within = two_densities(at, stretch.a, stretch.b) * (0.5 * (next - t));
                 depth += within;
                 if SHADES_BRICKS {
                     all.thirds += within * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
@@ -146,8 +98,7 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                     moments += (light - behind) * vec3(1.0, off, square);
                     light = behind;
                 }
-                let following = clamp(cell + select(vec3(-1.0), vec3(1.0), rises), vec3(0.0), vec3(LAST_CELL));
-                cell = select(cell, following, faces <= vec3(next));
+                cell = stretch.following;
                 t = next;
             }
         }
@@ -155,8 +106,7 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
             break;
         }
     }
-    all.enters = (ray.start + ray.way * first - brick.low) / BRICK_SIZE;
-    all.leaves = (ray.start + ray.way * last - brick.low) / BRICK_SIZE;
+    all.ends = vec2(first, last);
     all.first = begins;
     all.ramp = fitted_ramp(moments, first, begins, ends);
     all.depth = depth * ray.metres;

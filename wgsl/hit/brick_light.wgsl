@@ -1,9 +1,8 @@
-// Light that a brick sends along a ray to the eye: what its lattice of points scatters at four points of the ray, by
-// what the ray absorbs near each, where the density of each third of the way is even. CPU reference:
+// Light that a brick of a thin grid sends along a ray to the eye: what its lattice of points scatters at four points of
+// the ray, by what the ray absorbs near each, where the density of each third of the way is even. CPU reference:
 // src/reference/brick_light.rs.
 
 import package::bind::sampled::brick_lights;
-import package::records::brick::{LATTICE_EDGE, LATTICE_POINTS};
 import package::records::record::record_texel;
 
 // The kernel shades bricks.
@@ -16,15 +15,15 @@ fn point_light_at(index: u32) -> vec3<f32> {
     return textureLoad(brick_lights, record_texel(index), 0).rgb;
 }
 
-// Trilinear between the points of a lattice; `position` in the box, 0..1.
-fn lattice_light(first_point: u32, position: vec3<f32>) -> vec3<f32> {
-    let last = f32(LATTICE_EDGE - 1u);
+// Trilinear between the points of a lattice, `edge` along each edge; `position` in the box, 0..1.
+fn lattice_light(first_point: u32, edge: u32, position: vec3<f32>) -> vec3<f32> {
+    let last = f32(edge - 1u);
     let at = clamp(position, vec3(0.0), vec3(1.0)) * last;
     let low = min(floor(at), vec3(last - 1.0));
     let aside = at - low;
     let cell = vec3<u32>(low);
-    let row = LATTICE_EDGE;
-    let layer = LATTICE_EDGE * LATTICE_EDGE;
+    let row = edge;
+    let layer = edge * edge;
     let lattice_point = first_point + cell.x + cell.y * row + cell.z * layer;
     let a = mix(point_light_at(lattice_point), point_light_at(lattice_point + 1u), aside.x);
     let b = mix(point_light_at(lattice_point + row), point_light_at(lattice_point + row + 1u), aside.x);
@@ -44,7 +43,8 @@ fn mean_way(tau: vec3<f32>) -> vec3<f32> {
 // Mean light of what a ray meets in a brick, by what is absorbed there. `depths`: optical depth of each third of the
 // ray's way through the box.
 fn brick_light(
-    brick: u32,
+    first_point: u32,
+    edge: u32,
     enters: vec3<f32>,
     leaves: vec3<f32>,
     depths: vec3<f32>,
@@ -63,7 +63,7 @@ fn brick_light(
         let absorbed = left * (1.0 - passed);
         let at_end = absorbed * mean_way(tau);
         let position = mix(enters, leaves, f32(i) / f32(THIRDS));
-        sum += (far + absorbed - at_end) * lattice_light(brick * LATTICE_POINTS, position);
+        sum += (far + absorbed - at_end) * lattice_light(first_point, edge, position);
         all += absorbed;
         far = at_end;
         left *= passed;

@@ -7,7 +7,8 @@ import package::features::{
     only_capsules, only_gaussians,
 };
 import package::hit::brick::passage;
-import package::hit::brick_light::{SHADES_BRICKS, brick_light};
+import package::hit::brick_light::SHADES_BRICKS;
+import package::hit::brick_shown::brick_shown;
 import package::hit::capsule::{CapsuleSetup, capsule_hit, capsule_setup};
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{
@@ -175,7 +176,7 @@ fn brick_hit(
     if SHADES_BRICKS {
         let ends = vec3(inside.thirds, inside.depth);
         let depths = max(ends - vec3(0.0, inside.thirds), vec3(0.0));
-        shown = brick_light(id, inside.enters, inside.leaves, depths, extinction);
+        shown = brick_shown(view, id, brick, grid, texel, inside.ends, depths, extinction);
     }
     return Hit(exp(-tau), shown, opacity, entered, ramp.x, ramp.y, material_id, absorbed);
 }

@@ -11,8 +11,8 @@ const SLOT_WIDTH: u32 = 9u;  // of a brick in `voxels` [texels]
 const SLOT_HEIGHT: u32 = 8u; // and depth
 
 // The light of a brick is evaluated at a lattice of points over its box, the faces included, which neighbours share.
+// Points along an edge, in a thin grid; a dense one has more.
 const LATTICE_EDGE: u32 = 5u;
-const LATTICE_POINTS: u32 = 125u;
 
 struct Brick {
     low: vec3<f32>,   // lowest corner, from the grid's anchor [voxels]
@@ -52,18 +52,20 @@ fn grid_of(brick: Brick) -> Grid {
     return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), grid_extinction(brick.grid));
 }
 
-// Temperature of a brick's voxel at x, y, z of 0..=8 [K]; 0 of a brick without.
-fn temperature(brick: Brick, voxel: vec3<u32>) -> f32 {
+// Temperature of a brick at x, y, z of 0..=8 [K]; 0 of a brick without.
+fn temperature(brick: Brick, at: vec3<f32>) -> f32 {
     let end = textureDimensions(voxels);
     var slot = brick.first_texel + vec3(SLOT_WIDTH, 0u, 0u);
     slot = select(slot, vec3(0u, slot.y + SLOT_HEIGHT, slot.z), slot.x >= end.x);
     slot = select(slot, vec3(0u, 0u, slot.z + SLOT_HEIGHT), slot.y >= end.y);
     let is_hot = brick.density < -1.5;
+    let cell = min(floor(at), vec3(BRICK_SIZE - 1.0));
+    let aside = at - cell;
+    let lower = select(vec3(0u), slot + vec3<u32>(cell), is_hot);
     // A texel has four voxels: its own, and the next in y, in z and in both.
-    let lower = min(voxel, vec3(SLOT_WIDTH - 1u, SLOT_HEIGHT - 1u, SLOT_HEIGHT - 1u));
-    let four = textureLoad(voxels, select(vec3(0u), slot + lower, is_hot), 0);
-    let two = select(four.xy, four.zw, voxel.z > lower.z);
-    return select(0.0, select(two.x, two.y, voxel.y > lower.y), is_hot);
+    let four = mix(textureLoad(voxels, lower, 0), textureLoad(voxels, lower + vec3(1u, 0u, 0u), 0), aside.x);
+    let two = mix(four.xz, four.yw, aside.y);
+    return select(0.0, mix(two.x, two.y, aside.z), is_hot);
 }
 
 // How a grid scatters and glows.
@@ -73,9 +75,25 @@ struct GridLook {
     emission: f32,   // radiance of what is opaque and at 1500 K, in red
 }
 
-fn grid_look(brick: Brick) -> GridLook {
-    let look = textureLoad(bricks, record_texel(brick.grid + 6u), 0);
+fn grid_look(grid: u32) -> GridLook {
+    let look = textureLoad(bricks, record_texel(grid + 6u), 0);
     return GridLook(bitcast<f32>(look.x), look.y, bitcast<f32>(look.z));
+}
+
+// Lattices of the bricks of a grid, among those of all bricks.
+struct Lattices {
+    edge: u32,        // points along an edge
+    first_brick: u32, // record of its first brick
+    first_point: u32, // of that brick
+}
+
+fn grid_lattices(grid: u32) -> Lattices {
+    let words = textureLoad(bricks, record_texel(grid + 7u), 0);
+    return Lattices(words.x, words.y, words.z);
+}
+
+fn lattice_points(edge: u32) -> u32 {
+    return edge * edge * edge;
 }
 
 // Edges of a voxel as columns, world space [m].

@@ -39,6 +39,7 @@ struct Point {
     emission: vec3<f32>,  // light that it emits, and mirrors from the environment
     metallic: f32,        // 1: mirrors in its own colour and scatters nothing
     pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 for a particle
+    brick: u32,           // of POINT_BRICK: the brick whose voxels shadow it; 0 for none
 }
 
 // A batch of points that are evaluated together. Rust: src/stage/shade.rs.
@@ -47,6 +48,8 @@ struct PointBatch {
     count: u32,       // of answers without a list
     has_normals: u32, // 1 if the host's points have normals, else 0
     list: u32,        // *_LIST
+    grid: u32,        // of points in bricks: first texel of their grid's record
+    own_shadow: u32,  // 1 where their brick's own voxels shadow them
 }
 
 fn pixel_number(pixel: vec2<f32>) -> u32 {
@@ -65,7 +68,7 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
     let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
     return array(
         vec4(bitcast<vec3<u32>>(p.position), bits),
-        vec4(octahedral(p.face), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
+        vec4(select(octahedral(p.face), p.brick, p.kind == POINT_BRICK), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
         vec4(bitcast<vec3<u32>>(p.albedo), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
         vec4(bitcast<vec3<u32>>(p.emission), packed_pixel(p)),
     );
@@ -96,5 +99,6 @@ fn load_point(index: u32) -> Point {
         bitcast<vec3<f32>>(surface.xyz),
         f32(surface.w >> 24u) / METAL_STEPS,
         (surface.w & 0xfffu) | (((surface.w >> 12u) & 0xfffu) << 16u),
+        select(0u, normals.x, kind == POINT_BRICK),
     );
 }

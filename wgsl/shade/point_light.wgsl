@@ -11,6 +11,7 @@ import package::records::point::{
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::irradiance::irradiance;
+import package::shade::own_shadow::{outside, own_passed};
 import package::shade::phase::{PER_FOUR_PI, phase_of_orders};
 import package::shade::receiver::set_receiver;
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored, mirrored_sky};
@@ -74,7 +75,14 @@ fn point_light(number: u32) -> vec3<f32> {
                 light.view_count = select(light.view_count, 0u, masked(index, point).is_masked);
                 var through = vec3(1.0);
                 if HAS_SHADOWS {
-                    through = shadow(light, index, point.position, face, arriving.toward, point.reach);
+                    var origin = point.position;
+                    var reach = point.reach;
+                    if HAS_BRICKS && point.brick > 0u && light.view_count > 0u {
+                        origin = outside(point.brick, light, origin, arriving.toward);
+                        // There is no surface that a bias could help.
+                        reach = -light.bias;
+                    }
+                    through = shadow(light, index, origin, face, arriving.toward, reach);
                 }
                 add_light(listed_index(list, i), through);
             }
@@ -96,7 +104,7 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let point = load_point(shine.w);
     let arriving = incoming(light_record(index), point.position);
     let cosine = dot(point.normal, arriving.toward);
-    let through = masked(index, point).share * by_maps;
+    var through = masked(index, point).share * by_maps;
     let passed = arriving.color * through;
     let to_eye = normalize(eye() - point.position);
     var once = scattered(point, cosine);
@@ -106,6 +114,9 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     }
     var diffuse = passed * once;
     if HAS_BRICKS {
+        let light = light_record(index);
+        let brick = select(0u, point.brick, HAS_SHADOWS && light.view_count > 0u);
+        through *= own_passed(brick, light, point.position, arriving.toward);
         let ahead = dot(arriving.toward, -to_eye);
         let often = phase_of_orders(through, ahead, 2.0 * point.roughness - 1.0, point.albedo);
         diffuse = arriving.color * select(through * once, often, point.kind == POINT_BRICK);

@@ -4,7 +4,7 @@
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::NODES;
 import package::records::brick::{
-    LATTICE_EDGE, LATTICE_POINTS, SLOT_HEIGHT, brick_of, grid_look, grid_of, temperature, voxel_edges,
+    BRICK_SIZE, brick_of, grid_lattices, grid_look, grid_of, lattice_points, temperature, voxel_edges,
 };
 import package::records::cluster::ALL_LIGHTS;
 import package::records::light::cluster_of;
@@ -32,15 +32,18 @@ fn shade_bricks(
     if index >= point_batch.count {
         return;
     }
-    let number = point_batch.first + index;
-    let brick = brick_of(number / LATTICE_POINTS);
-    let in_lattice = number % LATTICE_POINTS;
-    let cell = vec3(in_lattice % LATTICE_EDGE, in_lattice / LATTICE_EDGE % LATTICE_EDGE, in_lattice / (LATTICE_EDGE * LATTICE_EDGE));
-    let part = vec3<f32>(cell) / f32(LATTICE_EDGE - 1u);
+    let lattices = grid_lattices(point_batch.grid);
+    let edge = lattices.edge;
+    let number = point_batch.first + index - lattices.first_point;
+    let brick_id = lattices.first_brick + number / lattice_points(edge);
+    let brick = brick_of(brick_id);
+    let in_lattice = number % lattice_points(edge);
+    let cell = vec3(in_lattice % edge, in_lattice / edge % edge, in_lattice / (edge * edge));
+    let part = vec3<f32>(cell) / f32(edge - 1u);
     let size = brick.high - brick.low;
     let edges = voxel_edges(brick);
     let anchor = grid_of(brick).anchor;
-    // Whole numbers and their quarters: neighbours place the points that they share alike.
+    // Shares of whole numbers of voxels: neighbours place the points that they share alike.
     let position = anchor + edges * (brick.low + size * part);
     let middle = anchor + edges * (brick.low + size * 0.5);
     let radius = 0.5 * (length(edges[0]) * size.x + length(edges[1]) * size.y + length(edges[2]) * size.z);
@@ -49,17 +52,18 @@ fn shade_bricks(
     let seen = (view.view_from_world * vec4(position, 1.0)).xyz;
     let along = -seen.z;
     let pixel = vec2(seen.x, -seen.y) * (view.scale / max(along, view.near)) + view.size * 0.5;
-    let look = grid_look(brick);
+    let look = grid_look(point_batch.grid);
     var point: Point;
     point.kind = select(POINT_NONE, POINT_BRICK, is_in_picture(view, center, radius));
     point.position = position;
+    point.brick = brick_id * point_batch.own_shadow;
     // A curve knows what is in front of a point in its own brick; else a brick is not shadowed by itself.
     point.reach = select(radius, 0.0, NODES > 0u);
     let cluster = cluster_of(pixel, (along - view.near) / (view.far - view.near));
     point.cluster = select(ALL_LIGHTS, cluster, along > view.near);
     point.receives = materials[look.material].receives;
     point.albedo = materials[look.material].tint.rgb;
-    let hot = temperature(brick, cell * (SLOT_HEIGHT / (LATTICE_EDGE - 1u)));
+    let hot = temperature(brick, part * BRICK_SIZE);
     point.emission = look.emission * black_body(hot);
     point.roughness = 0.5 + 0.5 * look.anisotropy;
     store_point(index, point);

@@ -47,6 +47,7 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
         mirror * from_around(reflect(-to_eye, normals.normal), material.roughness),
         0.0,
         pixel_number(pixel),
+        0u,
     );
 }
 

@@ -74,6 +74,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit),
         material.metallic,
         pixel_number(pixel),
+        0u,
     );
     return caught(point, material.catcher, to_eye);
 }
@@ -116,6 +117,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         material.emission + mirrored_around(material, albedo, normal, to_eye),
         material.metallic,
         pixel_number(pixel),
+        0u,
     );
     return caught(point, material.catcher, to_eye);
 }

@@ -19,7 +19,6 @@ use crate::{
     frame::Commands,
     gpu::{Allocator, Memory, Timeline, array_view},
     model::Class,
-    records::LATTICE_POINTS,
     shadows::{
         Shadows,
         batch::{batch_plan::BatchPlan, context::view_uniform},
@@ -75,7 +74,7 @@ impl Targets {
         allocator: &mut Allocator<'_>,
         size: UVec2,
         lit_count: u32,
-        brick_records: u32,
+        lattice_points: u32,
         part_count: usize,
     ) -> Result<Self, Error> {
         let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
@@ -83,8 +82,7 @@ impl Targets {
         let extent = [u64::from(size.x), u64::from(size.y), 1];
         let radiance = allocator.texture("radiance", float, extent, read)?;
         let lit = allocator.records("lit_casters", float, lit_count.into(), read)?;
-        let lattices = u64::from(brick_records) * u64::from(LATTICE_POINTS);
-        let brick_lights = allocator.records("brick_lights", float, lattices, read)?;
+        let brick_lights = allocator.records("brick_lights", float, lattice_points.into(), read)?;
         let pixel_count = u64::from(size.element_product());
         let pixels = allocator.storage::<u32>("pixels", pixel_count, copied)?;
         let parts = part_count as u64;
@@ -126,11 +124,12 @@ impl Shadows {
         let lists = self.camera_lists(&mut allocator, request, &views, &rects)?;
         let lit_count = lists[1].first_setup;
         let records = request.light_records();
-        let bricks = self.casters()?.brick_records().end;
+        let lattice_points = self.casters()?.bricks().lattice_points;
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let params = request.params(&records, &clusters.grid, lists[1].setup_origin);
         let params = allocator.uniform("picture_params", &params);
-        let mut targets = Targets::new(&mut allocator, size, lit_count, bricks, rects.len())?;
+        let mut targets =
+            Targets::new(&mut allocator, size, lit_count, lattice_points, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         // With all their levels, of which maps read the first alone.
         let images = array_view(&self.casters()?.images);
@@ -156,6 +155,7 @@ impl Shadows {
             ToShade {
                 allocator: &mut allocator,
                 shadows: self,
+                materials: &scene.materials,
                 features: ShadeFeatures::new(&lists, &lighting, &finish, cost, scene),
                 lists: &lists,
                 rounds: capacity.rounds,

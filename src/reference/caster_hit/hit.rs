@@ -29,7 +29,7 @@ pub struct Hit {
 pub struct Face {
     /// Light depth, at most that of the ray's end.
     pub depth: f32,
-    /// Length of the ray from light depth 0 to 1 [m].
+    /// Length of the ray from light depth 0 to 1 \[m\].
     pub metres: f32,
     /// Absorption coefficient of the volume [1/m].
     pub absorption: Vec3,
@@ -54,7 +54,7 @@ impl Face {
     }
 }
 
-/// Length of the ray through a texel from light depth 0 to 1 [m].
+/// Length of the ray through a texel from light depth 0 to 1 \[m\].
 pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
     let slope = (texel - view.size * 0.5) / view.scale;
     let stretch = if view.perspective > 0.0 { (1.0 + slope.length_squared()).sqrt() } else { 1.0 };

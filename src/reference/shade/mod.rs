@@ -12,7 +12,8 @@ use super::{
     air::{AirBefore, AirVolume},
     area::{Fit, mean_over_points},
     bloom::bloomed,
-    brick_light::{Lattice, lattice_cell, points_of},
+    brick::{own_shadow, voxel_value},
+    brick_light::{Lattice, points_of},
     mask::{MaskInput, Masks, SeenSurface},
     occlude::is_solid,
     occlusion::{Surroundings, occluded},
@@ -23,12 +24,12 @@ use super::{
 };
 use crate::{
     model::{
-        Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand, Triangle, View,
-        black_body,
+        BRICK_SIZE, Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand,
+        Triangle, View, black_body,
     },
     records::{
-        AirParams, FormerSlots, GpuView, ImageDetail, LATTICE_POINTS, MaskSlots, OcclusionRadius,
-        Picture, TRIANGLE_BIT, ViewMaps,
+        AirParams, FormerSlots, GpuView, ImageDetail, MaskSlots, OcclusionRadius, Picture,
+        TRIANGLE_BIT, ViewMaps,
     },
 };
 pub use mean_picture::MeanPicture;
@@ -145,7 +146,7 @@ struct Behind {
 /// Light of translucent particles, and of the lattices of bricks by the index of their records.
 struct Lit {
     casters: Vec<Vec3>,
-    lattices: Vec<Option<Box<Lattice>>>,
+    lattices: Vec<Option<Lattice>>,
 }
 
 /// Casters of some classes, in the order of the classes.
@@ -263,7 +264,7 @@ impl Eye<'_> {
     }
 
     /// Light of a brick's lattice; `None` where the camera does not see the brick, and for the record of a grid.
-    fn light_brick(&self, blended: &Seen<'_>, record: usize) -> Option<Box<Lattice>> {
+    fn light_brick(&self, blended: &Seen<'_>, record: usize) -> Option<Lattice> {
         let bricks = &blended.records.bricks;
         if !bricks.brick_records().contains(&(record as u32)) {
             return None;
@@ -274,9 +275,10 @@ impl Eye<'_> {
         let points = points_of(bricks, brick, &self.view)?;
         let [x, y, z] = bricks.half_edges(record as u32).map(Vec3::length);
         let temperatures = bricks.temperatures_of(brick);
-        let mut lattice = Box::new([Vec3::ZERO; LATTICE_POINTS as usize]);
-        for ((i, light), position) in (0..).zip(lattice.iter_mut()).zip(points) {
-            let kelvin = temperatures.map_or(0.0, |all| all.at(2 * lattice_cell(i)));
+        let is_own_shadow = self.lighting.has_curves() && grid.is_own_shadow(material);
+        let light = |(place, position): (Vec3, Vec3)| {
+            let kelvin =
+                temperatures.map_or(0.0, |all| voxel_value(all, place * BRICK_SIZE as f32));
             let point = Point {
                 kind: PointKind::Brick { anisotropy: grid.anisotropy },
                 position,
@@ -293,9 +295,15 @@ impl Eye<'_> {
                 emission: grid.emission * black_body(kelvin),
                 metallic: 0.0,
             };
-            *light = self.lighting.light(&point, None);
-        }
-        Some(lattice)
+            if !is_own_shadow {
+                return self.lighting.light(&point, None);
+            }
+            self.lighting.light_in_body(&point, |toward, end| {
+                own_shadow(bricks, brick, position, toward, end)
+            })
+        };
+        let light = points.into_iter().map(light).collect();
+        Some(Lattice { edge: grid.lattice_edge, light })
     }
 
     /// The opaque casters, or the sky.

@@ -10,19 +10,19 @@ use glam::{UVec2, Vec2, Vec3};
 /// An opaque surface at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Where its light is looked up, world space less the scene's origin [m].
+    /// Where its light is looked up, world space less the scene's origin \[m\].
     pub position: Vec3,
     /// Interpolated normal on the side that the eye sees, unit, world space.
     pub normal: Vec3,
     /// Linear rgb.
     pub albedo: Vec3,
-    /// Distance from the eye along the camera's axis [m].
+    /// Distance from the eye along the camera's axis \[m\].
     pub distance: f32,
     /// `id` of its triangle, particle or strand.
     pub object: u32,
     /// Index into [`Scene::materials`].
     pub material: u32,
-    /// To where it is in the next frame, right and down [pixels].
+    /// To where it is in the next frame, right and down \[pixels\].
     pub motion: Vec2,
 }
 

@@ -45,7 +45,7 @@ pub struct Lighting<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub kind: PointKind,
-    /// Position, world space [m].
+    /// Position, world space \[m\].
     pub position: Vec3,
     /// Pixel of the picture; (0, 0) for a particle's centre.
     pub pixel: UVec2,
@@ -55,7 +55,7 @@ pub struct Point {
     pub normal: Vec3,
     /// Direction to the eye, unit.
     pub to_eye: Vec3,
-    /// Distance that a caster in the map may be off the point, added to the bias [m].
+    /// Distance that a caster in the map may be off the point, added to the bias \[m\].
     pub reach: f32,
     pub receiver: Receiver,
     /// Share of the light that it scatters.
@@ -148,6 +148,11 @@ impl Gloss {
     }
 }
 
+/// Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
+pub const SHORT_OF: f32 = 0.999;
+/// Distance of a directional light \[m\].
+pub const SUN_DISTANCE: f32 = 3.4e38;
+
 impl<'a> Lighting<'a> {
     /// `maps` of `views`: the shadow views of the scene's lights.
     pub fn new(scene: &'a Scene, views: &'a [View], maps: &'a [ViewMaps]) -> Self {
@@ -231,6 +236,29 @@ impl<'a> Lighting<'a> {
 
     /// Light that a point sends to the eye. `masks`: those of its picture.
     pub fn light(&self, point: &Point, masks: Option<&Masks>) -> Vec3 {
+        self.light_through(point, |index, _, face| {
+            let receiver = point.receiver.of_kind(point.kind);
+            let masked = masks.and_then(|masks| masks.share(index, point));
+            masked
+                .unwrap_or_else(|| self.shadow(index, point.position, face, point.reach, receiver))
+        })
+    }
+
+    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance [m], where the way leaves
+    /// the body, and what passes up to there, from where the maps shadow it without a bias.
+    pub fn light_in_body(&self, point: &Point, own: impl Fn(Vec3, f32) -> (Vec3, Vec3)) -> Vec3 {
+        self.light_through(point, |index, toward, face| {
+            let light = &self.lights()[index];
+            let away = light.position.distance(point.position);
+            let end = if light.kind == LIGHT_DIRECTIONAL { SUN_DISTANCE } else { SHORT_OF * away };
+            let (outside, passed) =
+                if light.view_count == 0 { (Vec3::ZERO, Vec3::ONE) } else { own(toward, end) };
+            passed * self.shadow(index, outside, face, -light.bias, point.receiver)
+        })
+    }
+
+    /// `through`: share of a light, by number, that comes from a direction, with the normal on its side.
+    fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
         let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
         for (index, light) in self.lights().iter().enumerate() {
             let (toward, color) = incoming(light, point.position);
@@ -247,10 +275,7 @@ impl<'a> Lighting<'a> {
                 (false, true) => point.normal,
                 (false, false) => -point.face,
             };
-            let receiver = point.receiver.of_kind(point.kind);
-            let masked = masks.and_then(|masks| masks.share(index, point));
-            let through = masked
-                .unwrap_or_else(|| self.shadow(index, point.position, face, point.reach, receiver));
+            let through = through(index, toward, face);
             let passed = color * through;
             diffuse += match point.kind {
                 PointKind::Brick { anisotropy } => {

@@ -3,7 +3,7 @@
 use crate::records::{GpuView, ViewMaps};
 use glam::{Vec2, Vec3};
 
-/// Distances from the point of the texels that are asked, nearest first [texels].
+/// Distances from the point of the texels that are asked, nearest first \[texels\].
 pub const FIRST_RING: f32 = 2.0;
 pub const LAST_RING: f32 = 54.0;
 pub const NEXT_RING: f32 = 3.0;

@@ -4,15 +4,15 @@ use crate::{
     records::GpuView,
 };
 
-/// Largest side of a small triangle's bounding square [texels].
+/// Largest side of a small triangle's bounding square \[texels\].
 pub const SMALL_SIDE: f32 = 22.0;
 
 /// Extent of a chunk's triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleExtent {
-    /// Bounding box, world space [m].
+    /// Bounding box, world space \[m\].
     pub bounds: Bounds,
-    /// Longest edge [m].
+    /// Longest edge \[m\].
     pub longest: f32,
     /// Whether all have the `opaque` transfer.
     pub opaque: bool,

@@ -37,9 +37,9 @@ pub(in crate::shadows) const GAUSSIAN_ENLARGED: f32 = 6.0;
 /// Extent of a group's casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// Bounding box, world space [m]; NaN if a caster has a number that is not finite.
+    /// Bounding box, world space \[m\]; NaN if a caster has a number that is not finite.
     pub bounds: Bounds,
-    /// Smallest radius [m].
+    /// Smallest radius \[m\].
     pub min_radius: f32,
     /// Halves of the longest sides of boxes around single casters.
     pub reach: Reach,

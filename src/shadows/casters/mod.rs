@@ -34,7 +34,7 @@ use crate::{
     frame::Kernels,
     gpu::{Allocator, Memory, Resources},
     model::{CLASSES, Casters, Class, Grid, Material, absorptions, by_class, dither::window},
-    records::{Capsules, GpuView, TriangleRecord},
+    records::{Bricks, Capsules, GpuView, TriangleRecord},
     stage::features::{Features, Flags},
 };
 use bricks::UploadedBricks;
@@ -89,7 +89,7 @@ pub struct CasterSet {
     /// Whether some receiver is tinted by all casters except its own object's.
     pub owners: bool,
     /// Edge of the window over which the coverage of every dithered material equals its opacity, 0 for none
-    /// [texels].
+    /// \[texels\].
     pub dither_window: u32,
     memory: Memory,
     /// Memory of the host's sets.
@@ -314,9 +314,9 @@ impl CasterSet {
         self.id
     }
 
-    /// Indices of the bricks among their records.
-    pub(crate) fn brick_records(&self) -> Range<u32> {
-        self.bricks.bricks().brick_records()
+    /// Records of the bricks.
+    pub(crate) fn bricks(&self) -> &Bricks {
+        self.bricks.bricks()
     }
 
     /// The casters of `classes`.

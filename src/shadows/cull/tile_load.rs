@@ -33,7 +33,7 @@ impl PairBound {
 /// Halves of the longest sides of boxes around single casters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reach {
-    /// [m]
+    /// \[m\]
     pub most: f32,
     pub sum: f64,
     /// \[m²\]

@@ -69,7 +69,7 @@ impl Maps {
     /// fn {prefix}light_at(light: u32, position: vec3<f32>) -> vec3<f32>
     /// ```
     ///
-    /// The share of a light that reaches a point (world space [m], the normal unit): 1 if nothing is in
+    /// The share of a light that reaches a point (world space \[m\], the normal unit): 1 if nothing is in
     /// between, without falloff and cosine; 0 behind the far plane of its view. `light` indexes the lights that [`Prepared::bind_lights`]
     /// bound. The text is the same for all maps with the same number of nodes, with `gain` casters or
     /// without.

@@ -8,7 +8,7 @@ use crate::{
     model::Light,
     stage::{
         features::{Features, Flags},
-        shade::{AREA_LIGHT_SHARES, LIGHT_SHARES, NO_LIST, PointBatch, point_grid},
+        shade::{AREA_LIGHT_SHARES, LIGHT_SHARES, PointBatch, point_grid},
     },
 };
 use wgpu::{Buffer, BufferUsages};
@@ -21,7 +21,7 @@ const VECTOR: u64 = 12;
 pub struct PointBuffers<'a> {
     /// Number of points.
     pub count: u32,
-    /// Positions, world space [m].
+    /// Positions, world space \[m\].
     pub positions: &'a Buffer,
     /// Surface normals, unit, world space: they offset points off their own surface's shadow. Zero for a
     /// point on no surface; without the buffer no point is on a surface.
@@ -89,10 +89,8 @@ impl Prepared {
             let copied = BufferUsages::COPY_SRC;
             let shares = allocator.storage::<[f32; 3]>("point_shares", answers, copied)?;
             let batch = PointBatch {
-                first: 0,
-                count: answers as u32,
                 has_normals: u32::from(points.normals.is_some()),
-                list: NO_LIST,
+                ..PointBatch::of(0, answers as u32)
             };
             let batch_buffer = allocator.uniform("point_batch", &batch);
             let resources = source

@@ -70,13 +70,13 @@ fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma:
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SplatLight {
-    /// Of the light, world space [m]; of a directional one its direction, unit.
+    /// Of the light, world space \[m\]; of a directional one its direction, unit.
     pub position: [f32; 3],
     /// 1 of a directional light.
     pub is_directional: u32,
-    /// Edge of the largest texel of its maps [m], or a metre away from the light.
+    /// Edge of the largest texel of its maps \[m\], or a metre away from the light.
     pub texel: f32,
-    /// Largest step of depths in its curves [m].
+    /// Largest step of depths in its curves \[m\].
     pub step: f32,
     pad: [u32; 2],
 }

@@ -49,7 +49,7 @@ impl Shadows {
     /// ```
     ///
     /// and its bindings in `@group(1)`, of `layout`. It returns the share of a light that reaches a point
-    /// (world space [m], unit normal), which multiplies the share by the maps. `light` is an index into the
+    /// (world space \[m\], unit normal), which multiplies the share by the maps. `light` is an index into the
     /// lights that [`LightMasks::prepare`] chose. All other names of the library begin with `gobo_`.
     /// `label` names the text in errors.
     ///

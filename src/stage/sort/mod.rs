@@ -67,7 +67,7 @@ pub fn pair_limit(device: &wgpu::Device) -> u32 {
     MAX_PAIRS.min(PAIR_ROW * device.limits().max_texture_dimension_2d)
 }
 
-/// Size of a texture with a capacity of `capacity` pairs [texels].
+/// Size of a texture with a capacity of `capacity` pairs \[texels\].
 pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
     [PAIR_ROW, capacity.div_ceil(PAIR_ROW).max(1)]
 }
@@ -75,11 +75,11 @@ pub fn pair_texture_size(capacity: u32) -> [u32; 2] {
 crate::records::gpu_struct! {
     /// Parameters of a digit's kernels. WGSL: `wgsl/sort/sort.wgsl`.
     pub struct SortPass {
-        /// Shift of the digit in the key [bits].
+        /// Shift of the digit in the key \[bits\].
         pub shift: u32,
         /// Values of the digit: a power of two, at most 256.
         pub digit_count: u32,
-        /// Capacity of the pair textures [pairs].
+        /// Capacity of the pair textures \[pairs\].
         pub capacity: u32,
         /// Index of the pair count in `counts`.
         pub count_index: u32,
@@ -138,7 +138,7 @@ pub fn kernels(shape: Shape, digit_bits: u32) -> [&'static KernelDesc; 3] {
     }
 }
 
-/// Size of the histograms of so many partitions [texels].
+/// Size of the histograms of so many partitions \[texels\].
 pub fn histogram_size(partitions: u32) -> [u32; 2] {
     let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
     // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.

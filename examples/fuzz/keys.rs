@@ -1,0 +1,93 @@
+//! Every key that scene files may have, with odd values.
+use crate::{Outcome, load};
+use gobo::scene;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+/// Values that are nobody's: of another kind, at the ends of ranges or beyond, of another length.
+const VALUES: [&str; 14] = [
+    "0",
+    "-1",
+    "1e-45",
+    "1e38",
+    "nan",
+    "-inf",
+    "9223372036854775807",
+    "true",
+    "''",
+    "'../\\u0000'",
+    "[]",
+    "[1, 2]",
+    "[0, 0, 0, 0]",
+    "{ kind = 'none' }",
+];
+
+/// A scene file, the keys that reading it asks for, and how long it is [bytes].
+type Seed = (PathBuf, Vec<String>, u64);
+
+/// Number of keys with a value that failed, of those for which there is time; the seconds of a scene are [`crate::SLOW`].
+pub(super) fn run(folders: &[PathBuf], time: Duration, out: &Path) -> io::Result<usize> {
+    let (keys, clock) = (asked(folders)?, Instant::now());
+    let (mut count, mut accepted, mut findings) = (0, 0, 0);
+    let all = keys.len() * VALUES.len();
+    // Value by value, so that a short time still meets every key.
+    'values: for value in VALUES {
+        for ((_, key), scene) in &keys {
+            if clock.elapsed() > time {
+                break 'values;
+            }
+            let set = [(key.clone(), value.to_owned())];
+            let (result, took): Outcome = load(scene, &set);
+            let fault = match result {
+                Err(fault) => Some(fault),
+                Ok(_) if took > crate::SLOW => Some("is slow"),
+                Ok(end) => {
+                    accepted += usize::from(end != crate::End::Refused);
+                    None
+                }
+            };
+            if let Some(fault) = fault {
+                let line = format!("{}: --set {key}={value}: {fault}", scene.display());
+                println!("keys: {line}");
+                fs::write(out.join(format!("keys-{count}.txt")), line)?;
+                findings += 1;
+            }
+            count += 1;
+        }
+    }
+    println!("keys: {count} of {all} values, {accepted} accepted, {findings} findings");
+    Ok(findings)
+}
+
+/// The keys of each kind of table, each with its first place in the shortest scene file that asks for it.
+fn asked(folders: &[PathBuf]) -> io::Result<BTreeMap<(String, String), PathBuf>> {
+    let mut seeds: Vec<Seed> = Vec::new();
+    for folder in folders {
+        for entry in fs::read_dir(folder)? {
+            let path = entry?.path();
+            if path.extension().is_some_and(|extension| extension == "toml") {
+                let keys = scene::asked_keys(&path).map_err(io::Error::other)?;
+                let length = fs::metadata(&path)?.len();
+                seeds.push((path, keys, length));
+            }
+        }
+    }
+    seeds.sort_by_key(|(path, _, length)| (*length, path.clone()));
+    let mut found = BTreeMap::new();
+    let mut met = BTreeSet::new();
+    for (path, keys, _) in seeds {
+        for key in keys {
+            // Tables of a list are alike.
+            let parts = key.split('.').filter(|part| part.parse::<usize>().is_err());
+            let kind = parts.collect::<Vec<_>>().join(".");
+            if met.insert(kind.clone()) {
+                found.insert((kind, key), path.clone());
+            }
+        }
+    }
+    Ok(found)
+}
