@@ -12,7 +12,10 @@ use std::{
 };
 #[cfg(not(target_arch = "wasm32"))]
 use std::{
-    sync::atomic::{AtomicUsize, Ordering},
+    sync::{
+        atomic::{AtomicUsize, Ordering},
+        mpsc,
+    },
     thread,
 };
 
@@ -27,6 +30,20 @@ struct CacheState {
     /// Kernels that are not compiled yet.
     pending: Vec<Kernel>,
     driver: Option<wgpu::PipelineCache>,
+    /// To the thread of [`KernelCache::made_meanwhile`].
+    #[cfg(not(target_arch = "wasm32"))]
+    maker: Option<mpsc::Sender<Kernel>>,
+}
+
+/// Ends the thread of [`KernelCache::made_meanwhile`] after its last kernel, on a panic as well.
+#[cfg(not(target_arch = "wasm32"))]
+struct Dismissed<'a>(&'a KernelCache);
+
+#[cfg(not(target_arch = "wasm32"))]
+impl Drop for Dismissed<'_> {
+    fn drop(&mut self) {
+        self.0.state().maker = None;
+    }
 }
 
 /// Device, entry point and fingerprint of the source.
@@ -78,12 +95,17 @@ impl KernelCache {
     ) -> Result<Kernel, KernelError> {
         phase!("compile");
         let source = desc.specialised(tier, choices, constants)?;
-        let CacheState { kernels, pending, driver } = &mut *self.state();
-        match kernels.entry((device.clone(), desc.entry, source.fingerprint())) {
+        let state = &mut *self.state();
+        match state.kernels.entry((device.clone(), desc.entry, source.fingerprint())) {
             Entry::Occupied(known) => Ok(known.get().clone()),
             Entry::Vacant(place) => {
-                let kernel = Kernel::uncompiled(device, desc, source, driver.clone());
-                pending.push(kernel.clone());
+                let kernel = Kernel::uncompiled(device, desc, source, state.driver.clone());
+                state.pending.push(kernel.clone());
+                #[cfg(not(target_arch = "wasm32"))]
+                if let Some(maker) = &state.maker {
+                    // One that ended leaves it to `finish`.
+                    let _ = maker.send(kernel.clone());
+                }
                 Ok(place.insert(kernel).clone())
             }
         }
@@ -106,6 +128,23 @@ impl KernelCache {
     /// Uses the driver's pipeline cache for kernels that are compiled later, and adds them to it.
     pub(crate) fn use_driver_cache(&self, cache: &wgpu::PipelineCache) {
         self.state().driver = Some(cache.clone());
+    }
+
+    /// Compiles kernels on a thread as they are requested while `act` runs. The next [`Self::finish`] returns their errors.
+    #[cfg(feature = "picture")]
+    pub(crate) fn made_meanwhile<T>(&self, act: impl FnOnce() -> T) -> T {
+        #[cfg(not(target_arch = "wasm32"))]
+        return thread::scope(|scope| {
+            let (sender, requested) = mpsc::channel::<Kernel>();
+            let make = || requested.into_iter().for_each(|kernel| drop(kernel.make()));
+            // If no thread can be spawned, the kernels are compiled later.
+            let spawned = thread::Builder::new().spawn_scoped(scope, make);
+            self.state().maker = spawned.is_ok().then_some(sender);
+            let _dismissed = Dismissed(self);
+            act()
+        });
+        #[cfg(target_arch = "wasm32")]
+        act()
     }
 
     /// Number of kernels.
@@ -146,22 +185,4 @@ fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
 #[cfg(target_arch = "wasm32")]
 fn run_all(jobs: &[KernelJob]) -> Result<(), KernelError> {
     jobs.iter().try_for_each(KernelJob::run)
-}
-
-/// Runs jobs on a thread while `act` runs. The next [`KernelCache::finish`] returns their errors.
-#[cfg(feature = "picture")]
-pub(crate) fn while_made<T>(jobs: &[KernelJob], act: impl FnOnce() -> T) -> T {
-    phase!("compile");
-    #[cfg(not(target_arch = "wasm32"))]
-    return thread::scope(|scope| {
-        let make = || jobs.iter().for_each(|job| drop(job.run()));
-        // If no thread can be spawned, the kernels are compiled later.
-        let _made = thread::Builder::new().spawn_scoped(scope, make);
-        act()
-    });
-    #[cfg(target_arch = "wasm32")]
-    {
-        let _ = jobs;
-        act()
-    }
 }

@@ -7,7 +7,10 @@ use super::{
 };
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use naga::Module;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::{
+    fmt::{self, Write as _},
+    hash::{DefaultHasher, Hash, Hasher},
+};
 
 /// Browsers have no parser for kernels.
 #[cfg(target_arch = "wasm32")]
@@ -114,6 +117,16 @@ impl KernelDesc {
     }
 }
 
+/// Hash of a text in pieces, whose ends count.
+struct Hashed(DefaultHasher);
+
+impl fmt::Write for Hashed {
+    fn write_str(&mut self, piece: &str) -> fmt::Result {
+        piece.hash(&mut self.0);
+        Ok(())
+    }
+}
+
 /// A kernel with values of its overrides.
 #[derive(Debug)]
 pub struct Specialised {
@@ -161,11 +174,11 @@ impl Specialised {
 
     /// A number that kernels of the same code share, and others do not.
     pub(super) fn fingerprint(&self) -> u64 {
-        let mut hasher = DefaultHasher::new();
-        match &self.module {
-            Some(module) => format!("{module:?}").hash(&mut hasher),
-            None => self.wgsl.hash(&mut hasher),
-        }
-        hasher.finish()
+        let mut hashed = Hashed(DefaultHasher::new());
+        let _ = match &self.module {
+            Some(module) => write!(hashed, "{module:?}"),
+            None => hashed.write_str(&self.wgsl),
+        };
+        hashed.0.finish()
     }
 }

@@ -96,6 +96,7 @@ impl Library {
         name: &'static str,
         choices: &[(&str, &'static str)],
     ) -> Result<Linked, LinkError> {
+        let mut owners = HashMap::from([(name, root)]);
         let mut reached = vec![(root, name)];
         let mut files = vec![root];
         let mut next = 0;
@@ -107,19 +108,19 @@ impl Library {
                 if !files.contains(&found.file) {
                     files.push(found.file);
                 }
-                if let Some((other, _)) = reached.iter().find(|(_, known)| *known == word) {
-                    if *other != found.file {
+                match owners.insert(word, found.file) {
+                    None => reached.push((found.file, word)),
+                    Some(other) if other == found.file => {}
+                    Some(other) => {
                         let reason = format!("`{word}` is in wgsl/{other} too");
                         return Err(LinkError { file: found.file, line: found.line, reason });
                     }
-                } else {
-                    reached.push((found.file, word));
                 }
             }
         }
         let reached_in = |file| {
-            let reached = &reached;
-            self.0[file].items.iter().filter(move |item| reached.contains(&(file, item.name)))
+            let owners = &owners;
+            self.0[file].items.iter().filter(move |item| owners.get(item.name) == Some(&file))
         };
         Ok(Linked::new(files.into_iter().flat_map(reached_in).cloned().collect()))
     }
@@ -152,8 +153,8 @@ impl Library {
             }
             Some(("package", path)) => {
                 let path = path.replace("::", "/") + ".wgsl";
-                let known = self.0.keys().find(|known| **known == path);
-                known.ok_or_else(|| fail(format!("there is no wgsl/{path}")))?
+                let known = self.0.get_key_value(path.as_str());
+                known.ok_or_else(|| fail(format!("there is no wgsl/{path}")))?.0
             }
             _ => return Err(fail(format!("`{module}` is neither of package:: nor of choice::"))),
         };

@@ -22,8 +22,6 @@ mod transfer;
 pub use adapter::{Backend, FETCH_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming};
 pub(crate) use allocate::reused;
 pub use allocate::{Allocator, Memory, array_view, level_view, view, write_records};
-#[cfg(feature = "picture")]
-pub(crate) use cache::while_made;
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
 pub use desc::{Choice, KernelDesc, Specialised};

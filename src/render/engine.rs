@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Gpu, KernelJob, Memory, Timeline, while_made},
+    gpu::{Gpu, KernelJob, Memory, Timeline},
     model::{Counters, Scene, View, moved},
     picture::{
         Kept, PictureCapacity, PictureRequest, PreparedPicture,
@@ -76,6 +76,11 @@ impl GpuEngine {
         scene: &Scene,
         options: &RenderOptions<'_>,
     ) -> Result<Frame, Error> {
+        let cache = self.shadows.kernels().cache().clone();
+        cache.made_meanwhile(|| self.frame(scene, options))
+    }
+
+    fn frame(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         self.shadows.configure(|config| config.toggles.sums = options.sums);
         // Those of a frame that failed.
         self.work.take();
@@ -89,12 +94,11 @@ impl GpuEngine {
         // Compiles the picture's kernels while the device renders the maps of a first frame.
         let ahead = |engine: &mut Self, prepared: &Prepared| {
             if options.maps_only || engine.capacity.is_some() {
-                return Ok(Vec::new());
+                return Ok(());
             }
             let lit = Lit { scene, camera: camera.clone(), prepared };
             let request = lit.request(PictureCapacity::default());
-            engine.shadows.prepare_uncompiled_picture(&request, &mut engine.kept)?;
-            Ok(engine.shadows.kernels().cache().pending())
+            engine.shadows.prepare_uncompiled_picture(&request, &mut engine.kept).map(drop)
         };
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
         let maps = if options.maps {
@@ -208,12 +212,12 @@ impl GpuEngine {
         self.has_counted = false;
     }
 
-    /// Renders the maps until their pairs fit. Kernels that `ahead` returns are compiled meanwhile.
+    /// Renders the maps until their pairs fit. `ahead` requests kernels that are compiled meanwhile.
     pub(super) fn shade_maps(
         &mut self,
         scene: &Scene,
         views: &[View],
-        ahead: impl FnOnce(&mut Self, &Prepared) -> Result<Vec<KernelJob>, Error>,
+        ahead: impl FnOnce(&mut Self, &Prepared) -> Result<(), Error>,
     ) -> Result<(Prepared, Counters), Error> {
         let mut ahead = Some(ahead);
         let (casters, slots) = (scene.casters(), self.emitters.slots.clone());
@@ -224,11 +228,9 @@ impl GpuEngine {
             let prepared = self.shadows.prepare_with(&casters, views, &scene.shadow, &inputs)?;
             self.shadows.configure(|config| config.toggles.count_first = false);
             self.has_counted = true;
-            let jobs = ahead.take().map_or(Ok(Vec::new()), |ahead| ahead(self, &prepared))?;
-            while_made(&jobs, || {
-                self.work
-                    .submit(&self.gpu, |encoder, timeline| prepared.record_timed(encoder, timeline))
-            })?;
+            ahead.take().map_or(Ok(()), |ahead| ahead(self, &prepared))?;
+            self.work
+                .submit(&self.gpu, |encoder, timeline| prepared.record_timed(encoder, timeline))?;
             let counters = prepared.counters()?;
             self.gpu.check()?;
             if !self.shadows.grow_from(&counters) {

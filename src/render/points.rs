@@ -111,7 +111,7 @@ impl PointLookUp<'_> {
 impl GpuEngine {
     fn point_maps(&mut self, scene: &Scene, views: &[View]) -> Result<Prepared, Error> {
         self.emit(scene)?;
-        let (prepared, _) = self.shade_maps(scene, views, |_, _| Ok(Vec::new()))?;
+        let (prepared, _) = self.shade_maps(scene, views, |_, _| Ok(()))?;
         Ok(prepared)
     }
 

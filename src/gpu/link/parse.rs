@@ -19,12 +19,13 @@ pub(super) struct Import {
 impl File {
     pub(super) fn new(path: &'static str, text: &'static str) -> Result<Self, LinkError> {
         let (mut imports, mut items) = (HashMap::new(), Vec::new());
-        let mut start = 0;
+        let (mut start, mut lines) = (0, 0);
         while let Some(end) = item_end(text, start) {
-            let item = text[start..end].trim_start();
-            let line = 1 + text[..end - item.len()].matches('\n').count();
+            let (whole, item) = (&text[start..end], text[start..end].trim_start());
+            let before = &whole[..whole.len() - item.len()];
+            let line = 1 + lines + before.matches('\n').count();
             let fail = |reason: String| LinkError { file: path, line, reason };
-            start = end;
+            (start, lines) = (end, lines + whole.matches('\n').count());
             if let Some((at, module, names)) = import(item) {
                 let line = line + item[..at].matches('\n').count();
                 let import = Import { module, line };
@@ -43,10 +44,15 @@ impl File {
 fn item_end(text: &str, start: usize) -> Option<usize> {
     let mut depth = 0_i32;
     for (at, c) in code(text, start) {
-        depth += i32::from("{(".contains(c)) - i32::from("})".contains(c));
+        depth += match c {
+            '{' | '(' => 1,
+            '}' | ')' => -1,
+            ';' => 0,
+            _ => continue,
+        };
         let rest = &text[at + 1..];
         // The names of an import stand in braces before the end.
-        if depth == 0 && ";}".contains(c) && !rest.starts_with(';') {
+        if depth == 0 && c != ')' && !rest.starts_with(';') {
             let line = rest.split('\n').next().unwrap_or_default();
             let is_comment = line.trim_start().starts_with("//");
             return Some(at + 1 + if is_comment { line.len() } else { 0 });
@@ -59,7 +65,7 @@ fn item_end(text: &str, start: usize) -> Option<usize> {
 pub(super) fn code(text: &str, start: usize) -> impl Iterator<Item = (usize, char)> {
     let mut is_comment = false;
     text[start..].char_indices().map(move |(at, c)| (start + at, c)).filter(move |&(at, c)| {
-        is_comment = if is_comment { c != '\n' } else { text[at..].starts_with("//") };
+        is_comment = if is_comment { c != '\n' } else { c == '/' && text[at..].starts_with("//") };
         !is_comment
     })
 }
