@@ -75,3 +75,37 @@ pub(super) fn preview(curve: &CurveMap) -> Vec<[f32; 3]> {
     };
     texels.map(mean).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sizes of what is written at once [bytes].
+    #[derive(Default)]
+    struct Pieces(Vec<usize>);
+
+    impl io::Write for Pieces {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.push(bytes.len());
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// An array is five halves of its map's bytes: it is never in memory whole.
+    #[test]
+    fn arrays_are_written_in_pieces_whose_size_is_that_of_no_map() {
+        const MOST: usize = 1 << 20;
+        let (edge, nodes) = (300, 8);
+        let curve = CurveMap { nodes, gain: false, packed: vec![[0; 2]; edge * edge * nodes] };
+        let mut pieces = Pieces::default();
+        write(&mut pieces, [edge, edge], &curve).unwrap();
+        let header = npy::header(&[edge, edge, nodes, FIELDS]).len();
+        let whole = edge * edge * nodes * FIELDS * size_of::<f32>();
+        assert_eq!(pieces.0.iter().sum::<usize>(), header + whole);
+        assert!(pieces.0.iter().all(|&bytes| bytes <= MOST) && whole > 10 * MOST, "{:?}", pieces.0);
+    }
+}
