@@ -6,7 +6,7 @@ use crate::{
     model::{BRICK_SIZE, Voxels},
     records::{BrickRecord, Bricks, GpuView, GridRecord},
 };
-use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec4Swizzles as _};
+use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec3Swizzles as _, Vec4Swizzles as _};
 
 /// Offset of the two points of Gauss from the middle of a cell's part, of its length: `1 / sqrt(12)`.
 pub const GAUSS: f32 = 0.288_675_13;
@@ -22,8 +22,9 @@ const LAST_CELL: f32 = (BRICK_SIZE - 1) as f32;
 
 /// Share by which a brick's edges may be off a right angle.
 pub const SQUARE: f32 = 1e-4;
-/// Rounding of a brick's least distance, a share of the distances that it is made of.
-pub const DISTANCE_ROUNDING: f32 = 1e-4;
+/// Rounding of the least distance of a right-angled brick, a share of the distances that it is made of. Small, so that
+/// neighbours stay in order where the eye is hardly beside the plane of their face.
+pub const DISTANCE_ROUNDING: f32 = 4e-6;
 
 /// The part of a ray inside a brick.
 #[derive(Clone, Copy, Debug)]
@@ -308,16 +309,16 @@ impl BrickExtent {
             (min, max) = (min.min(texel), max.max(texel));
         }
         let lengths = Vec3::new(x.length(), y.length(), z.length());
-        let skew = Vec3::new(x.dot(y), y.dot(z), z.dot(x)).abs()
-            / Vec3::new(lengths.x * lengths.y, lengths.y * lengths.z, lengths.z * lengths.x);
+        let skews = Vec3::new(x.dot(y), y.dot(z), z.dot(x)).abs() / (lengths * lengths.yzx());
+        let skew = skews.max_element();
         let away = center.length();
-        let least = if skew.max_element() < SQUARE {
+        let least = if skew < SQUARE {
             let beside = Vec3::new(center.dot(x), center.dot(y), center.dot(z)).abs() / lengths;
             (beside - lengths).max(Vec3::ZERO).length()
         } else {
             away - (x.abs() + y.abs() + z.abs()).length()
         };
-        let rounding = DISTANCE_ROUNDING * (away + lengths.element_sum());
+        let rounding = (skew.min(SQUARE) + DISTANCE_ROUNDING) * (away + lengths.element_sum());
         let along = [-center.z - reach, -center.z + reach];
         Self { min, max, along, least: (least - rounding).max(0.0) }
     }

@@ -100,7 +100,10 @@ pub fn project_gaussian(
         return nothing;
     }
     let front = if params.by_distance && view.perspective > 0.0 {
-        view.distance_key((center.length() - reach * longest).max(0.0))
+        let away = center.length();
+        let toward = center / away.max(f32::MIN_POSITIVE);
+        let along = Vec3::from_array(axes_in_map.map(|axis| axis.dot(toward))).length();
+        view.distance_key((away - reach * along).max(0.0))
     } else {
         nearest
     };

@@ -59,8 +59,8 @@ pub struct ProjectParams {
     pub scatter: bool,
     /// Whether casters without shadows are projected too, for the camera.
     pub include_non_casters: bool,
-    /// Whether depth keys of perspective views are by distance from the light, for order-dependent
-    /// blending.
+    /// Whether depth keys of perspective views are by distance from the light or the eye: for order-dependent
+    /// blending, and for a camera that sees bricks.
     pub by_distance: bool,
 }
 

@@ -48,7 +48,7 @@ crate::records::gpu_struct! {
         pub first_gaussian: u32,
         /// 1: the camera's list includes casters without shadows.
         pub include_non_casters: u32,
-        /// 1: depth keys of perspective views are by distance from the light.
+        /// 1: depth keys of perspective views are by distance from the light or the eye.
         pub by_distance: u32,
     }
 }

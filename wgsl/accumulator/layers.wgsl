@@ -1,7 +1,7 @@
 // Accumulator: layers of translucent casters over a pixel, blended front to back. CPU reference:
 // src/reference/shade/layers.rs.
 //
-// Casters come in order of their nearest corner. A pane reaches from there far back, so it waits until the
+// Casters come in order of their nearest corner, among bricks of their nearest point. A pane reaches from there far back, so it waits until the
 // next caster is behind it; the order is exact while at most two panes wait. The light that the two nearest
 // panes scatter and mirror is evaluated after the walk; those behind only filter.
 
@@ -15,6 +15,7 @@ import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::footprint::{Footprint, setup_of};
 import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE};
 import package::records::record::record_texel;
+import package::records::tile_rect::depth_of_key;
 import package::records::view::GpuView;
 import package::records::point_list::PANE_LIST;
 import package::shade::air::air_at;
@@ -211,6 +212,11 @@ fn finish(view: GpuView) {
     }
 }
 
+// Among bricks keys are by distance.
 fn settled(front: f32) -> bool {
-    return !(any(passed >= vec3(FAINT)) && opaque_depth > front);
+    var depth = front;
+    if HAS_BRICKS {
+        depth = depth_of_key(camera(), corner + 0.5, front);
+    }
+    return !(any(passed >= vec3(FAINT)) && opaque_depth > depth);
 }

@@ -5,8 +5,9 @@ import package::records::view::GpuView;
 
 // Share by which edges may be off a right angle.
 const SQUARE: f32 = 1e-4;
-// Rounding of the least distance, a share of the distances that it is made of.
-const DISTANCE_ROUNDING: f32 = 1e-4;
+// Rounding of the least distance of a right-angled box, a share of the distances that it is made of. Small, so that
+// neighbours stay in order where the eye is hardly beside the plane of their face.
+const DISTANCE_ROUNDING: f32 = 4e-6;
 
 struct BrickExtent {
     lo: vec2<f32>,    // box in the map [texels], where `nearest` is in front of the eye
@@ -35,14 +36,16 @@ fn brick_extent(view: GpuView, brick: Brick, center: vec3<f32>) -> BrickExtent {
         all.hi = max(all.hi, texel);
     }
     let lengths = vec3(length(x), length(y), length(z));
-    let skew = max(abs(dot(x, y)) / (lengths.x * lengths.y), abs(dot(y, z)) / (lengths.y * lengths.z));
+    let skews = abs(vec3(dot(x, y), dot(y, z), dot(z, x))) / (lengths * lengths.yzx);
+    let skew = max(max(skews.x, skews.y), skews.z);
     let away = length(center);
-    if max(skew, abs(dot(z, x)) / (lengths.z * lengths.x)) < SQUARE {
+    if skew < SQUARE {
         let beside = abs(vec3(dot(center, x), dot(center, y), dot(center, z))) / lengths;
         all.least = length(max(beside - lengths, vec3(0.0)));
     } else {
         all.least = away - length(abs(x) + abs(y) + abs(z));
     }
-    all.least = max(all.least - DISTANCE_ROUNDING * (away + lengths.x + lengths.y + lengths.z), 0.0);
+    let rounding = (min(skew, SQUARE) + DISTANCE_ROUNDING) * (away + lengths.x + lengths.y + lengths.z);
+    all.least = max(all.least - rounding, 0.0);
     return all;
 }

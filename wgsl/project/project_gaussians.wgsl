@@ -23,6 +23,7 @@ override WORKGROUP_SIZE: u32;
 const MIN_COSINE: f32 = 0.05;
 const MEDIUM_REACH: f32 = 4.0; // around the closest approach, where a medium absorbs [standard deviations]
 const ROOT_TAU: f32 = 2.5066283;
+const MIN_DISTANCE: f32 = 1.17549435e-38; // [m]
 
 // Columns are the axes of a unit quaternion.
 fn axes_of(q: vec4<f32>) -> mat3x3<f32> {
@@ -107,7 +108,10 @@ fn project_gaussians(
         let is_found = (project_params.first_gaussian == 0u) | !is_outlined(outlined);
         rect = select(rect, outlined, is_found);
     }
-    let least = distance_key(view, max(length(center) - reach * longest, 0.0));
+    let away = length(center);
+    let toward = center / max(away, MIN_DISTANCE);
+    let along = length(vec3(dot(axes[0], toward), dot(axes[1], toward), dot(axes[2], toward)));
+    let least = distance_key(view, max(away - reach * along, 0.0));
     let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
     let front = depth_key(select(nearest, least, by_distance));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);

@@ -18,6 +18,6 @@ struct ProjectParams {
     first_gaussian: u32,
     // 1: the camera's list includes casters without shadows.
     include_non_casters: u32,
-    // 1: depth keys of perspective views are by distance from the light.
+    // 1: depth keys of perspective views are by distance from the light or the eye.
     by_distance: u32,
 }

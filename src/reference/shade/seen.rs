@@ -32,10 +32,10 @@ impl<'a> Seen<'a> {
         detail: ImageDetail,
     ) -> Self {
         let records = SceneRecords::new(casters, shadow);
-        let casters = records.project(
-            view,
-            ProjectParams { scatter: false, include_non_casters: true, by_distance: false },
-        );
+        // Only by distance are all bricks of a grid in order along each ray.
+        let by_distance = !records.bricks.particles.is_empty();
+        let params = ProjectParams { scatter: false, include_non_casters: true, by_distance };
+        let casters = records.project(view, params);
         let tile_count = view.tiles_x * (view.size.y as u32).div_ceil(TILE_SIZE);
         let sorted = depth_order(&casters.keys);
         let bins = casters.bins(&sorted, view, tile_count, u32::MAX);

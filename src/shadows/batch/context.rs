@@ -66,13 +66,19 @@ impl Context<'_, '_> {
     }
 
     fn project_params(&self, plan: &ListPlan, chunk_count: u32) -> ProjectParams {
+        // Only by distance are all bricks of a grid in order along each of the camera's rays.
+        let by_distance = if plan.camera {
+            plan.features.has(Flags::HAS_BRICKS)
+        } else {
+            plan.filters && plan.features.has(Flags::HAS_OVER)
+        };
         ProjectParams {
             chunk_count,
             scatter: u32::from(self.scatters(plan)),
             first_setup: plan.setup_origin(),
             first_gaussian: 0,
             include_non_casters: u32::from(plan.camera),
-            by_distance: u32::from(plan.filters && plan.features.has(Flags::HAS_OVER)),
+            by_distance: u32::from(by_distance),
         }
     }
 
