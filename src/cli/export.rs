@@ -11,7 +11,7 @@ use super::{
 use gobo::{
     Error,
     internals::{
-        gpu::{Access, Binding, BindingKind, Constant, KernelDesc, Tier},
+        gpu::{Access, Binding, BindingKind, Constant, FEW_TURNS, KernelDesc, Tier},
         stage::variants,
     },
     wgpu::{TextureFormat, TextureSampleType, TextureViewDimension},
@@ -163,7 +163,7 @@ fn export(
     let id = id(desc, cut.suffix, tier);
     let linked = desc.link(tier).map_err(Error::from)?;
     let given = [&cut.constants, desc.constants].concat();
-    let wgsl = linked.unrolled(linked.wgsl.clone(), &given, 1);
+    let wgsl = linked.unrolled(linked.wgsl.clone(), &given, FEW_TURNS);
     let kernel = Kernel::new(desc.entry, wgsl, &given, target)
         .map_err(|reason| Failure::Wrong(format!("{id}: {reason}")))?;
     let mut slots = HashMap::new();

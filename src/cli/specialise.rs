@@ -14,7 +14,6 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         disc_segment: WIDE_DISC_SEGMENT,
         scatter_tiny: true,
         columns: false,
-        unrolled: false,
         kinds_apart: false,
         wide: true,
         ballots: true,

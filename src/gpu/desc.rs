@@ -1,7 +1,7 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
     kernel_error::KernelError,
-    link::{Constant, Library, Linked, SAMPLED, UNROLLED},
+    link::{Constant, FEW_TURNS, Library, Linked, SAMPLED, UNROLLED},
     resource::Binding,
     tier::Tier,
 };
@@ -110,7 +110,7 @@ impl KernelDesc {
         let linked = self.link_with(tier, others)?;
         let constants = [constants, self.constants].concat();
         let writes_out = others.iter().any(|choice| choice.name == UNROLLED);
-        let max_turns = if writes_out { u32::MAX } else { 1 };
+        let max_turns = if writes_out { u32::MAX } else { FEW_TURNS };
         let wgsl = linked.unrolled(linked.with_values(&constants), &constants, max_turns);
         let sampled = others.iter().find(|choice| choice.name == SAMPLED);
         Specialised::new(linked, wgsl, tier, sampled.map(|choice| choice.files[tier as usize]))

@@ -34,9 +34,9 @@ pub fn composed_texels(pair_capacity: u32) -> u64 {
     segments.min(MAX_SEGMENTS) * TEXELS
 }
 
-/// State of four texels per lane.
+/// State of the texels of a lane.
 pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter.wgsl");
-/// State of four or eight texels per lane, for casters of one simple kind: soft discs or splats, of the `filter` transfer.
+/// The same for casters of one simple kind: soft discs or splats, of the `filter` transfer.
 pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
 const PLAIN_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/plain.wgsl");
 /// That kind.
@@ -76,6 +76,18 @@ pub const DISC_TILES: KernelDesc =
 pub const DISC_SEGMENTS: KernelDesc =
     walk::segments("accumulate_disc_segments", &[PLAIN, DISCS, MAPS, PLAIN_LANE_CASTER]);
 
+pub const SPLAT_TILES: KernelDesc = KernelDesc {
+    name: "accumulate_splat_tiles",
+    with: &[PLAIN, SPLATS, MAPS, STORED, PLAIN_LANE_CASTER],
+    ..DISC_TILES
+};
+
+pub const SPLAT_SEGMENTS: KernelDesc = KernelDesc {
+    name: "accumulate_splat_segments",
+    with: &[PLAIN, SPLATS, MAPS, PLAIN_LANE_CASTER],
+    ..DISC_SEGMENTS
+};
+
 /// Kernels for casters that filter light.
 pub fn kernels(features: Features) -> WalkKernels {
     let curves = features.nodes > 0;
@@ -89,6 +101,7 @@ pub fn kernels(features: Features) -> WalkKernels {
         (true, _) => [&curve::TILES, &curve::SEGMENTS],
         (false, Some(kind)) if queued => llvmpipe::queue_kernels(kind),
         (false, Some(Simple::Discs)) => [&DISC_TILES, &DISC_SEGMENTS],
+        (false, Some(Simple::Splats)) => [&SPLAT_TILES, &SPLAT_SEGMENTS],
         (false, _) if composed => [&TILES, &ORDERED],
         (false, _) => [&TILES, &SEGMENTS],
     };

@@ -15,18 +15,19 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleave
 /// has.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for late ones, and what look-ups lay
-/// aside are registers.
-pub const COLUMNS: [Choice; 5] = [
+/// aside are registers, and loops over them are written out.
+pub const COLUMNS: [Choice; 6] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
     Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl"),
     IN_REGISTERS,
     EIGHT,
+    WRITTEN_OUT,
 ];
 /// Invocations hold eight texels of casters of one simple kind.
 const EIGHT: Choice = Choice::new("column", "traversal/column_eight.wgsl");
-/// Loops over what lies in registers are written out.
-pub const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
+/// All marked loops are written out.
+const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects casters until there is one for each lane.
 const QUEUE: Choice = Choice::new("traversal", "llvmpipe/queue.wgsl");
 /// Collects discs once no hit is inserted into a curve by itself.
@@ -49,7 +50,7 @@ pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     ..walk::segments("accumulate_disc_queue_segments", &[PLAIN, EIGHT, DISCS, MAPS, QUEUE])
 };
 
-/// Splats that are collected in a queue; elsewhere they take the kernels of any casters.
+/// Splats that are collected in a queue.
 pub const SPLAT_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_tiles",
     with: &[INTERLEAVED, PLAIN, EIGHT, SPLATS, MAPS, FETCHED, QUEUE],

@@ -132,6 +132,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &accumulate::ORDERED,
     &accumulate::DISC_TILES,
     &accumulate::DISC_SEGMENTS,
+    &accumulate::SPLAT_TILES,
+    &accumulate::SPLAT_SEGMENTS,
     &llvmpipe::CURVE_DISC_QUEUE_TILES,
     &llvmpipe::CURVE_DISC_QUEUE_SEGMENTS,
     &llvmpipe::DISC_QUEUE_TILES,

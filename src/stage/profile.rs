@@ -19,13 +19,10 @@ pub struct Profile {
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four texels, with the nodes of their curves in registers, as what
-    /// look-ups lay aside, and lanes keep the particles that they have set up. On software adapters, which load
-    /// workgroup memory slowly.
+    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in registers, as what
+    /// look-ups lay aside, all loops over them are written out, and lanes keep the particles that they have set up. On llvmpipe, which
+    /// loads workgroup memory slowly; SwiftShader's compiler takes minutes for such a kernel.
     pub columns: bool,
-    /// Whether loops over what lies in registers are written out. Not on SwiftShader, whose compiler takes a
-    /// minute for such a kernel and a second for loops.
-    pub unrolled: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.
     pub kinds_apart: bool,
@@ -55,8 +52,7 @@ impl Profile {
             shape: if is_software { Shape::Serial } else { Shape::Wide },
             disc_segment: if is_software { DISC_SEGMENT } else { WIDE_DISC_SEGMENT },
             scatter_tiny: !is_software,
-            columns: is_software,
-            unrolled: is_software && !adapter.driver.starts_with("SwiftShader"),
+            columns: is_software && !adapter.driver.starts_with("SwiftShader"),
             kinds_apart: is_software,
             wide: adapter.subgroup_max_size > 32,
             ballots: adapter.subgroup_max_size <= 64,
@@ -76,14 +72,19 @@ impl Profile {
             ("BARE_FIRST", flag(self.bare_first)),
             ("SET_UP_ONCE", flag(self.columns)),
             // Where that is written out.
-            ("CELLS_AT_ONCE", if self.unrolled { 5.0 } else { 1.0 }),
+            ("CELLS_AT_ONCE", if self.columns { 5.0 } else { 1.0 }),
         ]
     }
 
     /// Workgroups in z that share the texels of a kernel's tile. WGSL: `SHARES`.
     pub fn tile_shares(&self, desc: &KernelDesc) -> u32 {
-        let has_rows = desc.choices().any(|choice| choice.name == llvmpipe::COLUMNS[0].name);
-        if has_rows && !self.columns { 4 } else { 1 }
+        let has = |name| desc.choices().any(|choice| choice.name == name);
+        match (has("rows"), has("column")) {
+            _ if self.columns => 1,
+            (true, _) => 4,
+            (false, true) => 2,
+            (false, false) => 1,
+        }
     }
 
     /// Choices that replace a kernel's own.
@@ -93,7 +94,6 @@ impl Profile {
             (self.interleaved, &[llvmpipe::INTERLEAVED]),
             (self.loaded, &[llvmpipe::LOADED]),
             (self.columns, &llvmpipe::COLUMNS),
-            (self.unrolled, &[llvmpipe::WRITTEN_OUT]),
         ];
         chosen.into_iter().filter(|(is, _)| *is).flat_map(|(_, choices)| choices).copied().collect()
     }

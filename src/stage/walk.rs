@@ -42,12 +42,7 @@ pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
 /// Texels that an invocation holds where casters are all of one simple kind;
 /// [`Profile`](super::profile::Profile) may replace it.
-const COLUMN: Choice = Choice::by_tier(
-    "column",
-    "traversal/column_eight.wgsl",
-    Tier::Subgroups,
-    "traversal/column_four.wgsl",
-);
+const COLUMN: Choice = Choice::new("column", "traversal/column_two.wgsl");
 /// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 

@@ -1,6 +1,7 @@
 //! Contracts of all kernels, devices and recorded frames.
 mod circles;
 mod device;
+mod dynamic_index;
 mod face;
 mod grammar;
 mod layers;

@@ -18,7 +18,7 @@ use gobo::{
 fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
     renderer.configure(|config| {
-        (config.profile.columns, config.profile.unrolled) = (columns, columns);
+        config.profile.columns = columns;
         config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
     });
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };

@@ -34,7 +34,7 @@ fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f
         renderer.configure(|config| {
             // Queues have a disc for each of eight lanes.
             config.toggles.queued = queued && config.profile.queued;
-            (config.profile.columns, config.profile.unrolled) = (columns, columns);
+            config.profile.columns = columns;
             config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
         });
         let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };

@@ -3,6 +3,7 @@
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::opaques;
+import package::features::unrolled;
 import package::hit::blocks::{blocks, stored_depth};
 import package::hit::caster_hit::caster_hit;
 import package::hit::small::small_depth;
@@ -11,23 +12,23 @@ import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{depth_to_nearness, nearness_to_depth};
 import package::traversal::lane::sum_index;
-import choice::accumulator::{ROWS, nearest_texel};
+import choice::accumulator::{ROWS, nearest};
 import choice::sums::{clear_sums, load_nearness, raise_nearness};
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
-    for (var i = 0u; i < ROWS; i += 1u) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let at = texel + vec2(0u, i);
-        let depth = min(nearest_texel(i), small_depth(view, at));
+        let depth = min(nearest[i], small_depth(view, at));
         textureStore(opaques, view.origin + at, view.layer, vec4(depth));
     }
 }
 
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
-    for (var i = 0u; i < ROWS; i += 1u) {
-        if nearest_texel(i) < 1.0 {
-            raise_nearness(sum_index(segment.tile, in_tile + vec2(0u, i)), depth_to_nearness(nearest_texel(i)));
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        if nearest[i] < 1.0 {
+            raise_nearness(sum_index(segment.tile, in_tile + vec2(0u, i)), depth_to_nearness(nearest[i]));
         }
     }
 }

@@ -1,6 +1,7 @@
 // Accumulator: transmittance and nearest depth of an invocation's texels, front to back, in registers. CPU
 // reference: src/reference/accumulate.rs.
 
+import package::accumulator::found::Found;
 import package::bind::changed::counters;
 import package::bind::sampled::opaques;
 import package::curve::lights::{Lights, black, light_row, plus, scaled, white};
@@ -16,7 +17,7 @@ import package::hit::object::object_of;
 import package::records::footprint::Footprint;
 import package::records::owner::{NO_OWNER, owner_tag};
 import package::records::view::GpuView;
-import package::sums::faint::keep3;
+import package::sums::faint::keep;
 import package::sums::sums::{BLACK, VISIBLE_PRESENCE, light};
 import choice::rows::{ROW_COUNT, RowBits, Rows, any_row, row, row_bits, with_bits, with_row};
 import choice::waiting::take_hits;
@@ -35,6 +36,8 @@ var<private> crossed: array<vec4<i32>, ROW_COUNT>; // volumes: optical depth, an
 var<private> nearest: Rows;
 var<private> owner: RowBits; // owner tag of the nearest
 var<private> opaque_depth: Rows;
+var<private> added: array<vec3<f32>, ROW_COUNT>; // by `over`, once the walk is finished
+var<private> found: array<Found, ROW_COUNT>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
@@ -61,9 +64,6 @@ fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     let texel = corner + vec2(0.5, f32(i) + 0.5);
     let opaque = row(opaque_depth, i);
     let hit = faced_hit(view, footprint, faced, texel, opaque);
-    if HAS_VOLUMES && body_faces {
-        crossed[i] += crossing(view, footprint, texel, opaque);
-    }
     var counts = hit.depth >= 0.0 && hit.depth < opaque;
     if HAS_OVER {
         counts = counts && hit.depth >= row(body_from, i) && hit.depth < row(body_before, i);
@@ -80,14 +80,13 @@ fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     return hit;
 }
 
-fn visit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) {
-    let hit = hit_texel(view, footprint, faced, i);
-    if FAINT {
-        let kept = keep3(passed[i], lost[i], hit.absorbed);
-        passed[i] = kept.passed;
-        lost[i] = kept.lost;
-    } else {
-        passed[i] *= hit.light;
+// Adds the faces of volumes.
+fn cross_faces(view: GpuView, footprint: Footprint) {
+    if HAS_VOLUMES && body_faces {
+        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+            let texel = corner + vec2(0.5, f32(i) + 0.5);
+            crossed[i] += crossing(view, footprint, texel, row(opaque_depth, i));
+        }
     }
 }
 
@@ -117,46 +116,39 @@ fn finish() {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         if HAS_OVER {
             passed[i] = light_row(passed_in_order, i);
+            added[i] = light_row(added_in_order, i);
         } else if FAINT {
             passed[i] *= 1.0 - lost[i];
         }
+        var through = passed[i];
+        if HAS_OVER || HAS_VOLUMES {
+            // A mesh that is not closed would brighten.
+            let tau = max(crossed[i].xyz, vec3(0));
+            through = (through + added[i]) * light(bitcast<vec3<u32>>(tau));
+        }
+        // 0 if the light is inside a volume.
+        let inside = HAS_VOLUMES && crossed[i].w > 0;
+        found[i] = Found(through, select(row(nearest, i), 0.0, inside), row_bits(owner, i));
     }
-}
-
-fn added_texel(i: u32) -> vec3<f32> {
-    if HAS_OVER {
-        return light_row(added_in_order, i);
-    }
-    return vec3(0.0);
-}
-
-fn owner_texel(i: u32) -> u32 {
-    return row_bits(owner, i);
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
     let faced = set_up(view, footprint);
+    cross_faces(view, footprint);
     if HAS_OVER {
         visit_in_order(view, footprint, faced);
         return;
     }
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        visit_texel(view, footprint, faced, i);
+        let hit = hit_texel(view, footprint, faced, i);
+        if FAINT {
+            let kept = keep(passed[i], lost[i], hit.absorbed);
+            passed[i] = kept.passed;
+            lost[i] = kept.lost;
+        } else {
+            passed[i] *= hit.light;
+        }
     }
-}
-
-fn nearest_texel(i: u32) -> f32 {
-    // 0 if the light is inside a volume.
-    return select(row(nearest, i), 0.0, HAS_VOLUMES && crossed[i].w > 0);
-}
-
-fn passed_texel(i: u32) -> vec3<f32> {
-    if HAS_OVER || HAS_VOLUMES {
-        // A mesh that is not closed would brighten.
-        let tau = max(crossed[i].xyz, vec3(0));
-        return (passed[i] + added_texel(i)) * light(bitcast<vec3<u32>>(tau));
-    }
-    return passed[i];
 }
 
 // Whether nothing at or behind `front` can change these texels.

@@ -14,7 +14,7 @@ import package::sums::sums::{
 };
 import package::traversal::lane::sum_index;
 import choice::maps::{plain_alpha, store_map};
-import choice::accumulator::{ROWS, finish, nearest_texel, owner_texel, passed_texel};
+import choice::accumulator::{ROWS, finish, found};
 import choice::sums::{clear_sums, load_nearness, load_sums, raise_nearness};
 
 var<private> alpha_of_none: f32;
@@ -25,30 +25,25 @@ fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     finish();
-    for (var i = 0u; i < ROWS; i += 1u) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
-        var nearest_depth = nearest_texel(i);
+        var depth = found[i].nearest;
         var alpha = alpha_of_none;
         if HAS_OWNERS {
-            alpha = tagged_alpha(owner_texel(i));
-            nearest_depth = tagged_depth(nearest_depth, owner_texel(i));
+            alpha = tagged_alpha(found[i].owner);
+            depth = tagged_depth(depth, found[i].owner);
         }
-        store_map(at, view.layer, vec4(blackened(passed_texel(i)), alpha), nearest_depth);
+        store_map(at, view.layer, vec4(blackened(found[i].light), alpha), depth);
     }
 }
 
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     finish();
-    // A copy: an array indexed by a loop is memory, and the walk's state should stay in registers.
-    var walked: array<vec4<f32>, ROWS>;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        walked[i] = vec4(passed_texel(i), nearest_texel(i));
-    }
-    for (var i = 0u; i < ROWS; i += 1u) {
         let sum = sum_index(segment.tile, in_tile + vec2(0u, i));
-        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(walked[i].rgb) * FIXED_ONE))));
-        if walked[i].a < 1.0 {
-            raise_nearness(sum, depth_to_nearness(walked[i].a));
+        merge(sum, bitcast<vec3<u32>>(vec3<i32>(round(to_tau(found[i].light) * FIXED_ONE))));
+        if found[i].nearest < 1.0 {
+            raise_nearness(sum, depth_to_nearness(found[i].nearest));
         }
     }
 }

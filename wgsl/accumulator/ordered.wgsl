@@ -7,14 +7,12 @@
 import package::bind::changed::partials;
 import package::bind::sampled::tiles;
 import package::bind::stored::{filters, nearests};
-import package::features::{HAS_GAIN, HAS_OWNERS, HAS_VOLUMES};
+import package::features::{HAS_GAIN, HAS_OWNERS, HAS_VOLUMES, unrolled};
 import package::records::owner::{NO_OWNER, tagged_alpha, tagged_depth};
 import package::records::record::record_texel;
 import package::records::tile::{Segment, Tile, segment_count, segment_record, tile_of};
 import package::records::view::{GpuView, TILE_SIZE};
-import package::accumulator::filter::{
-    ROWS, added_texel, crossed, finish, nearest, nearest_texel, owner, passed,
-};
+import package::accumulator::filter::{ROWS, added, crossed, finish, found, nearest, owner, passed};
 import package::sums::merge::merge;
 import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_capacity, unpack_pair};
 import package::sums::sums::{
@@ -28,10 +26,10 @@ fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     finish();
     let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
     let composed = index < partial_capacity(arrayLength(&partials)) && segment_count(tile) > 1u;
-    for (var i = 0u; i < ROWS; i += 1u) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, in_tile + vec2(0u, i));
-            partials[at] = pack_partial(Partial(passed[i], added_texel(i), row(nearest, i), vec3(0), 0, NO_OWNER));
+            partials[at] = pack_partial(Partial(passed[i], added[i], row(nearest, i), vec3(0), 0, NO_OWNER));
             if HAS_VOLUMES || HAS_OWNERS {
                 let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
                 let tau = bitcast<vec3<u32>>(crossed[i].xyz);
@@ -39,14 +37,14 @@ fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
             }
         } else {
             let sum = sum_index(segment.tile, in_tile + vec2(0u, i));
-            let tau = vec3<i32>(round(to_tau(passed[i] + added_texel(i)) * FIXED_ONE));
+            let tau = vec3<i32>(round(to_tau(passed[i] + added[i]) * FIXED_ONE));
             if HAS_VOLUMES {
                 add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
             } else {
                 merge(sum, bitcast<vec3<u32>>(tau));
             }
-            if nearest_texel(i) < 1.0 {
-                raise_nearness(sum, depth_to_nearness(nearest_texel(i)));
+            if found[i].nearest < 1.0 {
+                raise_nearness(sum, depth_to_nearness(found[i].nearest));
             }
         }
     }

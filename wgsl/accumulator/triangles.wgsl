@@ -1,80 +1,79 @@
-// Accumulator: nearest opaque depth of four or eight texels in a column, for opaque triangles, the usual casters of
+// Accumulator: nearest opaque depth of some texels in a column, for opaque triangles, the usual casters of
 // ground and walls. CPU reference: src/reference/occlude.rs.
 
+import package::features::unrolled;
 import package::records::footprint::{Footprint, setup_of};
-import package::records::opaque_depth::whole_depths;
+import package::records::opaque_depth::opaque_bits;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
-import choice::column::{COLUMN_TEXELS, FOURS};
+import choice::column::COLUMN_TEXELS;
 
 const ROWS: u32 = COLUMN_TEXELS; // texels that an invocation holds, in a column
-const LAST: u32 = FOURS - 1u; // of its fours
 
 struct TriangleSetup {
-    edges: array<vec4<f32>, 3>,
+    a: vec4<f32>, // edges
+    b: vec4<f32>,
+    c: vec4<f32>,
     weights: vec3<f32>,
     ties: u32,
     depths: vec3<f32>,
 }
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
-var<private> nearest: array<vec4<f32>, FOURS>;
+var<private> nearest: array<f32, ROWS>;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
-    nearest[0] = vec4(1.0);
-    nearest[LAST] = vec4(1.0);
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        nearest[i] = 1.0;
+    }
 }
 
 fn load_triangle(setup: u32) -> TriangleSetup {
-    var triangle: TriangleSetup;
-    for (var i = 0u; i < 3u; i += 1u) {
-        triangle.edges[i] = bitcast<vec4<f32>>(setup_texel(setup, i));
-    }
     let weights_ties = setup_texel(setup, 3u);
-    triangle.weights = bitcast<vec3<f32>>(weights_ties.xyz);
-    triangle.ties = weights_ties.w;
-    triangle.depths = bitcast<vec3<f32>>(setup_texel(setup, 4u).xyz);
-    return triangle;
+    return TriangleSetup(
+        bitcast<vec4<f32>>(setup_texel(setup, 0u)),
+        bitcast<vec4<f32>>(setup_texel(setup, 1u)),
+        bitcast<vec4<f32>>(setup_texel(setup, 2u)),
+        bitcast<vec3<f32>>(weights_ties.xyz),
+        weights_ties.w,
+        bitcast<vec3<f32>>(setup_texel(setup, 4u).xyz),
+    );
+}
+
+fn edge_distance(edge: vec4<f32>, texel: vec2<f32>) -> f32 {
+    return edge.z * (texel.y - edge.y) - edge.w * (texel.x - edge.x);
+}
+
+// Light depth of the triangle at a texel, 1 where it is not.
+fn triangle_depth(triangle: TriangleSetup, texel: vec2<f32>) -> f32 {
+    let e = vec3(
+        edge_distance(triangle.a, texel),
+        edge_distance(triangle.b, texel),
+        edge_distance(triangle.c, texel),
+    );
+    let ties = (vec3(triangle.ties) & vec3(1u, 2u, 4u)) != vec3(0u);
+    let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & ties));
+    let weighted = e * triangle.weights;
+    let sum = weighted.x + weighted.y + weighted.z;
+    let depth = dot(e, triangle.weights * triangle.depths) / sum;
+    let counts = inside && sum > 0.0 && depth >= 0.0 && depth <= 1.0;
+    return select(1.0, bitcast<f32>(opaque_bits(depth, false)), counts);
 }
 
 fn visit_triangle(triangle: TriangleSetup) {
-    visit_rows(triangle, 0u);
-    if FOURS > 1u {
-        visit_rows(triangle, LAST);
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        nearest[i] = min(nearest[i], triangle_depth(triangle, corner + vec2(0.5, f32(i) + 0.5)));
     }
-}
-
-fn edge_rows(edge: vec4<f32>, ys: vec4<f32>) -> vec4<f32> {
-    return edge.z * (ys - edge.y) - edge.w * (corner.x + 0.5 - edge.x);
-}
-
-fn within(e: vec4<f32>, tie: bool) -> vec4<bool> {
-    return (e > vec4(0.0)) | ((e == vec4(0.0)) & vec4(tie));
-}
-
-fn visit_rows(triangle: TriangleSetup, i: u32) {
-    let ys = corner.y + f32(4u * i) + vec4(0.5, 1.5, 2.5, 3.5);
-    let a = edge_rows(triangle.edges[0], ys);
-    let b = edge_rows(triangle.edges[1], ys);
-    let c = edge_rows(triangle.edges[2], ys);
-    let inside = within(a, (triangle.ties & 1u) != 0u) & within(b, (triangle.ties & 2u) != 0u)
-        & within(c, (triangle.ties & 4u) != 0u);
-    let weighted = triangle.weights * triangle.depths;
-    let sum = a * triangle.weights.x + b * triangle.weights.y + c * triangle.weights.z;
-    let depth = (a * weighted.x + b * weighted.y + c * weighted.z) / sum;
-    let stored = whole_depths(depth);
-    let counts = inside & (sum > vec4(0.0)) & (depth >= vec4(0.0)) & (depth <= vec4(1.0));
-    nearest[i] = select(nearest[i], min(nearest[i], stored), counts);
-}
-
-fn nearest_texel(i: u32) -> f32 {
-    return nearest[i / 4u][i % 4u];
 }
 
 // Whether nothing at or behind `front` can change these texels.
 fn settled(front: f32) -> bool {
-    return all(nearest[0] <= vec4(front)) && all(nearest[LAST] <= vec4(front));
+    var last = 0.0;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        last = max(last, nearest[i]);
+    }
+    return last <= front;
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
@@ -105,9 +104,9 @@ fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
 fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let box = caster.box;
     let outside = abs(box.xy - clamp(box.xy, lo, hi));
-    let edges = caster.triangle.edges;
-    return max(outside.x, outside.y) <= box.z && edge_touches(edges[0], lo, hi)
-        && edge_touches(edges[1], lo, hi) && edge_touches(edges[2], lo, hi);
+    let triangle = caster.triangle;
+    return max(outside.x, outside.y) <= box.z && edge_touches(triangle.a, lo, hi)
+        && edge_touches(triangle.b, lo, hi) && edge_touches(triangle.c, lo, hi);
 }
 
 // Payload that the lane broadcasts; `front` bounds its depth from below.
@@ -120,13 +119,13 @@ fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) {
     visit_triangle(broadcast_triangle(payload, lane));
 }
 
-fn broadcast_triangle(triangle: TriangleSetup, j: u32) -> TriangleSetup {
-    var other: TriangleSetup;
-    for (var i = 0u; i < 3u; i += 1u) {
-        other.edges[i] = subgroupShuffle(triangle.edges[i], j);
-    }
-    other.weights = subgroupShuffle(triangle.weights, j);
-    other.ties = subgroupShuffle(triangle.ties, j);
-    other.depths = subgroupShuffle(triangle.depths, j);
-    return other;
+fn broadcast_triangle(triangle: TriangleSetup, lane: u32) -> TriangleSetup {
+    return TriangleSetup(
+        subgroupShuffle(triangle.a, lane),
+        subgroupShuffle(triangle.b, lane),
+        subgroupShuffle(triangle.c, lane),
+        subgroupShuffle(triangle.weights, lane),
+        subgroupShuffle(triangle.ties, lane),
+        subgroupShuffle(triangle.depths, lane),
+    );
 }

@@ -4,7 +4,7 @@
 
 import package::curve::lights::{Lights, white, with_light};
 import package::curve::volumes::rest_of_volumes;
-import package::features::HAS_VOLUMES;
+import package::features::{HAS_VOLUMES, unrolled};
 import package::records::view::TILE_SIZE;
 import package::sums::sums::{light, nearness_to_depth};
 import choice::rows::{ROW_COUNT, RowIs, Rows, with_row};
@@ -20,16 +20,18 @@ fn nothing_overflowed() -> Overflowed {
     return Overflowed(array<vec3<i32>, ROW_COUNT>(), white(), Rows(1.0));
 }
 
-// `is_any`: the tile has some. A loop, because software adapters take both sides of a branch.
+// `is_any`: the tile has some. A loop of a turn, because software adapters take both sides of a branch.
 fn overflowed(first_sum: u32, is_any: bool) -> Overflowed {
     var rest = nothing_overflowed();
-    for (var i = 0u; i < select(0u, ROW_COUNT, is_any); i += 1u) {
-        let sum = first_sum + i * TILE_SIZE;
-        let sums = load_sums(sum);
-        rest.sums[i] = bitcast<vec3<i32>>(sums);
-        rest.light = with_light(rest.light, i, light(sums));
-        rest.depth = with_row(rest.depth, i, nearness_to_depth(load_nearness(sum)));
-        clear_sums(sum);
+    for (var turn = 0u; turn < u32(is_any); turn += 1u) {
+        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+            let sum = first_sum + i * TILE_SIZE;
+            let sums = load_sums(sum);
+            rest.sums[i] = bitcast<vec3<i32>>(sums);
+            rest.light = with_light(rest.light, i, light(sums));
+            rest.depth = with_row(rest.depth, i, nearness_to_depth(load_nearness(sum)));
+            clear_sums(sum);
+        }
     }
     return rest;
 }

@@ -3,11 +3,11 @@
 
 import package::curve::gather::{TRACE, corner, hit_count, join, must_flush, opaque_depth, see};
 import package::curve::lights::{Lights, minus, white};
-import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::hit::disc::{Disc, broadcast_disc, disc_touches, prepare_disc};
+import package::features::{HAS_OPAQUE, PERSPECTIVE, unrolled};
+import package::hit::disc::{Disc, broadcast_disc, disc_hit, disc_touches, prepare_disc};
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
-import choice::rows::{RowBits, RowIs, Rows, disc_rows};
+import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, row, with_row};
 
 // A disc of an orthographic view has one depth, so hits come in order.
 fn ordered() -> bool {
@@ -34,9 +34,26 @@ fn join_waiting() {}
 
 fn join_delayed() {}
 
+// A disc's profile and its light depth at the texels.
+struct DiscRows {
+    profile: Rows,
+    depth: Rows,
+}
+
+fn disc_rows(view: GpuView, disc: Disc) -> DiscRows {
+    var met = DiscRows(Rows(0.0), Rows(0.0));
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let delta = corner + vec2(0.5, f32(i) + 0.5) - disc.center;
+        let hit = disc_hit(view, disc, delta, row(opaque_depth, i));
+        met.profile = with_row(met.profile, i, hit.profile);
+        met.depth = with_row(met.depth, i, hit.depth);
+    }
+    return met;
+}
+
 // Counts a hit for `few`, and updates the nearest depth.
 fn count_disc(view: GpuView, disc: Disc) {
-    let met = disc_rows(view, disc, corner, opaque_depth);
+    let met = disc_rows(view, disc);
     let opacity = met.profile * disc.slope;
     hit_count += select(RowBits(0u), RowBits(1u), opacity >= Rows(TRACE));
     see(met.depth, opacity);
@@ -44,7 +61,7 @@ fn count_disc(view: GpuView, disc: Disc) {
 
 // Returns where the hit has a depth of its own.
 fn visit_disc(view: GpuView, disc: Disc) -> RowIs {
-    let met = disc_rows(view, disc, corner, opaque_depth);
+    let met = disc_rows(view, disc);
     let absorbed = Lights(
         met.profile * disc.absorbed.r,
         met.profile * disc.absorbed.g,

@@ -87,8 +87,7 @@ fn rest_steps() -> u32 {
     return select(1u, 2u, HAS_VOLUMES);
 }
 
-fn volumes_light(i: u32, rest: vec3<i32>) -> vec3<f32> {
-    let tau = crossed[i].xyz + rest;
+fn volumes_light(tau: vec3<i32>) -> vec3<f32> {
     return light(bitcast<vec3<u32>>(select(max(tau, vec3(0)), tau, vec3(HAS_GAIN))));
 }
 
@@ -98,7 +97,7 @@ fn rest_of_volumes(is: Lights, rest: array<vec3<i32>, ROW_COUNT>) -> Lights {
     var remaining = rest;
     var sums = white();
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        sums = with_light(sums, i, volumes_light(i, remaining[i]));
+        sums = with_light(sums, i, volumes_light(crossed[i].xyz + remaining[i]));
     }
     let behind = quotient(scaled(surface_light, sums), is, 1e-9);
     return selected(white(), behind, difference(behind, white()) >= Rows(ROUNDING));

@@ -7,6 +7,7 @@ import package::bind::changed::small_depths;
 import package::bind::loaded::triangles;
 import package::bind::read::chunks;
 import package::bind::uniform::{project_params, views};
+import package::features::unrolled;
 import package::hit::triangle_edges::{edge_line, owns_edge};
 import package::records::dispatch::workgroup_number;
 import package::records::opaque_depth::opaque_bits;
@@ -22,7 +23,7 @@ var<private> slopes: vec3<f32>; // of the edges: texels along x per texel along 
 // Texels of row `y` that may be inside: first and last column.
 fn row_span(y: f32, lo: f32, hi: f32) -> vec2<f32> {
     var span = vec2(lo, hi);
-    for (var i = 0u; i < 3u; i += 1u) {
+    for (var i = 0u; i < unrolled(3u); i += 1u) {
         let edge = edges[i];
         let x = edge.x + (y + 0.5 - edge.y) * slopes[i];
         span.x = select(span.x, max(span.x, x), edge.w < 0.0);
@@ -46,7 +47,7 @@ fn occlude_small(
     let first = (chunk.first_caster + min(lane, chunk.count - 1u)) * TRIANGLE_TEXELS;
     var p: array<vec2<f32>, 3>;
     var distances: vec3<f32>;
-    for (var i = 0u; i < 3u; i += 1u) {
+    for (var i = 0u; i < unrolled(3u); i += 1u) {
         let corner = bitcast<vec4<f32>>(textureLoad(triangles, record_texel(first + i)));
         let at = view.view_from_world * vec4(corner.xyz, 1.0);
         distances[i] = -at.z;
@@ -54,7 +55,7 @@ fn occlude_small(
     }
     let weights = select(vec3(1.0), 1.0 / distances, view.perspective > 0.0);
     let half_size = view.size * 0.5;
-    for (var i = 0u; i < 3u; i += 1u) {
+    for (var i = 0u; i < unrolled(3u); i += 1u) {
         p[i] = p[i] * weights[i] + half_size;
     }
     let ab = p[1] - p[0];

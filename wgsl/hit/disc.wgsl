@@ -90,45 +90,23 @@ fn disc_touches(view: GpuView, bounds: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) 
 }
 
 // Opacity before the disc's slope, and light depth.
-struct Profile4 {
-    profile: vec4<f32>,
-    depth: vec4<f32>,
+struct DiscHit {
+    profile: f32,
+    depth: f32,
 }
 
-// Profile of four texels in a column, `dx` and `dy` from the centre.
-fn disc_profile(view: GpuView, disc: Disc, dx: f32, dy: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
+// `delta`: from the disc's centre [texels].
+fn disc_hit(view: GpuView, disc: Disc, delta: vec2<f32>, opaque: f32) -> DiscHit {
+    let squared = delta.x * delta.x + delta.y * delta.y;
     if !PERSPECTIVE {
-        return rest_profile(disc, 1.0 - (dx * dx + dy * dy) * disc.bend, opaque);
+        let rest = max(1.0 - squared * disc.bend, 0.0);
+        return DiscHit(select(0.0, rest * rest, !HAS_OPAQUE || disc.depth < opaque), disc.depth);
     }
-    let turn = disc.start.x + (dx * disc.tilt.x + dy * disc.tilt.y);
+    let turn = disc.start.x + (delta.x * disc.tilt.x + delta.y * disc.tilt.y);
     let t = disc.start.y + turn;
-    let across = (dx * dx + dy * dy) * disc.bend + ((1.0 - disc.start.y) - turn * turn) * disc.tilt_bend;
-    let rest = max(1.0 - across / (t * t), vec4(0.0));
+    let across = squared * disc.bend + ((1.0 - disc.start.y) - turn * turn) * disc.tilt_bend;
+    let rest = max(1.0 - across / (t * t), 0.0);
     let depth = (disc.depth / t - view.near) / (view.far - view.near);
-    let end = select(vec4(1.0), opaque, HAS_OPAQUE);
-    let hits = (t > vec4(0.0)) & (depth >= vec4(0.0)) & (depth < end);
-    return Profile4(select(vec4(0.0), rest * rest, hits), depth);
-}
-
-// 1 - q^2 of four texels in a column, by differences: it is of second degree in y. `dx` and `dy`: offset of
-// the first from the centre.
-fn column_rest(disc: Disc, dx: f32, dy: f32) -> vec4<f32> {
-    let turn = -2.0 * disc.bend;
-    let a = 1.0 - (dx * dx + dy * dy) * disc.bend;
-    let step_a = turn * dy - disc.bend;
-    let b = a + step_a;
-    let step_b = step_a + turn;
-    let c = b + step_b;
-    return vec4(a, b, c, c + (step_b + turn));
-}
-
-// Profile of a disc of constant depth; `rest`: 1 - q^2.
-fn rest_profile(disc: Disc, rest: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
-    let depth = vec4(disc.depth);
-    let inside = max(rest, vec4(0.0));
-    var profile = inside * inside;
-    if HAS_OPAQUE {
-        profile = select(vec4(0.0), profile, depth < opaque);
-    }
-    return Profile4(profile, depth);
+    let hits = t > 0.0 && depth >= 0.0 && depth < select(1.0, opaque, HAS_OPAQUE);
+    return DiscHit(select(0.0, rest * rest, hits), depth);
 }

@@ -111,7 +111,8 @@ fn blue(first: u32, cell: vec2<u32>, id: u32) -> u32 {
     let y = (at.y + (offset >> 6u)) % BLUE_SIZE;
     let index = y * BLUE_SIZE + x;
     let eight = textureLoad(casters, record_texel(first + index / 8u), 0);
-    let two = eight[(index / 2u) % 4u];
+    let four = select(eight.xy, eight.zw, (index & 4u) != 0u);
+    let two = select(four.x, four.y, (index & 2u) != 0u);
     return (((two >> ((index % 2u) * 16u)) & 0xffffu) << 4u) | 8u;
 }
 

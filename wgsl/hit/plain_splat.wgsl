@@ -2,7 +2,6 @@
 // src/reference/gaussian.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::hit::disc::Profile4;
 import package::hit::gaussian::{WIDER, gaussian_touches};
 import package::records::footprint::Footprint;
 import package::records::gaussian::{gaussian_amplitude, gaussian_setup};
@@ -19,10 +18,10 @@ const SEEKS_APART: bool = false;
 struct Plain {
     center: vec2<f32>,    // [texels]; for one beside the view the map's centre
     whitening: vec3<f32>, // [1/texels]; in an orthographic view times ROOT_LOG
-    offset: vec2<f32>,    // of the whitened position; for one beside the view
+    offset: vec2<f32>,    // of the whitened position; 0 but for one beside the view
     tilt: vec2<f32>,      // as in the setup; in an orthographic view change of the light depth [1/texels]
     start: vec3<f32>,     // e = x + tilt . (y u + z delta)
-    spread: f32,          // in an orthographic view how the ratio of neighbours changes along a column
+    spread: f32,          // as in the setup
     distance: f32,        // along the axis of e = 1 [m]; in an orthographic view the light depth
     reach: f32,           // squared [standard deviations]; in an orthographic view the opacity there
     amplitude: f32,       // opacity at the centre; in an orthographic view its logarithm to base 2
@@ -47,7 +46,6 @@ fn prepare(view: GpuView, footprint: Footprint) -> Plain {
         splat.tilt = vec2(-setup.tilt.x * w.x, -(setup.tilt.x * w.y + setup.tilt.y * w.z));
         splat.reach = splat.amplitude * exp(-0.5 * splat.reach);
         splat.amplitude = log2(splat.amplitude);
-        splat.spread = exp2(-2.0 * dot(splat.whitening.yz, splat.whitening.yz));
         return splat;
     }
     splat.spread = setup.spread;
@@ -69,8 +67,14 @@ fn only_if(is_there: bool, plain: Plain) -> Plain {
     return splat;
 }
 
-fn presence(plain: Plain, profile: vec4<f32>) -> vec4<f32> {
-    return profile;
+// Opacity and light depth.
+struct PlainHit {
+    profile: f32,
+    depth: f32,
+}
+
+fn presence(plain: Plain, hit: PlainHit) -> f32 {
+    return hit.profile;
 }
 
 // That of lane `lane` of the subgroup.
@@ -83,8 +87,8 @@ fn broadcast(splat: Plain, lane: u32) -> Plain {
     other.amplitude = subgroupShuffle(splat.amplitude, lane);
     other.reach = subgroupShuffle(splat.reach, lane);
     other.absorbed = subgroupShuffle(splat.absorbed, lane);
-    other.spread = subgroupShuffle(splat.spread, lane);
     if PERSPECTIVE {
+        other.spread = subgroupShuffle(splat.spread, lane);
         other.offset = subgroupShuffle(splat.offset, lane);
         other.start = subgroupShuffle(splat.start, lane);
     }
@@ -114,69 +118,24 @@ fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f3
     return !(min(squares.x, squares.y) > bounds.z * bounds.z * WIDER);
 }
 
-// Profiles of four texels in a column of a perspective view, `dx` and `dy` from the centre.
-fn rows_profile(view: GpuView, splat: Plain, dx: f32, dy: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
+// `delta`: from its centre [texels].
+fn plain_hit(view: GpuView, splat: Plain, delta: vec2<f32>, opaque: f32) -> PlainHit {
+    let end = select(1.0, opaque, HAS_OPAQUE);
     // Operation by operation as `approach`: the same bits.
-    let x = splat.whitening.x * dx + splat.whitening.y * dy + splat.offset.x;
-    let y = splat.whitening.z * dy + splat.offset.y;
-    let along_x = splat.start.y * x + splat.start.z * dx;
-    let along_y = splat.start.y * y + splat.start.z * dy;
-    let ahead = splat.start.x + (splat.tilt.x * along_x + splat.tilt.y * along_y);
+    let x = splat.whitening.x * delta.x + splat.whitening.y * delta.y + splat.offset.x;
+    let y = splat.whitening.z * delta.y + splat.offset.y;
+    if !PERSPECTIVE {
+        let opacity = exp2(splat.amplitude - (x * x + y * y));
+        let depth = splat.distance + splat.tilt.x * delta.x + splat.tilt.y * delta.y;
+        let hits = opacity >= splat.reach && depth >= 0.0 && depth < end;
+        return PlainHit(select(0.0, opacity, hits), depth);
+    }
+    let along = splat.start.y * vec2(x, y) + splat.start.z * delta;
+    let ahead = splat.start.x + (splat.tilt.x * along.x + splat.tilt.y * along.y);
     let across = x * x + y * y;
     let all = ahead * ahead + splat.spread * across;
     let squared = across / all;
     let depth = (splat.distance * ahead / all - view.near) / (view.far - view.near);
-    let end = select(vec4(1.0), opaque, HAS_OPAQUE);
-    let hits = (squared <= vec4(splat.reach)) & (depth >= vec4(0.0)) & (depth < end);
-    let opacity = min(splat.amplitude * exp(-0.5 * squared), vec4(1.0));
-    return Profile4(select(vec4(0.0), opacity, hits), depth);
-}
-
-// Profiles of four texels in a column of an orthographic view.
-fn found(splat: Plain, opacity: vec4<f32>, depth: vec4<f32>, opaque: vec4<f32>) -> Profile4 {
-    let end = select(vec4(1.0), opaque, HAS_OPAQUE);
-    let hits = (opacity >= vec4(splat.reach)) & (depth >= vec4(0.0)) & (depth < end);
-    return Profile4(select(vec4(0.0), opacity, hits), depth);
-}
-
-// Profiles of eight texels in a column; `first`: centre of the first.
-fn column_profile(
-    view: GpuView,
-    splat: Plain,
-    first: vec2<f32>,
-    below: f32,
-    opaque: array<vec4<f32>, 2>,
-) -> array<Profile4, 2> {
-    let dx = first.x - splat.center.x;
-    let dy = first.y - splat.center.y + vec4(0.0, 1.0, 2.0, 3.0);
-    if PERSPECTIVE {
-        return array(
-            rows_profile(view, splat, dx, dy, opaque[0]),
-            rows_profile(view, splat, dx, dy + 4.0, opaque[1]),
-        );
-    }
-    // A column of a Gaussian: the ratio of neighbours changes by the same ratio from one to the next. From the
-    // fourth texel on both ways: what lies farther is so little that its rounding, or that it is 0, does not matter.
-    let w = splat.whitening;
-    let x = w.x * dx + w.y * dy.w;
-    let y = w.z * dy.w;
-    let change = splat.spread;
-    let up = exp2(2.0 * (w.y * x + w.z * y) - (w.y * w.y + w.z * w.z));
-    let down = change / up;
-    let middle = exp2(splat.amplitude - (x * x + y * y));
-    let up1 = up * change;
-    let down1 = down * change;
-    let down2 = down1 * change;
-    let c = middle * up;
-    let b = c * up1;
-    let a = b * (up1 * change);
-    let e = middle * down;
-    let f = e * down1;
-    let g = f * down2;
-    let h = g * (down2 * change);
-    let depth = splat.distance + splat.tilt.x * dx + splat.tilt.y * dy;
-    return array(
-        found(splat, vec4(a, b, c, middle), depth, opaque[0]),
-        found(splat, vec4(e, f, g, h), depth + splat.tilt.y * 4.0, opaque[1]),
-    );
+    let hits = squared <= splat.reach && depth >= 0.0 && depth < end;
+    return PlainHit(select(0.0, min(splat.amplitude * exp(-0.5 * squared), 1.0), hits), depth);
 }

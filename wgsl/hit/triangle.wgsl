@@ -47,12 +47,13 @@ fn triangle_color(setup: u32, barycentric: vec3<f32>) -> vec4<f32> {
     if all(bits == vec3(0xffffffffu)) {
         return vec4(1.0);
     }
-    var color = vec4(0.0);
-    for (var i = 0u; i < 3u; i += 1u) {
-        let corner = unpack4x8unorm(bits[i]);
-        color += vec4(corner.rgb * corner.rgb, corner.a) * barycentric[i];
-    }
-    return color;
+    return corner_color(bits.x) * barycentric.x + corner_color(bits.y) * barycentric.y
+        + corner_color(bits.z) * barycentric.z;
+}
+
+fn corner_color(bits: u32) -> vec4<f32> {
+    let corner = unpack4x8unorm(bits);
+    return vec4(corner.rgb * corner.rgb, corner.a);
 }
 
 // An image at `texel`, over what a sample of the picture sees of it. `all_colors`: as `shows_clear` says.

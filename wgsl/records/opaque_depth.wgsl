@@ -11,8 +11,3 @@ fn opaque_bits(depth: f32, dithered: bool) -> u32 {
     let bits = bitcast<u32>(depth) & ~DITHERED_BIT;
     return select(bits, bits | DITHERED_BIT, dithered);
 }
-
-// Stored depths of surfaces that are not dithered.
-fn whole_depths(depths: vec4<f32>) -> vec4<f32> {
-    return bitcast<vec4<f32>>(bitcast<vec4<u32>>(depths) & vec4(~DITHERED_BIT));
-}

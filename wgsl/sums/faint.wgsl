@@ -9,26 +9,15 @@ const FULL: f32 = 0.015625;
 // Value below which a few terms of a series are exact.
 const SMALL: f32 = 0.015625;
 
-struct Kept3 {
+struct Kept {
     passed: vec3<f32>,
     lost: vec3<f32>,
 }
 
-struct Kept4 {
-    passed: vec4<f32>,
-    lost: vec4<f32>,
-}
-
-fn keep3(passed: vec3<f32>, lost: vec3<f32>, absorbed: vec3<f32>) -> Kept3 {
+fn keep(passed: vec3<f32>, lost: vec3<f32>, absorbed: vec3<f32>) -> Kept {
     let all = lost + absorbed * (1.0 - lost);
     let full = abs(all) > vec3(FULL);
-    return Kept3(select(passed, passed * (1.0 - all), full), select(all, vec3(0.0), full));
-}
-
-fn keep4(passed: vec4<f32>, lost: vec4<f32>, absorbed: vec4<f32>) -> Kept4 {
-    let all = lost + absorbed * (1.0 - lost);
-    let full = all > vec4(FULL);
-    return Kept4(select(passed, passed * (1.0 - all), full), select(all, vec4(0.0), full));
+    return Kept(select(passed, passed * (1.0 - all), full), select(all, vec3(0.0), full));
 }
 
 // Optical depth of an absorbed share: -ln(1 - x).

@@ -1,6 +1,6 @@
 // Texels of a 16x16 tile that an invocation keeps in registers: some in a column. Eight consecutive
-// invocations hold 8 x ROWS texels: a subgroup is a compact block that culls casters for itself, and its
-// loads and stores are runs of a row.
+// invocations hold 8 x ROWS texels, and the next eight those below: a subgroup is a compact block that culls casters
+// for itself, and its loads and stores are runs of a row.
 
 import package::records::view::{GpuView, TILE_SIZE};
 import choice::accumulator::ROWS;
@@ -8,9 +8,8 @@ import choice::accumulator::ROWS;
 const LANES: u32 = 256u / ROWS;
 
 fn lane_texel(lane: u32) -> vec2<u32> {
-    let block = lane / 8u;
-    let column = lane % 8u;
-    return vec2((block % 2u) * 8u + column, (block / 2u) * ROWS);
+    let below = (lane / 8u) * ROWS;
+    return vec2((below / TILE_SIZE) * 8u + lane % 8u, below % TILE_SIZE);
 }
 
 // First texel of tile number `tile` of the batch, in its view's map.

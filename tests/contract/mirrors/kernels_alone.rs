@@ -65,8 +65,6 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "ROWS",
     "ROW_COUNT",
     "COLUMN_TEXELS",
-    "FOURS",
-    "LAST",
     "HIT_WORDS",
     "RING_SLOTS",
     "NODE_LANES",
