@@ -47,11 +47,7 @@ override HAS_SOFTENING: bool = false;
 override COUNT_COST: bool = false;
 // Walks visit particles and triangles in loops of their own.
 override KINDS_APART: bool = false;
-// Look-ups read filters after they have found a translucent caster.
-override BARE_FIRST: bool = false;
-// A lane sets a particle up once, for all lanes that visit it.
-override SET_UP_ONCE: bool = false;
-// Cells of a brick that a ray crosses in one turn of a loop.
+// Cells of a brick that a ray crosses in one turn of a loop: llvmpipe ends all loops of an invocation after 65,535 turns.
 override CELLS_AT_ONCE: u32 = 1u;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;

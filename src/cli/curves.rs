@@ -28,28 +28,27 @@ pub(super) fn write(
     let firsts: Vec<usize> = (0..curve.texel_count()).step_by(RUN).collect();
     for some in firsts.chunks(RUNS) {
         let encoded: Vec<_> = some.par_iter().map(|&first| encoded(curve, first)).collect();
-        encoded.iter().try_for_each(|bytes| out.write_all(bytes))?;
+        encoded.iter().try_for_each(|nodes| out.write_all(nodes.as_flattened().as_flattened()))?;
     }
     Ok(())
 }
 
-/// A run of texels.
-fn encoded(curve: &CurveMap, first: usize) -> Vec<u8> {
+/// A run of texels, as it is written.
+fn encoded(curve: &CurveMap, first: usize) -> Vec<[[u8; 4]; FIELDS]> {
     let texels = first..curve.texel_count().min(first + RUN);
-    let mut bytes = Vec::with_capacity(texels.len() * curve.nodes * FIELDS * size_of::<f32>());
-    let mut put = |start: f32, end: f32, Vec3 { x, y, z }: Vec3| {
-        [start, end, x, y, z].iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
-    };
+    let mut encoded = Vec::with_capacity(texels.len() * curve.nodes);
+    let node =
+        |start: f32, end: f32, Vec3 { x, y, z }: Vec3| [start, end, x, y, z].map(f32::to_le_bytes);
     for texel in texels {
         let mut behind = Vec3::ONE;
-        let mut unused = curve.nodes;
+        let end = encoded.len() + curve.nodes;
         for (start, end, light) in curve.ramps(texel) {
-            put(start, end, light);
-            (behind, unused) = (light, unused - 1);
+            encoded.push(node(start, end, light));
+            behind = light;
         }
-        (0..unused).for_each(|_| put(UNUSED, UNUSED, behind));
+        encoded.resize(end, node(UNUSED, UNUSED, behind));
     }
-    bytes
+    encoded
 }
 
 /// Mean light of each texel from the first start of all nodes to their last end.

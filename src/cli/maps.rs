@@ -125,8 +125,12 @@ impl<'a> Arrays<'a> {
         let &Self { size: [width, height], filter, nearest, opaque, colored, curve } = self;
         let (rows, columns) = (height as usize, width as usize);
         let mut save = |map: &str, array: Fill<'_>, preview: DynamicImage| {
-            write(&format!("{stem}.{map}.npy"), array)?;
-            write(&format!("{stem}.{map}.png"), &mut |out| out.write_all(&png(&preview)))
+            let preview = std::thread::scope(|scope| {
+                let preview = scope.spawn(|| png(&preview));
+                write(&format!("{stem}.{map}.npy"), array)?;
+                Ok::<_, Failure>(preview.join().expect("8-bit images are PNG"))
+            })?;
+            write(&format!("{stem}.{map}.png"), &mut |out| out.write_all(&preview))
         };
         let mut save_colors = |map: &str, colors: &[[f32; 3]]| {
             let preview = filter_preview(width, height, colors);

@@ -20,7 +20,6 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         queued: false,
         interleaved: false,
         loaded: false,
-        bare_first: false,
     };
     let flags = Features::NONE.constants().into_iter().chain(profile.constants());
     flags.map(|(name, _)| name).filter(|name| !NUMBERS.contains(name)).zip(0..)

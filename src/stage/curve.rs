@@ -28,8 +28,6 @@ pub(super) const WALK: Choice = Choice::by_tier(
     Tier::Subgroups,
     "traversal/slabs_subgroup.wgsl",
 );
-/// Pairs behind the last hit that is inserted by itself; of a [queue](super::llvmpipe) elsewhere.
-const REST: Choice = Choice::new("rest", "traversal/rest_none.wgsl");
 pub(super) const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Visits soft discs of the `filter` transfer only.
@@ -44,19 +42,8 @@ pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
 /// Choices of kernels that insert any hits into curves.
-pub(super) const CURVED: &[Choice] = &[
-    IN_ORDER,
-    CURVES,
-    INVOCATION_ROWS,
-    OPEN_NODES,
-    HITS,
-    WAITING,
-    PAIRS,
-    WALK,
-    REST,
-    LANE_CASTER,
-    SUMS,
-];
+pub(super) const CURVED: &[Choice] =
+    &[IN_ORDER, CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, PAIRS, WALK, LANE_CASTER, SUMS];
 
 pub const TILES: KernelDesc = KernelDesc {
     shared: CURVED,

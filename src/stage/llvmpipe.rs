@@ -2,7 +2,6 @@
 //! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS, PLAIN, SPLATS},
-    curve,
     features::Simple,
     levels::IN_REGISTERS,
     walk,
@@ -30,8 +29,6 @@ const EIGHT: Choice = Choice::new("column", "traversal/column_eight.wgsl");
 const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects casters until there is one for each lane.
 const QUEUE: Choice = Choice::new("traversal", "llvmpipe/queue.wgsl");
-/// Collects discs once no hit is inserted into a curve by itself.
-const REST_QUEUED: Choice = Choice::new("rest", "llvmpipe/rest_queued.wgsl");
 /// Prefetches maps before they are written.
 const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
 
@@ -62,22 +59,6 @@ pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_segments",
     with: &[PLAIN, EIGHT, SPLATS, MAPS, QUEUE],
     ..DISC_QUEUE_SEGMENTS
-};
-
-/// Replaces [`DISC_TILES`](curve::DISC_TILES) where tiles are crowded.
-pub const CURVE_DISC_QUEUE_TILES: KernelDesc = KernelDesc {
-    name: "accumulate_curve_disc_queue_tiles",
-    with: &[curve::DISCS, curve::DISC_LANE_CASTER, curve::TILE, REST_QUEUED],
-    tiers: &[Tier::Native],
-    ..curve::DISC_TILES
-};
-
-/// Replaces [`DISC_SEGMENTS`](curve::DISC_SEGMENTS) where tiles are crowded.
-pub const CURVE_DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
-    name: "accumulate_curve_disc_queue_segments",
-    with: &[curve::DISCS, curve::DISC_LANE_CASTER, curve::SEGMENT, REST_QUEUED],
-    tiers: &[Tier::Native],
-    ..curve::DISC_SEGMENTS
 };
 
 /// Kernels of tiles and segments that collect casters of a kind.

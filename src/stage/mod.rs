@@ -134,8 +134,6 @@ pub const KERNELS: &[&KernelDesc] = &[
     &accumulate::DISC_SEGMENTS,
     &accumulate::SPLAT_TILES,
     &accumulate::SPLAT_SEGMENTS,
-    &llvmpipe::CURVE_DISC_QUEUE_TILES,
-    &llvmpipe::CURVE_DISC_QUEUE_SEGMENTS,
     &llvmpipe::DISC_QUEUE_TILES,
     &llvmpipe::DISC_QUEUE_SEGMENTS,
     &llvmpipe::SPLAT_QUEUE_TILES,

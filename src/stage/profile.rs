@@ -20,8 +20,8 @@ pub struct Profile {
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
     /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in registers, as what
-    /// look-ups lay aside, all loops over them are written out, and lanes keep the particles that they have set up. On llvmpipe, which
-    /// loads workgroup memory slowly; SwiftShader's compiler takes minutes for such a kernel.
+    /// look-ups lay aside, and all loops over them are written out. On llvmpipe, which loads workgroup memory slowly;
+    /// SwiftShader's compiler takes minutes for such a kernel.
     pub columns: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.
@@ -39,9 +39,6 @@ pub struct Profile {
     /// Whether sampled textures are read as storage textures: on software adapters, where that takes a
     /// third of the time.
     pub loaded: bool,
-    /// Whether look-ups of maps read filters in a loop of their own, after they have found a translucent
-    /// caster. On software adapters, which take both sides of a branch.
-    pub bare_first: bool,
 }
 
 impl Profile {
@@ -59,18 +56,15 @@ impl Profile {
             queued: is_software && lanes == [8, 8],
             interleaved: is_software,
             loaded: is_software,
-            bare_first: is_software,
         }
     }
 
     /// Values of the overrides.
-    pub fn constants(&self) -> [Constant; 5] {
+    pub fn constants(&self) -> [Constant; 3] {
         let flag = |is: bool| f64::from(u8::from(is));
         [
             ("WIDE", flag(self.wide)),
             ("KINDS_APART", flag(self.kinds_apart)),
-            ("BARE_FIRST", flag(self.bare_first)),
-            ("SET_UP_ONCE", flag(self.columns)),
             // Where that is written out.
             ("CELLS_AT_ONCE", if self.columns { 5.0 } else { 1.0 }),
         ]

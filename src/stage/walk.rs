@@ -33,9 +33,6 @@ pub(super) const SCAN: Choice = Choice::by_tier(
 );
 /// Lanes load and test any caster, and broadcast it.
 pub(super) const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
-/// Like [`LANE_CASTER`], with particles set up by the lanes that broadcast them.
-pub(super) const FACED_LANE_CASTER: Choice =
-    Choice::new("lane_caster", "traversal/lane_caster_faced.wgsl");
 /// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.

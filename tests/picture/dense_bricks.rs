@@ -190,6 +190,9 @@ fn bricks_hardly_show() {
 #[test]
 fn kernels_match_reference() {
     let mut scene = stage(1.0, 0);
+    // A part of the box, in two bricks.
+    scene.grids[0].bricks =
+        Brick::of_voxels(IVec3::new(3, 3, BOX[0]), IVec3::new(7, 7, BOX[1]), |_| 1.0);
     let lamp = |position| light(LightKind::Point { position });
     scene.lights.extend([lamp(Vec3::new(-0.6, 1.3, -0.6)), lamp(Vec3::new(-0.6, 2.0, 1.5))]);
     // A dense box of constant density beside it.

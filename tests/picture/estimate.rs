@@ -17,18 +17,18 @@ fn load(name: &str, set: &[(&str, &str)]) -> Scene {
 fn assert_estimated(name: &str, set: &[(&str, &str)]) {
     let scene = load(name, set);
     let mut renderer = Renderer::on_cpu();
-    let ratio = |_| {
+    let mut ratio = || {
         let estimate = renderer.estimate(&scene).unwrap();
         let started = Instant::now();
         renderer.render(&scene, &RenderOptions::default()).unwrap();
         estimate / started.elapsed().as_secs_f64()
     };
     // Other tests take the cores in between.
-    let ratios = [0, 1, 2].map(ratio);
-    assert!(
-        ratios.iter().any(|ratio| (1.0 / FACTOR..FACTOR).contains(ratio)),
-        "{name}: {ratios:?}"
-    );
+    let mut ratios = vec![ratio()];
+    while !(1.0 / FACTOR..FACTOR).contains(&ratios[ratios.len() - 1]) {
+        assert!(ratios.len() < 3, "{name}: {ratios:?}");
+        ratios.push(ratio());
+    }
 }
 
 const TINY: (&str, &str) = ("camera.size", "[48, 27]");

@@ -9,7 +9,7 @@ import package::bind::sampled::lit;
 import package::bind::stored::layers;
 import package::bind::uniform::{band, materials};
 import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
-import package::hit::caster_hit::{Faced, faced_hit, faced_of};
+import package::hit::caster_hit::{faced_hit, faced_of};
 import package::hit::hit::Hit;
 import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::footprint::{Footprint, setup_of};
@@ -170,22 +170,13 @@ fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
-    var faced: Faced;
-    if HAS_PARTICLES && !(HAS_TRIANGLES && footprint.is_triangle) {
-        faced = faced_of(view, footprint);
-    }
-    visit_faced(view, id, footprint, faced);
-}
-
-// `faced`: of a particle.
-fn visit_faced(view: GpuView, id: u32, footprint: Footprint, faced: Faced) {
     count_pair();
     let is_pane = HAS_TRIANGLES && footprint.is_triangle;
     var hit: Hit;
     if is_pane {
         hit.depth = triangle_weights(setup_of(footprint), corner + 0.5).w;
     } else if HAS_PARTICLES {
-        hit = faced_hit(view, footprint, faced, corner + 0.5, opaque_depth);
+        hit = faced_hit(view, footprint, faced_of(view, footprint), corner + 0.5, opaque_depth);
     }
     if !(hit.depth >= 0.0 && hit.depth <= 1.0 && hit.depth < opaque_depth) {
         return;

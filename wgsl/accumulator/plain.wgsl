@@ -35,21 +35,20 @@ fn start(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-fn absorb(texel: Texel, absorbed: vec3<f32>) -> Texel {
-    if FAINT {
-        let kept = keep(texel.light, texel.lost, absorbed);
-        return Texel(kept.passed, kept.lost, texel.nearest, texel.opaque);
-    }
-    return Texel(texel.light * (1.0 - absorbed), texel.lost, texel.nearest, texel.opaque);
-}
-
 // `seeks`: it may be nearer than the nearest depths.
 fn visit_plain(view: GpuView, plain: Plain, seeks: bool) {
     let delta = corner + 0.5 - plain.center;
     var hits: array<PlainHit, ROWS>;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         hits[i] = plain_hit(view, plain, delta + vec2(0.0, f32(i)), texels[i].opaque);
-        texels[i] = absorb(texels[i], hits[i].profile * plain.absorbed);
+        let absorbed = hits[i].profile * plain.absorbed;
+        if FAINT {
+            let kept = keep(texels[i].light, texels[i].lost, absorbed);
+            texels[i].light = kept.passed;
+            texels[i].lost = kept.lost;
+        } else {
+            texels[i].light *= 1.0 - absorbed;
+        }
     }
     if seeks {
         for (var i = 0u; i < unrolled(ROWS); i += 1u) {

@@ -1,7 +1,6 @@
 // Accumulator: the nearest opaque caster of a pixel. CPU reference: src/reference/shade/mod.rs.
 
-import package::hit::caster_hit::{Faced, caster_hit, faced_hit};
-import package::hit::hit::Hit;
+import package::hit::caster_hit::caster_hit;
 import package::hit::solid::is_solid;
 import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::view::GpuView;
@@ -22,15 +21,8 @@ fn start(pixel: vec2<u32>) {
 }
 
 fn visit(view: GpuView, id: u32, footprint: Footprint) {
-    meet(footprint, caster_hit(view, footprint, corner + 0.5, 1.0));
-}
-
-fn visit_faced(view: GpuView, id: u32, footprint: Footprint, faced: Faced) {
-    meet(footprint, faced_hit(view, footprint, faced, corner + 0.5, 1.0));
-}
-
-fn meet(footprint: Footprint, hit: Hit) {
     count_pair();
+    let hit = caster_hit(view, footprint, corner + 0.5, 1.0);
     let nearer = is_solid(hit) && hit.depth < nearest;
     nearest = select(nearest, hit.depth, nearer);
     seen = select(seen, caster_of(footprint), nearer);

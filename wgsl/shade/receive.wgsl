@@ -2,13 +2,13 @@
 
 import package::bind::sampled::{filters, nearests};
 import package::curve::light::curve_light;
-import package::features::{BARE_FIRST, NODES};
+import package::features::NODES;
 import package::records::light::GpuLight;
 import package::records::material::{RECEIVES_CURVE, RECEIVES_OPAQUE, RECEIVES_OTHERS};
 import package::records::view::GpuView;
-import package::shade::bare::{Bare, NO_CASTER, receive_bare, solid_depths};
 import package::shade::lifted::{Lifted, set_own_plane};
 import package::shade::receiver::{is_tinted, receives};
+import package::shade::solid_depths::solid_depths;
 import package::shade::taps::{filter_of, filter_tap, map_taps, next_rotation, pixel_rotation};
 import package::shade::tint::tint_depth;
 
@@ -26,7 +26,7 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0);
     let whose = select(is_tinted(filtered, nearest), receives != RECEIVES_OPAQUE, NODES > 0u);
-    let tinted = tint_z > nearest && nearest < NO_CASTER && whose;
+    let tinted = tint_z > nearest && nearest < 1.0 && whose;
     let passed = select(vec3(1.0), filtered.rgb, tinted);
     return select(passed, vec3(0.0), vec3(z) > solid + bias);
 }
@@ -39,12 +39,7 @@ fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
     var sum = vec3(0.0);
     var rotation = pixel_rotation;
     // The loop count is not constant: compilers would unroll it, with the whole look-up of a texel.
-    var count = select(0u, kernel.count, taps.reaches);
-    var bare = Bare(vec3(1.0), !taps.reaches);
-    if BARE_FIRST && NODES == 0u {
-        bare = receive_bare(kernel, taps, count, view, depth_bias);
-        count = select(count, 0u, bare.is_all);
-    }
+    let count = select(0u, kernel.count, taps.reaches);
     var i = 0u;
     // Tested at its end: llvmpipe executes a body once more where the test comes first.
     if count > 0u {
@@ -58,5 +53,5 @@ fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
             }
         }
     }
-    return select(vec3(1.0), select(sum, bare.light, bare.is_all), taps.reaches);
+    return select(vec3(1.0), sum, taps.reaches);
 }

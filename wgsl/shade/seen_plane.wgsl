@@ -2,7 +2,7 @@
 // Otherwise a floor that rises towards the light would count as an occluder of itself.
 
 import package::records::view::GpuView;
-import package::shade::bare::solid_depths;
+import package::shade::solid_depths::solid_depths;
 
 // Distance from the point of the texels that are read first [texels]; where they see something in front of the
 // surface, farther ones are read.

@@ -21,7 +21,6 @@ import package::traversal::subgroup_block::{
 };
 import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches};
 import choice::pairs::pair_footprint;
-import choice::rest::{leaves_rest, visit_rest};
 import choice::visit::{count_lane, is_whole, slabbed, visit_lane};
 
 var<private> base: u32; // next pair
@@ -144,12 +143,7 @@ fn visit_stretches(view: GpuView, end: u32, block: Block) -> bool {
     return whole;
 }
 
-// Whether the pairs from `base` on are visited in another way.
-fn is_rest(end: u32) -> bool {
-    return base < end && leaves_rest();
-}
-
-// Visits all slabs, or those in front of the rest. Merges are outside of the loop that inserts, as most insertions
+// Visits all slabs. Merges are outside of the loop that inserts, as most insertions
 // need none.
 fn visit_slabs(view: GpuView, end: u32, block: Block) {
     var whole = false;
@@ -158,7 +152,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
     loop {
         var merges = false;
         loop {
-            if !again && !is_rest(end) {
+            if !again {
                 whole = visit_stretches(view, end, block);
             }
             flush(whole);
@@ -168,19 +162,16 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
                 slab = next_slab(slab, base, max(end, 1u));
                 is_end = base >= end || subgroupAll(settled(key_depth(slab.key)));
             }
-            if is_end | merges | is_rest(end) {
+            if is_end | merges {
                 break;
             }
         }
         if merges {
             merge();
         }
-        if is_end | is_rest(end) {
+        if is_end {
             break;
         }
-    }
-    if !is_end {
-        visit_rest(view, end, block);
     }
     base = end;
 }

@@ -31,8 +31,6 @@ const FEWER_HOST_FOOTPRINTS: u64 = 3 << 17;
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
 /// for the nearest casters and the rest.
 const DENSE: u32 = 16;
-/// The same for curves, whose discs are collected a slab at a time.
-const CROWDED: u32 = 128;
 
 /// Plan of a batch, made on the CPU.
 #[derive(Clone, Debug)]
@@ -220,9 +218,9 @@ impl BatchPlan {
             not_blocked.for_each(|(view, _)| host.hide(view));
         }
         let nodes = config.nodes();
-        let has_mean = |casters| filtering.footprint_count >= casters * tile_count;
-        let queued = config.toggles.queued && (nodes == 0 || has_mean(CROWDED));
-        let features = filtering.features.of_walk(has_mean(DENSE), queued);
+        let is_dense = filtering.footprint_count >= DENSE * tile_count;
+        let queued = config.toggles.queued && nodes == 0;
+        let features = filtering.features.of_walk(is_dense, queued);
         // Those of the host's are behind all uploaded ones.
         let in_order = features.simple() == Some(Simple::Splats) && filtering.host.is_none();
         let features = features.with(Flags::SETUPS_IN_ORDER, in_order);

@@ -30,7 +30,6 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "MAX_DENSITY",
     "MAX_WORKGROUPS",
     "METAL_STEPS",
-    "NO_CASTER",
     "MISS",
     "NEVER",
     "NONE_WAITS",
