@@ -89,10 +89,7 @@ fn read_curves(gpu: &Gpu, maps: &Maps, views: &[(UVec2, MapSlot)]) -> Result<Vec
             let (from, width) = (slot.origin.x as usize, size.x as usize);
             let texels = curve.packed[in_view as usize * width * nodes..].chunks_exact_mut(nodes);
             for (texel, two) in texels.zip(&row[from..from + width]) {
-                // Memory of texels without nodes is never touched.
-                if *two != [PackedNode::default(); 2] {
-                    texel[2 * pair as usize..][..2].copy_from_slice(two);
-                }
+                texel[2 * pair as usize..][..2].copy_from_slice(two);
             }
         }
     })?;
