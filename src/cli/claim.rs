@@ -1,8 +1,9 @@
 //! Claims: of all processes that share a folder one at a time writes the files of a name.
-use super::failure::Failure;
+use super::{failure::Failure, stop};
 use same_file::Handle;
 use std::{
     fs::{self, File, TryLockError},
+    io,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -16,6 +17,8 @@ pub(super) struct Claim {
     path: PathBuf,
     /// Held until dropped.
     lock: Lock,
+    /// Dropped after the file is removed.
+    _swept: stop::Swept,
 }
 
 #[derive(Debug)]
@@ -38,24 +41,10 @@ impl Claim {
     /// `None` while another process holds it.
     pub(super) fn attempt(dir: &Path, name: &str) -> Result<Option<Self>, Failure> {
         let path = path(dir, name);
-        let failed = |source| Failure::file(&path, source);
-        loop {
-            let mut options = File::options();
-            options.read(true).write(true).create(true).truncate(false);
-            let file = options.open(&path).map_err(failed)?;
-            match file.try_lock() {
-                Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Ok(None),
-                Err(TryLockError::Error(error)) => {
-                    tracing::debug!("{}: {error}", path.display());
-                    return Ok(Some(Self { path, lock: Lock::Unknown { _file: file } }));
-                }
-            }
-            let held = Handle::from_file(file).map_err(failed)?;
-            // Otherwise its last holder has removed it after this process opened it.
-            if Handle::from_path(&path).is_ok_and(|named| named == held) {
-                return Ok(Some(Self { path, lock: Lock::Held { _file: held } }));
-            }
+        match stop::swept(|| Lock::attempt(&path).map(|lock| (lock, path.clone()))) {
+            Ok((lock, _swept)) => Ok(Some(Self { path, lock, _swept })),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(None),
+            Err(error) => Err(Failure::file(&path, error)),
         }
     }
 
@@ -65,6 +54,29 @@ impl Claim {
             for stray in strays {
                 // What cannot be removed is no error of this run.
                 let _ = fs::remove_file(stray);
+            }
+        }
+    }
+}
+
+impl Lock {
+    /// `WouldBlock` while another process holds it.
+    fn attempt(path: &Path) -> io::Result<Self> {
+        loop {
+            let mut options = File::options();
+            let file = options.read(true).write(true).create(true).truncate(false).open(path)?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Err(io::ErrorKind::WouldBlock.into()),
+                Err(TryLockError::Error(error)) => {
+                    tracing::debug!("{}: {error}", path.display());
+                    return Ok(Self::Unknown { _file: file });
+                }
+            }
+            let held = Handle::from_file(file)?;
+            // Otherwise its last holder has removed it after this process opened it.
+            if Handle::from_path(path).is_ok_and(|named| named == held) {
+                return Ok(Self::Held { _file: held });
             }
         }
     }

@@ -257,3 +257,22 @@ fn sample_word(sample: TextureSampleType) -> &'static str {
         TextureSampleType::Uint => "uint",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the list of the WebGPU specification, section 6.3.
+    #[test]
+    fn formats_have_the_names_of_webgpu() {
+        for (format, name) in [
+            (TextureFormat::Rgba8UnormSrgb, "rgba8unorm-srgb"),
+            (TextureFormat::Rgba8Unorm, "rgba8unorm"),
+            (TextureFormat::Rgba16Float, "rgba16float"),
+            (TextureFormat::Rg32Uint, "rg32uint"),
+            (TextureFormat::R32Float, "r32float"),
+        ] {
+            assert_eq!(format_name(format), name);
+        }
+    }
+}

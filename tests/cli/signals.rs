@@ -57,6 +57,36 @@ fn signals_leave_no_temporary_files() {
     }
 }
 
+/// At its second signal a job ends at once, and no frame stays locked.
+#[test]
+fn a_second_signal_leaves_no_locks() {
+    let (folder, root) = folder("outputs-twice");
+    let job = "render scene.toml -o o --frames 0..4000 --skip-existing --preview o/p.png --backend cpu --set camera.size=[160,90]";
+    for _ in 0..3 {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_gobo"))
+            .args(job.split(' '))
+            .current_dir(&folder.0)
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        let clock = Instant::now();
+        while !files(&root)
+            .iter()
+            .any(|name| name.starts_with(".frame_") && name.ends_with(".lock"))
+        {
+            assert!(clock.elapsed() < Duration::from_secs(30), "no frame is begun");
+        }
+        Command::new("sh")
+            .args(["-c", "kill -INT $0; kill -TERM $0", &child.id().to_string()])
+            .status()
+            .unwrap();
+        assert_eq!(ends(&mut child), Some(1));
+        let is_left = |name: &String| name.ends_with(".lock") || name.ends_with(".tmp");
+        let left: Vec<_> = files(&root).into_iter().filter(is_left).collect();
+        assert_eq!(left, [""; 0]);
+    }
+}
+
 /// What a shell or `nohup` makes a program ignore stays ignored.
 #[cfg(target_os = "linux")]
 #[test]

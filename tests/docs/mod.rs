@@ -1,6 +1,7 @@
 //! Checks of the documents against the project.
 mod dither_figures;
 mod embedding;
+mod export;
 mod links;
 mod paths;
 mod results;
