@@ -66,7 +66,7 @@ struct Net {
 impl Net {
     fn new(cells: u32, seed: u32, age: f32) -> Self {
         let point = |cell: u32| {
-            let hash = pcg(cell % cells ^ pcg(cell / cells ^ seed));
+            let hash = pcg((cell % cells) ^ pcg((cell / cells) ^ seed));
             let turn = |bits: u32| (bits & 0xffff) as f32 / 65536.0;
             let speed = if hash & 1 == 0 { age } else { -age };
             let angle = Vec2::from_angle((turn(hash) + speed.fract()) * std::f32::consts::TAU);
