@@ -100,6 +100,7 @@ mod tests {
             "casters",
             "views_rendered",
             "views_kept",
+            "views_searched",
             "culled",
             "hidden",
             "visible",

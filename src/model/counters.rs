@@ -14,6 +14,8 @@ pub struct Counters {
     pub views_rendered: u64,
     /// Shadow views whose maps stay from an earlier frame, because nothing that they see changed.
     pub views_kept: u64,
+    /// Views whose casters were looked for on the CPU: of still frames none.
+    pub views_searched: u64,
     /// Combinations (caster, view) that were not projected, because their group is outside the view or behind an
     /// opaque surface.
     pub culled: u64,

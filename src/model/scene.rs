@@ -5,6 +5,7 @@ use super::{
     Strand, Texture, Tone, Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Most samples per pixel of a picture.
@@ -186,7 +187,16 @@ impl Scene {
         let emitted = self.emissions.iter().fold(gaussians, |b, e| b.with(&e.bounds()));
         let emitted = self.grids.iter().fold(emitted, |b, grid| b.with(&grid.bounds()));
         let emitted = self.strands.iter().fold(emitted, |b, strand| b.with(&strand.bounds()));
-        self.triangles.iter().flat_map(|t| t.positions).fold(emitted, |b, p| b.with_sphere(p, 0.0))
+        let of_triangles = |triangles: &[Triangle]| {
+            triangles.iter().fold(Bounds::EMPTY, |mut all, triangle| {
+                for p in triangle.positions {
+                    all = all.with_sphere(p, 0.0);
+                }
+                all
+            })
+        };
+        let parts = self.triangles.par_chunks(4096).map(of_triangles);
+        parts.reduce(|| Bounds::EMPTY, |a, b| a.with(&b)).with(&emitted)
     }
 
     /// Casters and visible surfaces, for [`crate::shadows::Shadows::prepare`].

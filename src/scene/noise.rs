@@ -6,6 +6,7 @@ use crate::{
     records::pcg,
 };
 use glam::{IVec2, Vec2};
+use rayon::prelude::*;
 
 /// Kinds of generated textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
@@ -83,18 +84,24 @@ impl Noise {
         let shift =
             Vec2::from_array(self.scroll.map(|speed| (f64::from(speed) * seconds).fract() as f32));
         let age = (f64::from(self.evolve) * seconds).rem_euclid(65536.0) as f32;
-        let texel = |i: u32| {
-            let middle = Vec2::new((i % self.size) as f32, (i / self.size) as f32) + 0.5;
-            let at = middle / self.size as f32 - shift;
-            match self.generate {
-                KindOfTexture::Noise => [255, 255, 255, (self.at(at, age) * 255.0).round() as u8],
-                KindOfTexture::Checks => painted::checks(at, self.cells),
-                KindOfTexture::Stripes => painted::stripes(at, self.cells),
-                KindOfTexture::Caustics => painted::caustics(at, self.cells, self.seed, age),
+        let cells = self.cells;
+        let paint: Box<dyn Fn(Vec2) -> [u8; 4] + Sync> = match self.generate {
+            KindOfTexture::Noise => {
+                Box::new(|at| [255, 255, 255, (self.at(at, age) * 255.0).round() as u8])
+            }
+            KindOfTexture::Checks => Box::new(|at| painted::checks(at, cells)),
+            KindOfTexture::Stripes => Box::new(|at| painted::stripes(at, cells)),
+            KindOfTexture::Caustics => {
+                let caustics = painted::Caustics::new(cells, self.seed, age);
+                Box::new(move |at| caustics.at(at))
             }
         };
-        let rgba = (0..self.size * self.size).flat_map(texel).collect();
-        Texture { name, width: self.size, height: self.size, rgba }
+        let texel = |i: u32| {
+            let middle = Vec2::new((i % self.size) as f32, (i / self.size) as f32) + 0.5;
+            paint(middle / self.size as f32 - shift)
+        };
+        let texels: Vec<_> = (0..self.size * self.size).into_par_iter().map(texel).collect();
+        Texture { name, width: self.size, height: self.size, rgba: texels.into_flattened() }
     }
 
     /// Alpha at `uv`, 0..=1; repeats at integers.

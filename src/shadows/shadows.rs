@@ -246,6 +246,7 @@ impl Shadows {
             casters: casters.count() + set.emitted_count(),
             views_rendered: rendered as u64,
             views_kept: (cache.view_count() - rendered) as u64,
+            views_searched: cache.searched as u64,
             culled,
             hidden: cache.hidden_count(),
             pair_capacity,

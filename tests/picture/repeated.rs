@@ -40,18 +40,23 @@ fn maps_and_their_levels_are_made_once_for_all_samples_and_still_frames() {
         assert_eq!(alone.counters.levels_made, 1, "{what}");
         let counters = &frame.counters;
         assert_eq!(counters.views_rendered + counters.views_kept, 1, "{what}");
-        [counters.views_rendered, counters.levels_made, counters.pictures_drawn]
+        [
+            counters.views_rendered,
+            counters.views_searched,
+            counters.levels_made,
+            counters.pictures_drawn,
+        ]
     };
     let mut scene = scene(3);
-    assert_eq!(counts(&scene, "first"), [1, 1, 3]);
-    assert_eq!(counts(&scene, "still"), [0, 0, 3]);
+    assert_eq!(counts(&scene, "first"), [1, 1, 1, 3]);
+    assert_eq!(counts(&scene, "still"), [0, 0, 0, 3]);
     scene.lights[0].intensity *= 0.5;
-    assert_eq!(counts(&scene, "the map stays"), [0, 0, 3]);
+    assert_eq!(counts(&scene, "the map stays"), [0, 0, 0, 3]);
     scene.particles[0].center.x += 0.5;
-    assert_eq!(counts(&scene, "a caster moves"), [1, 1, 3]);
+    assert_eq!(counts(&scene, "a caster moves"), [1, 1, 1, 3]);
     scene.lights[0].kind = LightKind::Directional { direction: Vec3::new(0.1, -1.0, 0.3) };
-    assert_eq!(counts(&scene, "the light moves"), [1, 1, 3]);
-    assert_eq!(counts(&scene, "and stays"), [0, 0, 3]);
+    assert_eq!(counts(&scene, "the light moves"), [1, 1, 1, 3]);
+    assert_eq!(counts(&scene, "and stays"), [0, 0, 0, 3]);
 }
 
 /// Pairs of a picture that a camera comes closer to, from frame to frame.

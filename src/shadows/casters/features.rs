@@ -17,24 +17,31 @@ pub(super) fn features_of(
     materials: &[Material],
 ) -> [Features; CLASSES] {
     let mut features = [Features::NONE; CLASSES];
+    // Whether triangles, or other casters, have a material.
+    let mut used = vec![[false; 2]; materials.len()];
     for particle in particles {
         let material = &materials[particle.material as usize];
-        add_features(&mut features, material, true);
+        used[particle.material as usize][1] = true;
         add_opacity(&mut features, material, particle.color.w);
     }
     for gaussian in gaussians {
         let material = &materials[gaussian.material as usize];
-        add_features(&mut features, material, true);
+        used[gaussian.material as usize][1] = true;
         add_opacity(&mut features, material, gaussian.most_opacity(material.gaussian));
     }
     for triangle in triangles {
         let material = &materials[triangle.material as usize];
-        add_features(&mut features, material, false);
+        used[triangle.material as usize][0] = true;
         // Of the fainter corners.
         let alpha = triangle.colors.map(|color| color.0[3]).into_iter().min().unwrap_or(255);
         add_opacity(&mut features, material, f32::from(alpha) / 255.0);
         let of_class = &mut features[Class::of(material) as usize];
         add(of_class, [(Flags::HAS_VERTEX_COLORS, triangle.is_colored())]);
+    }
+    for (material, used) in materials.iter().zip(used) {
+        for is_particle in [false, true].into_iter().filter(|&kind| used[usize::from(kind)]) {
+            add_features(&mut features, material, is_particle);
+        }
     }
     let owners = asks_for_owners(materials);
     for features in features.iter_mut().filter(|_| owners) {

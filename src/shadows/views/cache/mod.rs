@@ -15,6 +15,8 @@ pub(in crate::shadows) struct MapCache {
     set: u64,
     /// Views to render or rendered last, in order.
     pub pending: Vec<usize>,
+    /// Views whose groups were looked for last.
+    pub searched: usize,
     /// Whether the other maps are in their places only after the frame ran.
     moving: bool,
     /// Whether the frame is not known to have run.
@@ -83,6 +85,7 @@ impl MapCache {
         let same_set = self.set == casters.id();
         let (was_moving, moving) = (self.moving, !self.fits(views));
         self.pending.clear();
+        self.searched = 0;
         self.views.truncate(views.len());
         let (mut inputs, changed_at) = (Vec::new(), casters.changed_at());
         for (index, view) in views.iter().enumerate() {
@@ -112,6 +115,7 @@ impl MapCache {
             // Where no caster has changed since, the groups are the same.
             let same_groups = same_occluders && cached.at == changed_at && cached.hides == hides;
             if !same_groups {
+                self.searched += 1;
                 if !same_occluders {
                     cached.occluders = casters.occluders(&gpu_view);
                 }
