@@ -163,7 +163,7 @@ fn scenes() -> io::Result<Vec<Vec<u8>>> {
 /// Folders of the project's scene files.
 pub(super) fn folders() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    ["data", "data/issues", "data/gallery"].map(|folder| root.join(folder)).into()
+    ["data", "data/issues", "data/gallery", "examples/fuzz"].map(|folder| root.join(folder)).into()
 }
 
 const EMITTER: &str = r#"material = [{ name = "m", tint = [1, 0.5, 0.2, 0.1] }]

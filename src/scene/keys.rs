@@ -138,7 +138,9 @@ impl<'a> Keys<'a> {
     pub(super) fn all<T: Deserialize<'a>>(&self) -> Result<T, SceneError> {
         let table = DeValue::Table(self.table.clone());
         let table = Spanned::new(self.span.clone(), table);
-        self.known.borrow_mut().extend(self.table.keys().map(|key| key.get_ref().as_ref()));
+        let keys = || self.table.keys().map(|key| key.get_ref().as_ref());
+        self.known.borrow_mut().extend(keys());
+        keys().for_each(|key| self.source.ask(&self.place, key));
         T::deserialize(ValueDeserializer::from(table))
             .map_err(|error| self.source.explain(&error, self.span.clone()))
     }

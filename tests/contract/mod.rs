@@ -3,6 +3,7 @@ mod circles;
 mod device;
 mod dynamic_index;
 mod face;
+mod fuzzed;
 mod grammar;
 mod layers;
 mod layout;
