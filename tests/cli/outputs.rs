@@ -246,6 +246,24 @@ fn stays(case: &Case, folder: &Folder, root: &Path) {
     assert_eq!(files(&folder.0.join("tmp")), [""; 0]);
 }
 
+/// Who has the old file open keeps it, whole.
+#[cfg(unix)]
+#[test]
+fn regular_files_are_replaced() {
+    use std::os::unix::fs::MetadataExt as _;
+    for (i, case) in CASES.iter().enumerate() {
+        let (folder, root) = folder(&format!("outputs-replaced{i}"));
+        let (path, old) = (case.path(&root), folder.0.join("old"));
+        wait(case.run(&folder, &root).spawn().unwrap());
+        fs::hard_link(&path, &old).unwrap();
+        let before = fs::read(&old).unwrap();
+        wait(case.run(&folder, &root).spawn().unwrap());
+        let [new, kept] = [&path, &old].map(|path| fs::metadata(path).unwrap().ino());
+        assert_ne!(new, kept, "{:?} writes into the file", case.arguments);
+        assert!(fs::read(&old).unwrap() == before);
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn devices_and_pipes_are_written_into() {

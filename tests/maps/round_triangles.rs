@@ -77,26 +77,35 @@ fn a_wall_as_high_as_the_lamp_is_whole() {
 /// lamp.
 #[test]
 fn a_shared_edge_is_met_once() {
-    let mut scene = lit_by(spot_down(Vec3::Y * 3.0, 90.0));
-    let at = |x: f32, y: f32| Vec3::new(x, y, -1.0);
-    // In the map, the edge from a to c is x + y = -16 texels from the centre: through texel centres.
-    let (a, b, c, d) = (at(-0.5, 0.0), at(1.0, 0.0), at(0.5, 2.0), at(-1.0, 4.0));
-    scene.triangles = [[a, b, c], [a, c, d]].map(|corners| triangle(corners, GLASS)).into();
-    let expected = Vec3::ONE - TINT.w * (Vec3::ONE - TINT.truncate());
-    for (maps, _) in all_maps(&scene) {
-        let maps = &maps[0];
-        let mut met = 0;
-        for (texel, filter) in maps.filter.iter().enumerate() {
-            let (_, way) = ray(maps, texel);
-            let slope = way / -way.y * 32.0;
-            let on_edge = (slope.z + slope.x + 16.0).abs() < 1e-6;
-            if on_edge && (-5.0..15.0).contains(&slope.x) {
-                let wrong = (Vec3::from_array(*filter) - expected).abs().max_element();
-                assert!(wrong < 1e-3, "texel {texel}: {filter:?}");
-                met += 1;
+    // In the map, the edge from a to c is x + run * y = -sum texels from the centre: through texel centres. Which way the
+    // numbers of its plane are rounded differs.
+    for (run, sum, xs, side) in [
+        (1.0, 16.0, [-0.5, 0.5], 1.0),
+        (2.0, 32.5, [-1.046_875, 0.984_375], 1.0),
+        (2.0, 32.5, [-1.046_875, 0.984_375], -1.0),
+        (3.0, 40.0, [-0.75, 1.75], 1.0),
+        (3.0, 40.0, [-0.75, 1.75], -1.0),
+    ] {
+        let at = |x: f32, y: f32| Vec3::new(side * x, y, -1.0);
+        let mut scene = lit_by(spot_down(Vec3::Y * 3.0, 90.0));
+        let (a, b, c, d) = (at(xs[0], 0.0), at(1.0, 0.0), at(xs[1], 2.0), at(-1.0, 4.0));
+        scene.triangles = [[a, b, c], [a, c, d]].map(|corners| triangle(corners, GLASS)).into();
+        let expected = Vec3::ONE - TINT.w * (Vec3::ONE - TINT.truncate());
+        for (maps, _) in all_maps(&scene) {
+            let maps = &maps[0];
+            let mut met = 0;
+            for (texel, filter) in maps.filter.iter().enumerate() {
+                let (_, way) = ray(maps, texel);
+                let slope = way / -way.y * 32.0;
+                let x = f64::from(side) * slope.x;
+                if (x + run * slope.z + sum).abs() < 1e-6 && (-5.0..15.0).contains(&x) {
+                    let wrong = (Vec3::from_array(*filter) - expected).abs().max_element();
+                    assert!(wrong < 1e-3, "{run} {side}, texel {texel}: {filter:?}");
+                    met += 1;
+                }
             }
+            assert_eq!(met, (20.0 / run) as usize);
         }
-        assert_eq!(met, 20);
     }
 }
 
