@@ -38,7 +38,7 @@ examples: setup
 	@for example in minimal embed warm_up gpu_particles host_splats host_grid host_renderer; do \
 		cargo run --quiet --example $$example || exit; \
 	done
-	cargo run --quiet -p gobo-benches --example frame_cost
+	cargo run --quiet --example frame_cost
 
 # Most of the time lavapipe compiles kernels, each on one core: without LLVM's optimisations in half
 # of it, to the same results, and with other tests beside.
@@ -176,7 +176,7 @@ features:
 	cargo clippy --quiet --lib --no-default-features --features webgpu \
 		--target wasm32-unknown-unknown -- -D warnings
 	@echo "Crates of the bare library, its own included:"
-	@cargo tree --no-dedupe -e normal --no-default-features --prefix none | sort -u | wc -l
+	@cargo tree -p gobo --no-dedupe -e normal --no-default-features --prefix none | sort -u | wc -l
 
 # Pages of the manual, target/man, and completions for shells, target/completions.
 man:

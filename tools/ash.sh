@@ -5,7 +5,7 @@ set -eu
 
 gobo=${GOBO:-$PWD/target/release/gobo}
 crate=examples/ash
-target=${ASH_TARGET:-${CARGO_TARGET_DIR:-$PWD/target}/ash}
+target=${ASH_TARGET:-${CARGO_TARGET_DIR:-$PWD/target}/vulkan}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 

@@ -6,7 +6,8 @@ set -eu
 say() { printf 'gpu-static: %s\n' "$*" >&2; }
 
 gobo=${GOBO:-$PWD/target/release/gobo}
-target=${CARGO_TARGET_DIR:-$PWD/target}/gpu_static
+# That of tools/ash.sh, too: most of both is the bindings of Vulkan.
+target=${CARGO_TARGET_DIR:-$PWD/target}/vulkan
 if [ "$(uname -s)" != Linux ]; then
     say "Mesa's RADV is for Linux"
     exit 1

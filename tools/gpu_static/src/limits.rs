@@ -48,6 +48,9 @@ pub struct Scene {
     /// Names of kernels. A kernel that no scene names is compiled once, as exported.
     pub kernels: Vec<String>,
     pub flags: BTreeMap<String, bool>,
+    /// Whether it is compiled with `--all` alone.
+    #[serde(default)]
+    pub seldom: bool,
 }
 
 impl Limit {

@@ -68,7 +68,7 @@ pub fn cases(dir: &Path, limits: &Limits, all: bool) -> Result<Vec<Case>, Failur
         if scenes.is_empty() {
             cases.push(case(kernel, None)?);
         }
-        for scene in scenes {
+        for scene in scenes.into_iter().filter(|scene| all || !scene.seldom) {
             cases.push(case(kernel, Some(scene))?);
         }
     }
