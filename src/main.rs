@@ -21,6 +21,7 @@ fn main() -> ExitCode {
     let spans = Targets::new().with_target("gobo", tracing::Level::DEBUG);
     tracing_subscriber::registry().with(messages).with(clock.clone().with_filter(spans)).init();
     cli::give_aborts_a_status();
+    cli::hush_decoders();
     match cli::run(arguments.command, &clock) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

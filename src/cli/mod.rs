@@ -45,7 +45,7 @@ use arguments::Command;
 use failure::Failure;
 pub(crate) use files::Quiet;
 pub(crate) use runtime_folder::name_a_runtime_folder;
-pub(crate) use stop::give_aborts_a_status;
+pub(crate) use stop::{give_aborts_a_status, hush_decoders};
 pub(crate) use wall_clock::WallClock;
 
 pub(crate) fn run(command: Command, clock: &WallClock) -> Result<(), Failure> {

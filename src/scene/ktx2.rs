@@ -2,7 +2,7 @@
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use image::RgbaImage;
 use ruzstd::decoding::StreamingDecoder;
-use std::io::Read as _;
+use std::{io::Read as _, panic::catch_unwind};
 
 /// First bytes of a container.
 const MAGIC: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -95,8 +95,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
     // Keys are not needed, and damaged ones are a panic there.
     let mut bytes = bytes.to_vec();
     bytes[KEYS..KEYS + 8].fill(0);
-    let problem = |error: basisu::Error| format!("its KTX2 container is damaged: {error:?}");
-    let texture = Transcoder::new(&bytes).map_err(problem)?;
-    let texels = texture.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).map_err(problem)?;
+    // Tables of codes that lack some are a panic there, too.
+    let texels = catch_unwind(|| {
+        Transcoder::new(&bytes)?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
+    });
+    let texels = texels.map_err(|_| damaged())?;
+    let texels = texels.map_err(|error| format!("its KTX2 container is damaged: {error:?}"))?;
     RgbaImage::from_raw(width, height, texels).ok_or_else(damaged)
 }

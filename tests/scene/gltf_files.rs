@@ -257,6 +257,10 @@ fn textures_in_ktx2_are_read() {
             assert!(load(&bytes[..at]).is_err(), "{at} bytes");
         }
     }
+    // A table without most of its codes.
+    let mut changed = include_bytes!("tiles_etc1s.ktx2").to_vec();
+    changed[284..288].copy_from_slice(&[1, 0, 0, 0]);
+    assert!(load(&changed).unwrap_err().to_string().contains("damaged"));
 }
 
 /// A texture whose only image has an unsupported extension is white, and a note says so.
