@@ -95,7 +95,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
     // Keys are not needed, and damaged ones are a panic there.
     let mut bytes = bytes.to_vec();
     bytes[KEYS..KEYS + 8].fill(0);
-    // Tables of codes that lack some are a panic there, too.
+    // Tables of codes that lack some are a panic there, too, which is caught where panics unwind.
     let texels = catch_unwind(|| {
         Transcoder::new(&bytes)?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
     });

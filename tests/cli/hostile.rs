@@ -234,6 +234,25 @@ fn nothing_of_the_input_reaches_the_terminal_raw() {
     assert!(!folder.fail(&["check", "scene.toml"], 2).contains('\x1b'));
 }
 
+/// The decoder panics on a table of codes that lacks some: the file is named, and no line of source.
+#[test]
+fn a_damaged_container_is_one_error() {
+    let folder = Folder::new("ktx2");
+    let mut bytes = include_bytes!("../scene/tiles_etc1s.ktx2").to_vec();
+    bytes[284..288].copy_from_slice(&[1, 0, 0, 0]);
+    fs::write(folder.0.join("tiles.ktx2"), bytes).unwrap();
+    let gltf = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "extensionsUsed":["KHR_texture_basisu"],"images":[{"uri":"tiles.ktx2"}],
+        "textures":[{"extensions":{"KHR_texture_basisu":{"source":0}}}],
+        "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+        "accessors":[{"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[0,0,0]}]}"#;
+    fs::write(folder.0.join("tiles.gltf"), gltf).unwrap();
+    let stderr = folder.fail(&["check", "tiles.gltf"], 2);
+    assert!(stderr.contains("tiles.gltf: image 0: the KTX2 container is damaged"), "{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+}
+
 /// Ignored contents are reported once, by `check` and by `render`.
 #[test]
 fn notes_reach_standard_error() {
