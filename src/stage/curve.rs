@@ -9,7 +9,7 @@ use crate::gpu::{Choice, KernelDesc, Tier};
 /// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume. WGSL:
 /// `wgsl/curve/partial.wgsl`.
 pub fn partial_bytes(nodes: u32, changes: bool) -> u64 {
-    16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 5 * u64::from(changes))
+    16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 7 * u64::from(changes))
 }
 
 /// Most segments of `length` pairs with partial results for so many pairs: only tiles with more than one segment have

@@ -349,30 +349,85 @@ fn reference_of_other_bodies_differ() {
     assert!(crate::maps::curve::share_apart(&cpu(&scene), &cpu(&puffs)) > 0.05);
 }
 
-/// A lamp in the middle of a body, and another body behind it. Today the first one's density goes on to the end of the second.
+/// A lamp in the middle of a body, and another body behind it; then both in a third, which holds the lamp, too.
 #[test]
-#[should_panic(expected = "in air between the bodies")]
-fn a_lamps_own_body_ends_in_front_of_the_next() {
-    let [first, second] = [Vec3::new(0.3, 0.6, 0.8), Vec3::new(0.8, 0.5, 0.3)];
+fn a_lamps_own_bodies_end_where_the_light_leaves_them() {
+    let colors = [Vec3::new(0.3, 0.6, 0.8), Vec3::new(0.8, 0.5, 0.3), Vec3::new(0.9, 0.7, 0.95)];
     let body = |attenuation_color, attenuation_distance| Material {
         attenuation_color,
         attenuation_distance,
         ..material(Transfer::Filter)
     };
-    let mut scene = empty(vec![body(first, 0.4), body(second, 0.6)]);
+    let [first, second, third] = colors;
+    let mut scene = empty(vec![body(first, 0.4), body(second, 0.6), body(third, 2.4)]);
     scene.shadow.size = 32;
     scene.lights.push(light(LightKind::Point { position: Vec3::ZERO }));
     (scene.lights[0].near, scene.lights[0].far) = (Some(0.01), Some(4.0));
     let cube = |center: Vec3, half: f32, material| cuboid(center - half, center + half, material);
     scene.triangles = cube(Vec3::ZERO, 0.4, 0);
     scene.triangles.extend(cube(Vec3::NEG_Z * 1.5, 0.3, 1));
-    for (maps, _) in all_maps(&curved(scene, 8)) {
-        let down = maps.iter().find(|maps| maps.view.name == "nz").expect("a face");
-        let both = first * second;
-        let places = [(1.0, first, "in air between the bodies"), (2.0, both, "behind both")];
-        for (metres, passed, what) in places {
-            let is = light_at(down, Vec3::NEG_Z * metres);
-            near(is, passed, Vec3::splat(4e-3), what);
+    let mut nested = scene.clone();
+    nested.triangles.extend(cube(Vec3::ZERO, 2.4, 2));
+    // Light counts from the near plane.
+    let exact = |metres: f32, is_nested: bool| {
+        let share = |from: f32, to: f32| (metres.clamp(from, to) - from) / (to - from);
+        let inside = |half: f32| (metres.min(half) - 0.01) / half;
+        let held = if is_nested { third.powf(inside(2.4)) } else { Vec3::ONE };
+        first.powf(inside(0.4)) * second.powf(share(1.2, 1.8)) * held
+    };
+    for (scene, is_nested) in [(scene, false), (nested, true)] {
+        for (maps, counters) in all_maps(&curved(scene, 8)) {
+            assert_eq!(counters.disordered, 0);
+            let down = maps.iter().find(|maps| maps.view.name == "nz").expect("a face");
+            // Between faces of the bodies a ramp of the third is straight.
+            let slack = if is_nested { bend(third.powf(0.5)) } else { Vec3::ZERO };
+            for metres in [0.41, 0.6, 1.0, 1.19, 1.81, 2.0, 2.39, 2.5, 3.5] {
+                let is = light_at(down, Vec3::NEG_Z * metres);
+                let slack = if metres < 2.4 { slack } else { Vec3::ZERO };
+                near(
+                    is,
+                    exact(metres, is_nested),
+                    slack + 4e-3,
+                    &format!("{is_nested}, {metres} m"),
+                );
+            }
+        }
+    }
+}
+
+/// The same over several segments: veils that hardly filter are between the lamp and the faces.
+#[test]
+fn a_lamps_own_body_ends_in_a_later_segment() {
+    const VEILS: u32 = 9_000;
+    let color = Vec3::new(0.3, 0.6, 0.8);
+    let disc =
+        Material { shape: Shape::Disc, profile: Profile::Flat, ..material(Transfer::Filter) };
+    let body = Material {
+        attenuation_color: color,
+        attenuation_distance: 1.0,
+        ..material(Transfer::Filter)
+    };
+    let mut scene = empty(vec![disc, body]);
+    scene.lights =
+        vec![light(LightKind::Spot { position: Vec3::ZERO, direction: Vec3::NEG_Z, angle: 0.5 })];
+    (scene.lights[0].near, scene.lights[0].far) = (Some(0.01), Some(4.0));
+    scene.shadow.size = 16;
+    for id in 0..VEILS {
+        let center = Vec3::NEG_Z * (0.1 + 2.9 * (id as f32 + 0.5) / VEILS as f32);
+        scene
+            .particles
+            .push(Particle { id, ..particle(center, 20.0, Vec4::new(0.0, 0.0, 0.0, 1e-6)) });
+    }
+    scene.triangles = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), 1);
+    for (maps, counters) in all_maps(&curved(scene, 8)) {
+        assert!(counters.segments > 2, "{counters:?}");
+        for metres in [1.2, 2.0, 3.5] {
+            near(
+                light_at(&maps[0], Vec3::NEG_Z * metres),
+                color,
+                Vec3::splat(0.012),
+                &format!("{metres} m"),
+            );
         }
     }
 }

@@ -13,7 +13,7 @@ import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::partial::{first_node, partial_size};
 import package::curve::tile::store_curves;
 import package::curve::volumes::{
-    Ramp, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
+    Ramp, Unentered, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
     rest_steps, surface_light,
 };
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
@@ -32,6 +32,7 @@ var<private> next: Lights;       // its light from white
 var<private> next_scale: Lights; // its scale
 var<private> next_density: Lights;
 var<private> next_last: Rows;
+var<private> next_unentered: Unentered;
 
 fn partial_row(at: u32, i: u32) -> vec4<u32> {
     return partials[at + i * TILE_SIZE * partial_size()];
@@ -66,6 +67,12 @@ fn load_segment(first: u32) -> Rows {
         for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
             crossed[i] += bitcast<vec4<i32>>(partial_row(first + 5u, i));
         }
+        next_unentered = Unentered(
+            partial_light(first + 6u),
+            partial_light(first + 7u),
+            partial_last(first + 6u),
+            partial_last(first + 7u),
+        );
     }
     return partial_last(first);
 }
@@ -111,7 +118,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     var nearest = Rows(1.0);
     // Steps of a segment: the volumes that continue through it, if there are any, then its nodes; behind
     // all segments the rest.
-    let ramps = rest_steps() - 1u;
+    let ramps = select(0u, 1u, HAS_VOLUMES);
     let steps = ramps + NODES;
     for (var i = 0u; i < count * steps + rest_steps(); i += 1u) {
         let n = i % steps;
@@ -126,7 +133,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
             if n == 0u {
                 nearest = min(nearest, load_segment(first));
                 if HAS_VOLUMES {
-                    ramp = follow_inside(next_density, next_last);
+                    ramp = follow_inside(next_density, next_last, next_unentered);
                     whole = scaled(whole, selected(white(), ramp.light, ramp.is));
                 }
                 whole = behind(whole, next, next_scale);
@@ -157,8 +164,8 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
             before = light;
             is = (start > RowBits(0u)) & RowIs(n >= ramps);
         }
-        if HAS_VOLUMES && i == count * steps {
-            ramp = begin_inside();
+        if HAS_VOLUMES && i >= count * steps && i + 1u < count * steps + rest_steps() {
+            ramp = begin_inside(i - count * steps);
             whole = scaled(whole, selected(white(), ramp.light, ramp.is));
         }
         if HAS_VOLUMES && any_row(ramp.is) {

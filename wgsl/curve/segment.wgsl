@@ -7,7 +7,7 @@ import package::curve::lights::light_row;
 import package::curve::list::disordered;
 import package::curve::partial::{first_node, partial_size};
 import package::curve::stored::{stored_node, stored_pair};
-import package::curve::volumes::{crossed, density, last_face, surface_light, surface_scale};
+import package::curve::volumes::{crossed, density, last_face, surface_light, surface_scale, unentered};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
 import package::records::tile::Segment;
 import package::records::view::{GpuView, TILE_SIZE};
@@ -38,6 +38,8 @@ fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
             partials[at + 3u] = bitcast<vec4<u32>>(vec4(light_row(surface_light, i), 0.0));
             partials[at + 4u] = bitcast<vec4<u32>>(vec4(light_row(density, i), 0.0));
             partials[at + 5u] = bitcast<vec4<u32>>(crossed[i]);
+            partials[at + 6u] = bitcast<vec4<u32>>(vec4(light_row(unentered.density, i), row(unentered.first, i)));
+            partials[at + 7u] = bitcast<vec4<u32>>(vec4(light_row(unentered.tau, i), row(unentered.last, i)));
         }
     }
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {

@@ -41,7 +41,7 @@ fn tile_steps() -> u32 {
 
 fn open_rest(view: GpuView, step: u32) {
     if HAS_VOLUMES && step + 1u < rest_steps() {
-        let ramps = join_ramp(begin_inside());
+        let ramps = join_ramp(begin_inside(step));
         return;
     }
     let in_tile = vec2<u32>(corner) % TILE_SIZE;

@@ -13,15 +13,23 @@ const MIN_TAU: f32 = 0.0000152587890625; // least optical depth of a ramp: 2^-16
 // Rounding between light as fixed-point sums and as products: smaller differences are ignored.
 const ROUNDING: f32 = 0.00048828125;
 
-// Optical depth per light depth inside the volumes, behind `last_face`. Negative if a body was left that
-// was not entered: the light is inside, or the entry comes late.
+// Optical depth per light depth, behind `last_face`, of the volumes that were entered and not left.
 var<private> density: Lights;
 var<private> last_face: Rows;
+var<private> unentered: Unentered;
 // Sums over all faces, as in nearest-depth mode.
 var<private> crossed: array<vec4<i32>, ROW_COUNT>;
 // Light that passes all hits except volumes, and the scale of their affine transfer.
 var<private> surface_light: Lights;
 var<private> surface_scale: Lights;
+
+// Volumes that were left and not entered: the light is inside, or the entry comes late.
+struct Unentered {
+    density: Lights, // optical depth per light depth
+    tau: Lights,     // optical depth from light depth 0 to where they were left
+    first: Rows,     // light depths of the first and the last place where one was left
+    last: Rows,
+}
 
 struct Ramp {
     start: Rows,
@@ -33,6 +41,7 @@ struct Ramp {
 fn clear_volumes() {
     density = black();
     last_face = Rows(0.0);
+    unentered = Unentered(black(), black(), Rows(0.0), Rows(0.0));
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         crossed[i] = vec4(0);
     }
@@ -44,36 +53,78 @@ fn stretch_light(tau: Rows) -> Rows {
     return exp(-max(tau, Rows(-MAX_TAU)));
 }
 
+fn ramp_of(start: Rows, end: Rows, tau: Lights) -> Ramp {
+    let light = Lights(stretch_light(tau.red), stretch_light(tau.green), stretch_light(tau.blue));
+    return Ramp(start, end, light, difference(tau, black()) >= Rows(MIN_TAU));
+}
+
+fn positive(v: Lights) -> Lights {
+    return Lights(max(v.red, Rows(0.0)), max(v.green, Rows(0.0)), max(v.blue, Rows(0.0)));
+}
+
+fn least(a: Lights, b: Lights) -> Lights {
+    return Lights(min(a.red, b.red), min(a.green, b.green), min(a.blue, b.blue));
+}
+
+// Mean light depth where volumes were left.
+fn mean_ends(left: Unentered) -> Lights {
+    return quotient(left.tau, left.density, 1.17549435e-38);
+}
+
+fn add_unentered(added: Lights, ends: Lights, first: Rows, last: Rows) {
+    let is = difference(added, black()) > Rows(0.0);
+    let is_first = difference(unentered.density, black()) <= Rows(0.0);
+    unentered.first = select(unentered.first, select(min(unentered.first, first), first, is_first), is);
+    unentered.last = select(unentered.last, max(unentered.last, last), is);
+    unentered.density = plus(unentered.density, added);
+    unentered.tau = plus(unentered.tau, scaled(added, ends));
+}
+
 // Continues the volumes to light depth `depth`, and changes their densities there. The ramps end there; for late faces they are the effect of
 // the change up to the last face.
 fn change_density(depth: Rows, change: Lights) -> Ramp {
     let late = depth < last_face;
     let start = min(last_face, depth);
     let end = max(last_face, depth);
-    let tau = times(selected(density, change, late), end - start);
-    let is = difference(tau, black()) >= Rows(MIN_TAU);
-    density = plus(density, change);
+    // An entry in front of a place where one was left is that one's.
+    let ends = mean_ends(unentered);
+    let entered = selected(black(), least(positive(change), unentered.density), depth < unentered.last);
+    let at = Lights(depth, depth, depth);
+    unentered.density = minus(unentered.density, entered);
+    unentered.tau = minus(unentered.tau, scaled(entered, ends));
+    let balance = minus(plus(density, change), entered);
+    add_unentered(positive(minus(black(), balance)), at, depth, depth);
+    let behind = positive(balance);
+    let acting = selected(density, minus(behind, density), late);
+    let ramp = ramp_of(start, end, plus(times(acting, end - start), scaled(entered, minus(ends, at))));
+    density = behind;
     // What is too thin for a ramp goes into the next.
-    last_face = select(last_face, end, is | (difference(change, black()) > Rows(0.0)));
-    return Ramp(
-        start,
-        end,
-        Lights(stretch_light(tau.red), stretch_light(tau.green), stretch_light(tau.blue)),
-        is,
-    );
+    last_face = select(last_face, end, ramp.is | (difference(change, black()) > Rows(0.0)));
+    return ramp;
 }
 
-// Adds the volumes that were left but never entered: they contain the light, and begin at light depth 0.
-fn begin_inside() -> Ramp {
-    return change_density(
-        Rows(0.0),
-        Lights(max(-density.red, Rows(0.0)), max(-density.green, Rows(0.0)), max(-density.blue, Rows(0.0))),
-    );
+// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up to where
+// the first was left, and from there to the last: exact for two.
+fn begin_inside(part: u32) -> Ramp {
+    let near = times(unentered.density, unentered.first);
+    if part == 0u {
+        return ramp_of(Rows(0.0), unentered.first, near);
+    }
+    return ramp_of(unentered.first, unentered.last, minus(unentered.tau, near));
 }
 
 // Continues the volumes through the next segment; call it before appending that segment's curve.
-fn follow_inside(next: Lights, next_last: Rows) -> Ramp {
-    return change_density(max(last_face, next_last), next);
+fn follow_inside(next_density: Lights, next_last: Rows, next: Unentered) -> Ramp {
+    let start = last_face;
+    let end = max(last_face, next_last);
+    let left = least(next.density, density);
+    let ends = mean_ends(next);
+    let beyond = scaled(left, minus(Lights(end, end, end), ends));
+    let tau = minus(times(density, end - start), beyond);
+    add_unentered(minus(next.density, left), ends, next.first, next.last);
+    density = plus(density, minus(next_density, left));
+    last_face = end;
+    return ramp_of(start, end, tau);
 }
 
 // Counts ramps that brighten: behind late faces the curve was too dark.
@@ -82,9 +133,9 @@ fn count_late(ramp: Ramp) {
     disordered += count_rows(ramp.is & (light > Rows(1.0)));
 }
 
-// Steps behind all pairs: volumes that contain the light, and overflowing casters.
+// Steps behind all pairs: two for volumes that contain the light, one for overflowing casters.
 fn rest_steps() -> u32 {
-    return select(1u, 2u, HAS_VOLUMES);
+    return select(1u, 3u, HAS_VOLUMES);
 }
 
 fn volumes_light(tau: vec3<i32>) -> vec3<f32> {

@@ -262,11 +262,11 @@ fn follow(texel: &mut Texel, segment: &Texel, modes: CurveModes) {
 
 /// Adds what volumes absorb that no pair of faces has shown.
 fn finish(texel: &mut Texel, modes: CurveModes) {
-    if modes.volumes
-        && let Some(ramp) = texel.inside.begin()
-    {
-        texel.ramp(ramp);
-        texel.flush(modes);
+    if modes.volumes {
+        for ramp in texel.inside.begin().into_iter().flatten() {
+            texel.ramp(ramp);
+            texel.flush(modes);
+        }
     }
     let mut light = Vec3::ONE;
     if modes.volumes {
