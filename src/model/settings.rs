@@ -30,8 +30,9 @@ pub struct ShadowSettings {
     /// Shadow filter of lights without their own. Default [`ShadowFilter::Spline`].
     pub filter: ShadowFilter,
     /// Distance behind a stored depth from which a receiver is shadowed, 0 or more \[m\]; for lights without their own.
-    /// Default 0.01.
-    pub bias: f32,
+    /// Default none: a quarter of a texel there, and 2^-15 of the view's depth range at least, so that scenes of any size
+    /// have the same shadows.
+    pub bias: Option<f32>,
     /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels, 0 or more
     /// \[texels\]; for lights without their own. Default 0.
     pub slope_bias: f32,
@@ -67,7 +68,7 @@ impl ShadowSettings {
 
     /// The first field that is out of its range.
     pub(crate) fn problem(&self) -> Option<&'static str> {
-        let biases = [self.bias, self.slope_bias, self.normal_bias];
+        let biases = [self.bias.unwrap_or(0.0), self.slope_bias, self.normal_bias];
         let is_bias = |bias: &f32| bias.is_finite() && *bias >= 0.0;
         [
             (self.receiver == Receiver::Nearest || matches!(self.nodes, 4 | 8 | 16), {
@@ -91,7 +92,7 @@ impl Default for ShadowSettings {
             receiver: Receiver::Nearest,
             nodes: 8,
             filter: ShadowFilter::Spline,
-            bias: 0.01,
+            bias: None,
             slope_bias: 0.0,
             normal_bias: 1.5,
             pair_budget: MAX_PAIRS,

@@ -42,6 +42,12 @@ pub const VIEWPOINTS_SHIFT: u32 = 9;
 pub const VIEWPOINTS_MASK: u32 = 0xf;
 pub const INNER_BIT: u32 = 1 << 13;
 pub const END_BIT: u32 = 1 << 14;
+pub const TEXELS_BIT: u32 = 1 << 15;
+
+/// Depth bias where none is stated \[texels\].
+const BIAS_TEXELS: f32 = 0.25;
+/// Least bias in texels, as a share of the view's depth range: two steps of a curve's depths.
+pub const LEAST_BIAS: f32 = 1.0 / 32768.0;
 
 /// Least difference of the cosines of a spot's cones (glTF `KHR_lights_punctual`).
 const LEAST_FALL: f32 = 1e-3;
@@ -66,12 +72,12 @@ crate::records::gpu_struct! {
         pub per_range2: f32,
         /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1, 0 for none; from
         /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one; [`INNER_BIT`] if a spot falls by the square of the share
-        /// of its cosines, [`END_BIT`] if the window at its end is not squared.
+        /// of its cosines, [`END_BIT`] if the window at its end is not squared, [`TEXELS_BIT`] if its bias is in texels.
         pub traits: u32,
         /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
         /// radius [1/256 texel].
         pub taps: u32,
-        /// Depth bias \[m\].
+        /// Depth bias \[m\]; \[texels\] with [`TEXELS_BIT`].
         pub bias: f32,
         /// Slope-scaled bias \[texels\].
         pub slope_bias: f32,
@@ -97,10 +103,12 @@ impl GpuLight {
             Some(inner) => (inner * 0.5).cos().max(outer + LEAST_FALL),
         };
         let range = light.range();
+        let bias = bias.or(settings.bias);
         let bits = [
             (light.shafts, SHAFTS_BIT),
             (light.inner_angle.is_some(), INNER_BIT),
             (range.is_some() && range == light.end, END_BIT),
+            (bias.is_none(), TEXELS_BIT),
         ];
         Self {
             position,
@@ -114,10 +122,18 @@ impl GpuLight {
             per_range2: range.map_or(0.0, |range| 1.0 / (range * range)),
             traits: bits.into_iter().filter(|(is_so, _)| *is_so).map(|(_, bit)| bit).sum(),
             taps: packed_filter(&filter.unwrap_or(settings.filter)),
-            bias: bias.unwrap_or(settings.bias),
+            bias: bias.unwrap_or(BIAS_TEXELS),
             slope_bias: slope_bias.unwrap_or(settings.slope_bias),
             normal_bias: normal_bias.unwrap_or(settings.normal_bias),
         }
+    }
+
+    /// Depth bias in a view \[m\]. `texel`: edge of a texel at the receiver's depth \[m\].
+    pub fn depth_bias(&self, view: &GpuView, texel: f32) -> f32 {
+        if self.traits & TEXELS_BIT == 0 {
+            return self.bias;
+        }
+        (self.bias * texel).max(LEAST_BIAS * (view.far - view.near))
     }
 
     /// Whether its maps are read with another filter than the spline, or with a slope-scaled bias.

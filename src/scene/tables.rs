@@ -36,7 +36,7 @@ pub(super) fn shadow(keys: &Keys<'_>) -> Result<ShadowSettings, SceneError> {
         receiver: keys.value("receiver", usual.receiver)?,
         nodes,
         filter: filter(keys)?.unwrap_or(usual.filter),
-        bias: keys.bias("bias")?.unwrap_or(usual.bias),
+        bias: keys.bias("bias")?.or(usual.bias),
         slope_bias: keys.bias("slope_bias")?.unwrap_or(usual.slope_bias),
         normal_bias: keys.bias("normal_bias")?.unwrap_or(usual.normal_bias),
         pair_budget: keys.whole("pair_budget", usual.pair_budget, 1..=u32::MAX, "at least 1")?,

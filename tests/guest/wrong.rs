@@ -118,7 +118,7 @@ fn numbers_out_of_range_are_named() {
         ("view 1 ", "fade", |it| {
             it.1[1].role = ViewRole::Window { index: 0, count: 1, fade: f32::NAN };
         }),
-        ("setting", "bias", |it| it.2.bias = f32::NAN),
+        ("setting", "bias", |it| it.2.bias = Some(f32::NAN)),
         ("setting", "bias", |it| it.2.normal_bias = -1.0),
         ("setting", "taps", |it| it.2.filter = ShadowFilter::Pcf { taps: 0 }),
         ("setting", "nodes", |it| (it.2.receiver, it.2.nodes) = (Receiver::Curve, 0)),

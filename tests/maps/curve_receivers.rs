@@ -36,7 +36,7 @@ fn stairs(clear: bool) -> Scene {
     let mut scene = empty(materials);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     scene.lights[0].intensity = 8.0;
-    scene.shadow.bias = 0.002;
+    scene.shadow.bias = Some(0.002);
     scene.shadow.size = 512;
     scene.camera.eye = Vec3::new(0.0, 0.0, 8.0);
     scene.camera.fov_y = 0.55;

@@ -51,7 +51,7 @@ fn scene_of(grid: Grid, albedo: Vec3) -> Scene {
     scene.camera.eye = Vec3::new(0.5, 0.8, 3.2);
     scene.camera.size = UVec2::splat(60);
     scene.shadow.receiver = Receiver::Curve;
-    (scene.shadow.nodes, scene.shadow.size, scene.shadow.bias) = (16, 256, 0.0);
+    (scene.shadow.nodes, scene.shadow.size, scene.shadow.bias) = (16, 256, Some(0.0));
     scene
 }
 

@@ -22,6 +22,7 @@ mod renderer;
 mod repeated;
 mod samples;
 mod shade;
+mod sizes;
 mod specks;
 mod steady;
 mod teeth;

@@ -90,7 +90,7 @@ fn floor(size: u32, across: f32) -> Scene {
     let gel = Material { tint: green_blocked, visible: false, ..material(Transfer::Filter) };
     let mut scene = empty(vec![Material { roughness: 1.0, ..white }, gel]);
     scene.shadow.size = size;
-    scene.shadow.bias = 0.05;
+    scene.shadow.bias = Some(0.05);
     let sun = LightKind::Directional { direction: Vec3::new(1.0, -1.0, 0.0).normalize() };
     scene.lights = vec![Light { intensity: PI, ..light(sun) }];
     scene.camera.size = UVec2::splat(32);

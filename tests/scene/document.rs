@@ -90,7 +90,7 @@ fn every_key_is_heard() {
     assert!((scene.camera.fov_y - 60f32.to_radians()).abs() < 1e-6);
     let shadow = scene.shadow;
     assert_eq!((shadow.size, shadow.receiver, shadow.nodes), (64, Receiver::Curve, 4));
-    assert_eq!((shadow.bias, shadow.normal_bias, shadow.pair_budget), (0.02, 2.0, 1000));
+    assert_eq!((shadow.bias, shadow.normal_bias, shadow.pair_budget), (Some(0.02), 2.0, 1000));
     assert_eq!(scene.ambient, Vec3::new(0.1, 0.2, 0.3));
     assert_eq!(scene.background, Vec3::new(0.4, 0.5, 0.6));
 
@@ -226,7 +226,7 @@ name = "glass"
     ];
     let scene = read_with(file, &set).unwrap();
     assert_eq!((scene.shadow.size, scene.shadow.receiver), (512, Receiver::Curve));
-    assert_eq!(scene.shadow.bias, 0.25, "the last one holds");
+    assert_eq!(scene.shadow.bias, Some(0.25), "the last one holds");
     assert_eq!(scene.camera.size, UVec2::new(320, 180));
     assert_eq!((scene.lights[0].intensity, scene.lights[0].size), (7.0, Some(256)));
     assert_eq!(scene.materials[0].tint, Vec4::new(0.1, 0.2, 0.3, 0.4));

@@ -80,6 +80,51 @@ fn layers_are_as_paper_says() {
     }
 }
 
+/// Between panes that lie 5 mm apart, under a sun that crosses texels of 6 mm at a slant.
+#[test]
+fn light_between_close_panes_is_that_of_the_panes_above() {
+    const GAP: f32 = 0.005;
+    const COUNT: usize = 6;
+    let mut scene = empty(vec![
+        Material { tint: Vec4::new(0.6, 0.6, 0.6, 1.0), ..material(Transfer::Filter) },
+        material(Transfer::Opaque),
+    ]);
+    let plane = |y: f32, half: f32, material| {
+        let corner = |x: f32, z: f32| Vec3::new(x * half, y, z * half);
+        let [a, b, c, d] =
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| corner(x, z));
+        [triangle([a, b, c], material), triangle([a, c, d], material)]
+    };
+    scene.triangles.extend(plane(0.0, 1.5, 1));
+    let height = |i: usize| 0.3 + GAP * i as f32;
+    for i in 0..COUNT {
+        scene.triangles.extend(plane(height(i), 0.5, 0));
+    }
+    scene.shadow = ShadowSettings {
+        size: 512,
+        receiver: Receiver::Curve,
+        nodes: 16,
+        ..ShadowSettings::default()
+    };
+    scene.lights = vec![Light::directional(Vec3::new(0.2, -1.0, 0.1))];
+    let points: Vec<_> = (0..=COUNT)
+        .flat_map(|i| (0..5).map(move |k| (i, k as f32)))
+        .map(|(i, k)| ReceiverPoint {
+            position: Vec3::new(0.05 * k - 0.1, height(i) - 0.5 * GAP, 0.03 * k),
+            normal: Vec3::ZERO,
+        })
+        .collect();
+    for mut renderer in renderers() {
+        let shares = renderer.light_points(&scene, &points).unwrap();
+        for (i, share) in shares.iter().enumerate() {
+            let expected = 0.6_f32.powi((COUNT - i / 5) as i32);
+            // The filter's outer texels see the slant.
+            let apart = (share[0] - expected).abs();
+            assert!(apart <= 0.03, "{i}: {} for {expected}, {}", share[0], renderer.device());
+        }
+    }
+}
+
 /// A probe is a receiver: the views' planes enclose it, however far it is.
 #[test]
 fn nothing_between_is_light() {

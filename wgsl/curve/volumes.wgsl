@@ -2,7 +2,7 @@
 // src/reference/curve/volumes.rs.
 
 import package::curve::lights::{
-    Lights, black, difference, plus, quotient, scaled, selected, times, white, with_light,
+    Lights, black, difference, minus, plus, quotient, scaled, selected, times, white, with_light,
 };
 import package::curve::list::disordered;
 import package::features::{HAS_GAIN, HAS_VOLUMES, unrolled};

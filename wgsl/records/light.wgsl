@@ -17,9 +17,9 @@ struct GpuLight {
     cone_outer: f32,      // cosines of half the angle of a spot
     cone_inner: f32,
     per_range2: f32,      // [1/m^2]; 0: no end
-    traits: u32,          // SHAFTS_BIT; from AREA_SHIFT on the index of its area plus 1; from VIEWPOINTS_SHIFT on its viewpoints, less one; INNER_BIT, END_BIT
+    traits: u32,          // SHAFTS_BIT; from AREA_SHIFT on the index of its area plus 1; from VIEWPOINTS_SHIFT on its viewpoints, less one; INNER_BIT, END_BIT, TEXELS_BIT
     taps: u32,            // FILTER_*, from bit 8 on its taps, from bit 16 on a disc's radius
-    bias: f32,            // [m]
+    bias: f32,            // [m]; [texels] with TEXELS_BIT
     slope_bias: f32,      // [texels]
     normal_bias: f32,     // [texels]
 }
@@ -34,6 +34,7 @@ const VIEWPOINTS_SHIFT: u32 = 9u;
 const VIEWPOINTS_MASK: u32 = 0xfu;
 const INNER_BIT: u32 = 0x2000u; // a spot falls by the square of the share of its cosines
 const END_BIT: u32 = 0x4000u;   // the window at its end is not squared
+const TEXELS_BIT: u32 = 0x8000u; // its bias is in texels
 const LIGHT_TEXELS: u32 = 5u;
 const VIEW_TEXELS: u32 = 8u;
 

@@ -2,7 +2,7 @@
 
 import choice::root::LOCAL_ASIDES;
 
-const ASIDE_POINT: u32 = 0u;   // the receiver's position, and its bias [m]
+const ASIDE_POINT: u32 = 0u;   // the receiver's position, and the `reach` of `shadow` [m]
 const ASIDE_NORMAL: u32 = 1u;  // its normal, and how far it is lifted along that [texels]
 const ASIDE_SUM: u32 = 2u;     // light of the windows of a shadow, and their weight
 const ASIDE_LEAST: u32 = 3u;   // least light of the shadows

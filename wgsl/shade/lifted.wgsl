@@ -3,7 +3,7 @@
 import choice::aside::aside;
 import package::features::HAS_FILTERS;
 import package::records::area::has_area;
-import package::records::light::GpuLight;
+import package::records::light::{GpuLight, TEXELS_BIT};
 import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
 import package::shade::asides::{ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, floats_of};
@@ -22,6 +22,15 @@ fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
     return select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale;
 }
 
+// Least bias in texels, as a share of the view's depth range: two steps of a curve's depths.
+const LEAST_BIAS: f32 = 0.000030517578125;
+
+// Depth bias in the view [m]. `texel`: edge of a texel at the point's depth [m].
+fn depth_bias(light: GpuLight, view: GpuView, texel: f32) -> f32 {
+    let of_texels = max(light.bias * texel, LEAST_BIAS * (view.far - view.near));
+    return select(light.bias, of_texels, (light.traits & TEXELS_BIT) != 0u);
+}
+
 // How far a point is lifted along its normal, over the depth that a slope spans within the filter [texels, times
 // the slope's sine].
 fn lift(light: GpuLight) -> f32 {
@@ -38,21 +47,28 @@ fn is_soft(light: GpuLight) -> bool {
 struct Lifted {
     point: vec3<f32>,
     bias: f32, // [m]
+    tint_bias: f32, // with respect to translucent casters [m]
 }
 
 fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let kept = floats_of(aside(ASIDE_POINT));
     let surface = floats_of(aside(ASIDE_NORMAL));
     let texel = texel_size(view, kept.xyz);
+    let bias = depth_bias(light, view, texel);
     // The bias is a part of the normal bias: edges of shadows move with the point.
     let sine = surface.w / lift(light);
-    let covered = light.bias * sqrt(max(1.0 - sine * sine, 0.0));
+    let covered = bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
     // In spots what shades the point ends at its own plane.
     let rest = select(surface.w * texel - part, 0.0, is_soft(light));
     let point = kept.xyz + surface.xyz * rest;
+    // A point without a normal is on no translucent caster that could tint it.
+    let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
+    let tint_bias = select(depth_bias(light, view, 0.0), bias, has_normal);
+    var added = max(kept.w, 0.0);
     if HAS_FILTERS {
-        return Lifted(point, kept.w + floats_of(aside(ASIDE_LEAST)).w * texel);
+        added += floats_of(aside(ASIDE_LEAST)).w * texel;
     }
-    return Lifted(point, kept.w);
+    let is_biased = kept.w >= 0.0;
+    return Lifted(point, select(0.0, bias, is_biased) + added, select(0.0, tint_bias, is_biased) + added);
 }

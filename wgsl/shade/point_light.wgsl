@@ -80,7 +80,7 @@ fn point_light(number: u32) -> vec3<f32> {
                     if HAS_BRICKS && point.brick > 0u && light.view_count > 0u {
                         origin = outside(point.brick, light, origin, arriving.toward);
                         // There is no surface that a bias could help.
-                        reach = -light.bias;
+                        reach = -1.0;
                     }
                     through = shadow(light, index, origin, face, arriving.toward, reach);
                 }

@@ -14,28 +14,29 @@ import package::shade::tint::tint_depth;
 
 // Light through one texel to light depth z, by the rules of the receiver. Texels outside the view's map are
 // clamped to its border.
-fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> vec3<f32> {
+// `biases`: with respect to opaque surfaces and to translucent casters [light depth].
+fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, biases: vec2<f32>) -> vec3<f32> {
     let inside = clamp(texel, vec2(0.0), view.size - 1.0);
-    let tint_z = tint_depth(view, inside + 0.5, z, bias);
+    let tint_z = tint_depth(view, inside + 0.5, z, biases.y);
     let at = view.origin + vec2<u32>(inside);
     let solid = solid_depths(view, at);
     // Curves have no owner tags.
     if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
-        return select(curve_light(view, at, tint_z), vec3(0.0), vec3(z) > solid + bias);
+        return select(curve_light(view, at, tint_z), vec3(0.0), vec3(z) > solid + biases.x);
     }
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0);
     let whose = select(is_tinted(filtered, nearest), receives != RECEIVES_OPAQUE, NODES > 0u);
     let tinted = tint_z > nearest && nearest < 1.0 && whose;
     let passed = select(vec3(1.0), filtered.rgb, tinted);
-    return select(passed, vec3(0.0), vec3(z) > solid + bias);
+    return select(passed, vec3(0.0), vec3(z) > solid + biases.x);
 }
 
 fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
     set_own_plane(view);
     let taps = map_taps(view, lifted.point);
     let kernel = filter_of(light);
-    let depth_bias = lifted.bias / (view.far - view.near);
+    let biases = vec2(lifted.bias, lifted.tint_bias) / (view.far - view.near);
     var sum = vec3(0.0);
     var rotation = pixel_rotation;
     // The loop count is not constant: compilers would unroll it, with the whole look-up of a texel.
@@ -45,7 +46,7 @@ fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
     if count > 0u {
         loop {
             let tap = filter_tap(kernel, taps, i, rotation);
-            sum += receive_texel(view, tap.texel, taps.z, depth_bias) * tap.weight;
+            sum += receive_texel(view, tap.texel, taps.z, biases) * tap.weight;
             rotation = next_rotation(rotation);
             i += 1u;
             if i >= count {

@@ -37,13 +37,13 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
 
 // Least light that the viewpoints of the light `number` on average, or any further shadow of it, let through, per
 // channel. `normal` is on the light's side, zero without a surface; `reach`: distance that a caster in the maps may be
-// off the point [m]. Where branches cost what they skip, one loop reads fewer maps than a branch for each kind.
+// off the point [m], added to the bias; negative for no bias at all. Where branches cost what they skip, one loop reads fewer maps than a branch for each kind.
 fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     // Without a normal there is no slope.
     let slope = source.slope_bias * dot(normal, normal) * sine / max(cosine, MIN_INCIDENCE);
-    lay_aside(ASIDE_POINT, bits_of(point, source.bias + reach));
+    lay_aside(ASIDE_POINT, bits_of(point, reach));
     lay_aside(ASIDE_NORMAL, bits_of(normal, lift(source) * sine));
     lay_aside(ASIDE_SUM, bits_of(vec3(0.0), 1.0));
     lay_aside(ASIDE_LEAST, bits_of(vec3(1.0), slope));

@@ -126,7 +126,12 @@ impl Knobs {
                     ui.selectable_value(&mut shadow.filter, filter, name);
                 }
             });
-        ui.add(Slider::new(&mut shadow.bias, 0.0..=0.5).logarithmic(true).text("bias [m]"));
+        let mut is_stated = shadow.bias.is_some();
+        ui.checkbox(&mut is_stated, "bias in metres");
+        shadow.bias = is_stated.then(|| shadow.bias.unwrap_or(0.01));
+        if let Some(bias) = &mut shadow.bias {
+            ui.add(Slider::new(bias, 0.0..=0.5).logarithmic(true).text("bias [m]"));
+        }
         ui.add(Slider::new(&mut shadow.slope_bias, 0.0..=8.0).text("slope bias [texels]"));
         ui.add(Slider::new(&mut shadow.normal_bias, 0.0..=8.0).text("normal bias [texels]"));
     }

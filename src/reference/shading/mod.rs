@@ -253,7 +253,7 @@ impl<'a> Lighting<'a> {
             let end = if light.kind == LIGHT_DIRECTIONAL { SUN_DISTANCE } else { SHORT_OF * away };
             let (outside, passed) =
                 if light.view_count == 0 { (Vec3::ZERO, Vec3::ONE) } else { own(toward, end) };
-            passed * self.shadow(index, outside, face, -light.bias, point.receiver)
+            passed * self.shadow(index, outside, face, -1.0, point.receiver)
         })
     }
 

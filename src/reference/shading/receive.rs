@@ -46,6 +46,14 @@ struct Plane {
     is_end: bool,
 }
 
+/// Distance behind a stored depth from which a receiver is shadowed, with respect to opaque surfaces and to translucent
+/// casters; \[m\], or as light depth.
+#[derive(Clone, Copy, Debug)]
+struct Bias {
+    solid: f32,
+    tint: f32,
+}
+
 /// Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
 pub const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
@@ -101,13 +109,13 @@ impl Lighting<'_> {
         texel: Vec2,
         z: f32,
         plane: Plane,
-        bias: f32,
+        bias: Bias,
         receiver: Receiver,
     ) -> Vec3 {
         let size = self.views[view].size;
         let at = texel.clamp(Vec2::ZERO, size - 1.0);
         let z = plane.depth_along(&self.views[view], at + 0.5, z);
-        let tint_z = plane.tint_depth(&self.views[view], at + 0.5, z, bias, receiver);
+        let tint_z = plane.tint_depth(&self.views[view], at + 0.5, z, bias.tint, receiver);
         let at = at.as_uvec2();
         let (map, i) = (&self.maps[view], (at.y * size.x as u32 + at.x) as usize);
         let tinted = match receiver.receives {
@@ -116,12 +124,14 @@ impl Lighting<'_> {
             Receives::Others => map.owner.get(i) != Some(&receiver.tag),
         };
         let by_channel = |light: Vec3| {
-            map.colored.get(i).map_or(light, |depths| light_by_channel(light, *depths, z, bias))
+            map.colored
+                .get(i)
+                .map_or(light, |depths| light_by_channel(light, *depths, z, bias.solid))
         };
         // Curves have no owner tags.
         let by_curve = matches!(receiver.receives, Receives::Curve | Receives::Others);
         if let Some(curve) = map.curve.as_ref().filter(|_| by_curve) {
-            let light = receive_curve(z, map.opaque[i], bias, |_| curve.light_at(i, tint_z));
+            let light = receive_curve(z, map.opaque[i], bias.solid, |_| curve.light_at(i, tint_z));
             return by_channel(light);
         }
         let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
@@ -129,22 +139,23 @@ impl Lighting<'_> {
         let is_behind = tint_z > map.nearest[i] && map.nearest[i] < 1.0;
         let nearest = if is_behind { f32::NEG_INFINITY } else { f32::INFINITY };
         let texel = MapTexel { filter, nearest, opaque: map.opaque[i] };
-        by_channel(receive(z, &texel, bias))
+        by_channel(receive(z, &texel, bias.solid))
     }
 
     /// Compares each texel on its own, and weights the results by the light's filter.
-    fn receive(&self, index: usize, of: LookUp<'_>, point: Vec3, bias: f32) -> Vec3 {
+    fn receive(&self, index: usize, of: LookUp<'_>, point: Vec3, bias: Bias) -> Vec3 {
         let LookUp { light, surface, receiver, .. } = of;
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.views[index];
         let mut plane = Plane::new(view, surface);
         if is_soft(light, receiver) {
             if surface.normal == Vec3::ZERO {
-                plane.normal = seen_normal(view, self.maps[index], plane.point, bias);
+                plane.normal = seen_normal(view, self.maps[index], plane.point, bias.solid);
             }
             plane.is_end = plane.normal != Vec3::ZERO;
         }
-        let bias = bias / (view.far - view.near);
+        let range = view.far - view.near;
+        let bias = Bias { solid: bias.solid / range, tint: bias.tint / range };
         let mut sum = Vec3::ZERO;
         for (texel, weight) in taps.of(light, receiver.turn) {
             sum += weight * self.receive_texel(index, texel, taps.z, plane, bias, receiver);
@@ -154,7 +165,7 @@ impl Lighting<'_> {
 
     /// The point offset along its normal by the depth that the slope spans within the filter; and the bias
     /// [m].
-    fn lifted(&self, index: usize, of: LookUp<'_>) -> (Vec3, f32) {
+    fn lifted(&self, index: usize, of: LookUp<'_>) -> (Vec3, Bias) {
         let LookUp { light, surface, slant, receiver } = of;
         let view = &self.views[index];
         let along = -view.view_from_world.transform_point3(surface.point).z;
@@ -162,11 +173,19 @@ impl Lighting<'_> {
         let reach = light.normal_bias + 0.5 + beyond_spline(light);
         // The bias is a part of the normal bias: edges of shadows move with the point.
         let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
-        let part = (light.bias * cosine).min(light.normal_bias * slant.sine * texel);
+        let bias = light.depth_bias(view, texel);
+        let part = (bias * cosine).min(light.normal_bias * slant.sine * texel);
         let is_soft = is_soft(light, receiver);
         let lift = if is_soft { 0.0 } else { reach * slant.sine * texel - part };
         let point = surface.point + surface.normal * lift;
-        (point, light.bias + slant.reach + light.slope_bias * slant.tangent * texel)
+        let added = slant.reach.max(0.0) + light.slope_bias * slant.tangent * texel;
+        if slant.reach < 0.0 {
+            return (point, Bias { solid: added, tint: added });
+        }
+        // A point without a normal is on no translucent caster that could tint it.
+        let has_normal = surface.normal != Vec3::ZERO;
+        let tint = if has_normal { bias } else { light.depth_bias(view, 0.0) };
+        (point, Bias { solid: bias + added, tint: tint + added })
     }
 
     /// Light through the first window that contains the point, faded into the next; and its weight.
