@@ -6,7 +6,7 @@ use super::{
 };
 use crate::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
-use wgpu::{Backends, DeviceType};
+use wgpu::{Backends, DeviceType, InstanceFlags};
 
 impl Gpu {
     /// Opens the best adapter on its best tier.
@@ -144,9 +144,22 @@ fn rank(adapter: &wgpu::Adapter) -> (bool, bool, u8) {
     (shortcoming(adapter).is_some(), info.backend == wgpu::Backend::Gl, class)
 }
 
+/// On DX12 wgpu's check of an indirect dispatch also hands its counts to the kernel. Elsewhere it is a dispatch before each
+/// of ours, whose counts come from our own kernels.
 fn enumerate(backends: Backends) -> Vec<wgpu::Adapter> {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = backends;
-    descriptor.flags = descriptor.flags.with_env();
-    pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
+    let checked = backends & Backends::DX12;
+    [
+        (backends - checked, InstanceFlags::empty()),
+        (checked, InstanceFlags::VALIDATION_INDIRECT_CALL),
+    ]
+    .into_iter()
+    .filter(|(backends, _)| !backends.is_empty())
+    .flat_map(|(backends, check)| {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = backends;
+        descriptor.flags.remove(InstanceFlags::VALIDATION_INDIRECT_CALL);
+        descriptor.flags = (descriptor.flags | check).with_env();
+        pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
+    })
+    .collect()
 }

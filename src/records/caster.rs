@@ -1,6 +1,6 @@
 //! Particles as uploaded to kernels.
-use super::pack::{from_opacity, from_unorm, opacity_bits, unorm2};
-use crate::model::{Material, Particle};
+use super::pack::{color_bits, from_color_bits, from_opacity, opacity_bits};
+use crate::model::{Material, Particle, Transfer};
 use glam::{Vec3, Vec4};
 
 /// Texels of a [`Caster`].
@@ -13,9 +13,9 @@ crate::records::texel_struct! {
         pub center: Vec3,
         /// Radius \[m\].
         pub radius: f32,
-        /// Red and green, unorm16; divided by 16 for a `gain` material.
+        /// Red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material.
         pub red_green: u32,
-        /// Blue, unorm16, and alpha, f16.
+        /// Blue, the roots of 1 - c in 16 bits, and alpha, f16.
         pub blue_alpha: u32,
         /// Material in the low half, rotation in the high one [turns / 65536].
         pub material_rotation: u32,
@@ -25,14 +25,15 @@ crate::records::texel_struct! {
 
 impl Caster {
     pub fn new(particle: &Particle, material: &Material) -> Self {
+        let is_gain = material.transfer == Transfer::Gain;
         let color = particle.color.truncate() / material.transfer.max_color();
         let turns = particle.rotation / std::f32::consts::TAU;
         let turns = turns - turns.floor();
         Self {
             center: particle.center,
             radius: particle.radius,
-            red_green: unorm2(color.x, color.y),
-            blue_alpha: unorm2(color.z, 0.0) | opacity_bits(particle.color.w) << 16,
+            red_green: color_bits(color.x, is_gain) | color_bits(color.y, is_gain) << 16,
+            blue_alpha: color_bits(color.z, is_gain) | opacity_bits(particle.color.w) << 16,
             material_rotation: (particle.material & 0xffff)
                 | ((turns * 65536.0).round() as u32 & 0xffff) << 16,
             id: particle.id,
@@ -48,12 +49,13 @@ impl Caster {
         (self.material_rotation >> 16) as f32 * (std::f32::consts::TAU / 65536.0)
     }
 
-    /// Linear rgba, before the material's tint; rgb is divided by 16 for a `gain` material.
-    pub fn color(&self) -> Vec4 {
+    /// Linear rgba, before the material's tint; rgb is divided by 16 for a `gain` material. `transfer`: the material's.
+    pub fn color(&self, transfer: u32) -> Vec4 {
+        let is_gain = transfer == Transfer::Gain as u32;
         Vec4::new(
-            from_unorm(self.red_green),
-            from_unorm(self.red_green >> 16),
-            from_unorm(self.blue_alpha),
+            from_color_bits(self.red_green, is_gain),
+            from_color_bits(self.red_green >> 16, is_gain),
+            from_color_bits(self.blue_alpha, is_gain),
             from_opacity(self.blue_alpha >> 16),
         )
     }

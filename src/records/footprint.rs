@@ -1,8 +1,9 @@
 //! Footprints: casters projected to one view.
 use super::{
     Outline,
-    pack::{from_opacity, from_unorm, opacity_bits, unorm2},
+    pack::{color_bits, from_color_bits, from_opacity, opacity_bits},
 };
+use crate::model::Transfer;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
@@ -45,10 +46,10 @@ pub struct Footprint {
     /// Light depth of the centre; for a triangle the smallest; for a particle without a centre in the map
     /// its distance along the axis \[m\].
     pub depth: f32,
-    /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material. Capsule: half of its axis, to the
+    /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material. Capsule: half of its axis, to the
     /// right, as bits \[texels\]; and in `blue_slope` downwards.
     pub red_green: u32,
-    /// Blue, unorm16, and the slope of the thinned opacity, f16.
+    /// Blue, the roots of 1 - c in 16 bits, and the slope of the thinned opacity, f16.
     pub blue_slope: u32,
     /// Ratio of its area to that of what is projected, which is no smaller than a texel: f16 in the low half.
     pub thin: u32,
@@ -57,9 +58,11 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    pub fn set_opacity(&mut self, color: Vec3, thin: f32, slope: f32) {
-        self.red_green = unorm2(color.x, color.y);
-        self.blue_slope = unorm2(color.z, 0.0) | opacity_bits(slope) << 16;
+    /// `transfer`: the material's.
+    pub fn set_opacity(&mut self, color: Vec3, transfer: u32, thin: f32, slope: f32) {
+        let is_gain = transfer == Transfer::Gain as u32;
+        self.red_green = color_bits(color.x, is_gain) | color_bits(color.y, is_gain) << 16;
+        self.blue_slope = color_bits(color.z, is_gain) | opacity_bits(slope) << 16;
         self.thin = opacity_bits(thin);
     }
 
@@ -69,12 +72,13 @@ impl Footprint {
         (self.radius < 0.0).then(|| self.center.extend(self.depth))
     }
 
-    /// Colour `c`, rgb; divided by 16 for a `gain` material.
-    pub fn color(&self) -> Vec3 {
+    /// Colour `c`, rgb; divided by 16 for a `gain` material. `transfer`: the material's.
+    pub fn color(&self, transfer: u32) -> Vec3 {
+        let is_gain = transfer == Transfer::Gain as u32;
         Vec3::new(
-            from_unorm(self.red_green),
-            from_unorm(self.red_green >> 16),
-            from_unorm(self.blue_slope),
+            from_color_bits(self.red_green, is_gain),
+            from_color_bits(self.red_green >> 16, is_gain),
+            from_color_bits(self.blue_slope, is_gain),
         )
     }
 

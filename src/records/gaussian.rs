@@ -1,9 +1,9 @@
 //! Gaussians as uploaded, and their setups for one view.
 use super::{
     Caster, Outline,
-    pack::{from_opacity, from_unorm, opacity_bits, unorm2},
+    pack::{color_bits, from_color_bits, from_opacity, opacity_bits},
 };
-use crate::model::{Gaussian, GaussianOpacity, Material};
+use crate::model::{Gaussian, GaussianOpacity, Material, Transfer};
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 /// Texels of a [`GaussianSetup`].
@@ -56,6 +56,7 @@ pub(super) fn gaussian_marks(material: &Material) -> u32 {
 impl Caster {
     /// The record of a Gaussian; `axes`: index of its [`GaussianAxes`].
     pub fn of_gaussian(gaussian: &Gaussian, material: &Material, axes: u32) -> Self {
+        let is_gain = material.transfer == Transfer::Gain;
         let color = gaussian.color / material.transfer.max_color();
         let opacity = match material.gaussian {
             GaussianOpacity::Splat => gaussian.opacity,
@@ -66,8 +67,8 @@ impl Caster {
         Self {
             center: gaussian.center,
             radius: gaussian.radius(material.gaussian),
-            red_green: unorm2(color.x, color.y),
-            blue_alpha: unorm2(color.z, 0.0) | opacity_bits(opacity) << 16,
+            red_green: color_bits(color.x, is_gain) | color_bits(color.y, is_gain) << 16,
+            blue_alpha: color_bits(color.z, is_gain) | opacity_bits(opacity) << 16,
             material_rotation: (gaussian.material & 0xffff) | gaussian_marks(material),
             id: axes,
         }
@@ -88,9 +89,9 @@ crate::records::texel_struct! {
         /// Squared deviation along the ray through the centre, a share of the distance (orthographic: of the depth range).
         pub spread: f32,
         pub tilt: Vec2,
-        /// Colour times tint, red and green, unorm16; divided by 16 for a `gain` material.
+        /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material.
         pub red_green: u32,
-        /// Blue, unorm16, and how much thinner it is for being enlarged, f16.
+        /// Blue, the roots of 1 - c in 16 bits, and how much thinner it is for being enlarged, f16.
         pub blue_thin: u32,
         /// Its tiles, where its rectangle says so.
         pub outline: Outline,
@@ -98,15 +99,17 @@ crate::records::texel_struct! {
 }
 
 impl GaussianSetup {
-    pub fn set_color(&mut self, color: Vec3, thin: f32) {
-        self.red_green = unorm2(color.x, color.y);
-        self.blue_thin = unorm2(color.z, 0.0) | opacity_bits(thin) << 16;
+    /// `transfer`: the material's.
+    pub fn set_color(&mut self, color: Vec3, transfer: u32, thin: f32) {
+        let is_gain = transfer == Transfer::Gain as u32;
+        self.red_green = color_bits(color.x, is_gain) | color_bits(color.y, is_gain) << 16;
+        self.blue_thin = color_bits(color.z, is_gain) | opacity_bits(thin) << 16;
     }
 
-    /// Colour `c`, rgb; divided by 16 for a `gain` material.
-    pub fn color(&self) -> Vec3 {
-        let [red, green] = [self.red_green, self.red_green >> 16].map(from_unorm);
-        Vec3::new(red, green, from_unorm(self.blue_thin))
+    /// Colour `c`, rgb; divided by 16 for a `gain` material. `transfer`: the material's.
+    pub fn color(&self, transfer: u32) -> Vec3 {
+        let words = [self.red_green, self.red_green >> 16, self.blue_thin];
+        Vec3::from(words.map(|word| from_color_bits(word, transfer == Transfer::Gain as u32)))
     }
 
     pub fn thin(&self) -> f32 {

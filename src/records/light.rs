@@ -44,10 +44,13 @@ pub const INNER_BIT: u32 = 1 << 13;
 pub const END_BIT: u32 = 1 << 14;
 pub const TEXELS_BIT: u32 = 1 << 15;
 
-/// Depth bias where none is stated \[texels\].
+/// Depth bias where none is stated \[texels\]; of a light with a size, whose spots may cross the planes of what they shade.
 const BIAS_TEXELS: f32 = 0.25;
+const SOFT_BIAS_TEXELS: f32 = 4.0;
 /// Least bias in texels, as a share of the view's depth range: two steps of a curve's depths.
 pub const LEAST_BIAS: f32 = 1.0 / 32768.0;
+/// Least cosine of a slope that a bias in texels covers alone: 66 degrees.
+pub const LEAST_COSINE: f32 = 0.4;
 
 /// Least difference of the cosines of a spot's cones (glTF `KHR_lights_punctual`).
 const LEAST_FALL: f32 = 1e-3;
@@ -104,6 +107,8 @@ impl GpuLight {
         };
         let range = light.range();
         let bias = bias.or(settings.bias);
+        let is_soft = light.area().is_some();
+        let usual_bias = if is_soft { SOFT_BIAS_TEXELS } else { BIAS_TEXELS };
         let bits = [
             (light.shafts, SHAFTS_BIT),
             (light.inner_angle.is_some(), INNER_BIT),
@@ -122,18 +127,21 @@ impl GpuLight {
             per_range2: range.map_or(0.0, |range| 1.0 / (range * range)),
             traits: bits.into_iter().filter(|(is_so, _)| *is_so).map(|(_, bit)| bit).sum(),
             taps: packed_filter(&filter.unwrap_or(settings.filter)),
-            bias: bias.unwrap_or(BIAS_TEXELS),
+            bias: bias.unwrap_or(usual_bias),
             slope_bias: slope_bias.unwrap_or(settings.slope_bias),
             normal_bias: normal_bias.unwrap_or(settings.normal_bias),
         }
     }
 
-    /// Depth bias in a view \[m\]. `texel`: edge of a texel at the receiver's depth \[m\].
-    pub fn depth_bias(&self, view: &GpuView, texel: f32) -> f32 {
+    /// Depth bias in a view \[m\]. In texels it covers the slope as far as it can, as the point moves less then. `texel`: edge of
+    /// a texel at the receiver's depth \[m\]; `sine`: of the slope.
+    pub fn depth_bias(&self, view: &GpuView, texel: f32, sine: f32) -> f32 {
         if self.traits & TEXELS_BIT == 0 {
             return self.bias;
         }
-        (self.bias * texel).max(LEAST_BIAS * (view.far - view.near))
+        let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+        let slope = self.normal_bias * sine / cosine.max(LEAST_COSINE);
+        (self.bias.max(slope) * texel).max(LEAST_BIAS * (view.far - view.near))
     }
 
     /// Whether its maps are read with another filter than the spline, or with a slope-scaled bias.

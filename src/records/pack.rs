@@ -2,14 +2,17 @@
 use glam::{Vec2, Vec3};
 use half::f16;
 
-/// Packs two numbers in 0..=1 like `pack2x16unorm`.
-pub(super) fn unorm2(x: f32, y: f32) -> u32 {
-    let unorm = |v: f32| (0.5 + 65535.0 * v.clamp(0.0, 1.0)) as u32;
-    unorm(x) | unorm(y) << 16
+/// Packs a channel of a colour, 0..=1: the square root of 1 - c in 16 bits, so that a caster that is nearly white keeps
+/// what it absorbs; of `gain` the root of c, a share of the largest. WGSL: `wgsl/records/color.wgsl`.
+pub(super) fn color_bits(c: f32, is_gain: bool) -> u32 {
+    let c = c.clamp(0.0, 1.0);
+    (0.5 + 65535.0 * if is_gain { c } else { 1.0 - c }.sqrt()) as u32
 }
 
-pub(super) fn from_unorm(bits: u32) -> f32 {
-    (bits & 0xffff) as f32 / 65535.0
+/// The inverse of [`color_bits`], of the low half.
+pub(super) fn from_color_bits(bits: u32, is_gain: bool) -> f32 {
+    let root = (bits & 0xffff) as f32 / 65535.0;
+    if is_gain { root * root } else { 1.0 - root * root }
 }
 
 /// Scale of opacities, which are stored as halves: down to 2e-9 they have eleven bits. WGSL:

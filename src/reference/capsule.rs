@@ -306,7 +306,7 @@ pub fn project_capsule(
     };
     let touches = |lo, hi| capsule_touches(&footprint, lo, hi);
     let rect = touched_tiles(rect, touches);
-    if rect == TileRect::EMPTY || caster.color().w * material.tint.w <= 0.0 {
+    if rect == TileRect::EMPTY || caster.color(material.transfer).w * material.tint.w <= 0.0 {
         return Projected::INVISIBLE;
     }
     let front = if params.by_distance && view.perspective > 0.0 {

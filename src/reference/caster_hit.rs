@@ -126,7 +126,7 @@ impl<'a> Target<'a> {
         if material.shape == Shape::Capsule {
             let record = &records.capsules[caster.id as usize];
             let setup = CapsuleSetup::new(records.view, record);
-            let color = caster.color() * material.tint;
+            let color = caster.color(material.transfer as u32) * material.tint;
             let form = Form::Capsule { setup, color, middle: footprint.center };
             let reach = capsule_half(footprint).abs().max_element() + footprint.radius + SLACK;
             let reach = if footprint.radius < 0.0 { f32::INFINITY } else { reach };
@@ -139,7 +139,8 @@ impl<'a> Target<'a> {
             };
         }
         let facing = Facing::new(records.view, footprint, caster.rotation());
-        let (color, thin, slope) = (footprint.color(), footprint.thin(), footprint.slope());
+        let (color, thin, slope) =
+            (footprint.color(material.transfer as u32), footprint.thin(), footprint.slope());
         let opacity = Opacity { thin, base: material.reflectivity * thin, slope };
         let form = match material.shape {
             Shape::Puff => Form::Puff { facing, footprint: *footprint, color, opacity },

@@ -76,7 +76,7 @@ pub fn project_gaussian(
     let columns = axes.columns();
     let axes_in_map = [columns.x_axis, columns.y_axis, columns.z_axis]
         .map(|axis| to_map(view.view_from_world.transform_vector3(axis)));
-    let color = caster.color() * material.tint;
+    let color = caster.color(material.transfer) * material.tint;
     let is_medium = caster.material_rotation & MEDIUM_BIT != 0;
     let longest = axes.sigma.max_element();
     let amplitude = color.w * if is_medium { OPACITY_SCALE * ROOT_TAU } else { 1.0 };
@@ -120,7 +120,7 @@ pub fn project_gaussian(
     setup.outline = outline.unwrap_or_default();
     let is_black = caster.material_rotation & NEUTRAL_BIT != 0 && !params.include_non_casters;
     let rgb = if is_black { Vec3::ZERO } else { color.truncate().min(Vec3::ONE) };
-    setup.set_color(rgb, thin);
+    setup.set_color(rgb, material.transfer, thin);
     let amplitude = amplitude * if is_medium { 1.0 } else { thin };
     let footprint = Footprint {
         center: at,

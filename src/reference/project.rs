@@ -131,7 +131,7 @@ pub fn project_caster(
     let Some(rect) = tile_rect(view, view_index, bounds, texel, circle, scatter) else {
         return Projected::INVISIBLE;
     };
-    let color = caster.color() * material.tint;
+    let color = caster.color(material.transfer) * material.tint;
     let thin = 1.0 / (grow * grow);
     let (center, radius, depth) = if is_beside {
         (Vec2::new(center.x, -center.y), -radius, distance)
@@ -143,6 +143,7 @@ pub fn project_caster(
         Footprint { center, radius, depth, caster, ..Projected::INVISIBLE.footprint };
     footprint.set_opacity(
         color.truncate().min(Vec3::ONE),
+        material.transfer,
         thin,
         (1.0 - material.reflectivity) * color.w * thin,
     );

@@ -1,6 +1,6 @@
 //! Many casters of almost no opacity. Truth: the closed form of their product.
 use crate::common::{
-    Tier,
+    Tier, map_frame,
     scenes::{Chance, empty, hold_view, light, material, particle},
     tiers,
 };
@@ -57,9 +57,7 @@ fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
         let mut scene = scene.clone();
         scene.shadow.pair_budget = pair_budget;
         let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];
-        all.extend(
-            tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps),
-        );
+        all.extend(tiers(Tier::Native).into_iter().map(|tier| map_frame(tier, &scene).maps));
         for (maps, who) in all.iter().zip(["cpu", "core", "native"]) {
             for (found, expected) in middle(&maps[0]).into_iter().zip(expected) {
                 let apart = (found - expected).abs();
@@ -135,9 +133,7 @@ fn assert_curves_pass(look: &Material, profile: f64) {
         let mut scene = veils(look.clone(), count, alpha);
         scene.shadow.receiver = Receiver::Curve;
         let mut all = vec![render_maps(&scene, &shadow_views(&scene)).0];
-        all.extend(
-            tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, &scene).maps),
-        );
+        all.extend(tiers(Tier::Native).into_iter().map(|tier| map_frame(tier, &scene).maps));
         for (maps, who) in all.iter().zip(["cpu", "core", "native"]) {
             let (curve, view) = (maps[0].curve.as_ref().unwrap(), &maps[0].view);
             let size = view.size.x as usize;
@@ -179,5 +175,27 @@ fn filters_beside_curves_add_up() {
         let smoke = once.map(|absorbed| 1.0 - (1.0 - 2e-6) * (1.0 - absorbed));
         let is_smoke = scene.materials[0].transfer == Transfer::Smoke;
         assert_passes(&scene, if is_smoke { smoke } else { once }, PROMISED);
+    }
+}
+
+/// Casters that are nearly white take the little that they take: records keep 1 - c to a thousandth.
+#[test]
+fn nearly_white_casters_keep_their_colour() {
+    const COUNT: u32 = 20_000;
+    let disc = Material { profile: Profile::Flat, ..material(Transfer::Filter) };
+    let mut scene = empty(vec![disc]);
+    scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
+    scene.shadow.size = 16;
+    for id in 0..COUNT {
+        let center = Vec3::Y * (id as f32 / COUNT as f32);
+        let color = Vec4::new(0.9999, 0.99999, 1.0, 0.5);
+        scene.particles.push(Particle { id, ..particle(center, 50.0, color) });
+    }
+    let taken = [1e-4, 1e-5, 0.0].map(|absorbed: f64| (-0.5 * absorbed * f64::from(COUNT)).exp());
+    for tier in tiers(Tier::Core) {
+        let filter = map_frame(tier, &scene).maps[0].filter[16 * 8 + 8];
+        for (is, should) in filter.iter().zip(taken) {
+            assert!((f64::from(*is) - should).abs() <= 1e-3, "{tier:?}: {is} for {should}");
+        }
     }
 }

@@ -98,7 +98,7 @@ impl Truth {
             let (center, radius) = (disc.center.as_dvec2(), f64::from(disc.radius));
             let rest = 1.0 - (texel.as_dvec2() - center).length_squared() / (radius * radius);
             let opacity = f64::from(disc.slope()) * rest.max(0.0).powi(2);
-            truth.light *= 1.0 - opacity * (1.0 - disc.color().as_dvec3());
+            truth.light *= 1.0 - opacity * (1.0 - disc.color(Transfer::Filter as u32).as_dvec3());
             for (nearest, least) in truth.nearest.iter_mut().zip([VISIBLE - NEAR, VISIBLE + NEAR]) {
                 if opacity >= least {
                     *nearest = nearest.min(disc.depth);

@@ -100,7 +100,7 @@ pub(super) fn disc(center: Vec2, radius: f32, depth: f32, color: Vec3, opacity: 
     let key = (depth * 65534.0) as u32;
     let mut footprint =
         Footprint { center, radius, depth, red_green: 0, blue_slope: 0, thin: 0, caster: 0 };
-    footprint.set_opacity(color, 1.0, opacity);
+    footprint.set_opacity(color, gobo::Transfer::Filter as u32, 1.0, opacity);
     footprint.thin |= key << 16;
     footprint
 }

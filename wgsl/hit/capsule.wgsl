@@ -4,6 +4,7 @@
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, to_map};
 import package::records::capsule::capsule_of;
+import package::records::color::unpack_color;
 import package::records::footprint::MIN_RADIUS;
 import package::records::record::OPACITY_SCALE;
 import package::records::tile_rect::SLACK;
@@ -191,8 +192,8 @@ fn capsule_hit(
     }
     let material = materials[material_id];
     let look = capsule.look;
-    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
-    let color = min(vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint, vec4(1.0));
+    let own = vec4(unpack_color(look.xy, material.transfer), unpack2x16float(look.y).y / OPACITY_SCALE);
+    let color = min(own * material.tint, vec4(1.0));
     let tau = whole_tau(absorption(material.transfer, 1.0, color.a, color.rgb));
     let absorbed = way_absorbed(way, tau);
     let opacity = way_absorbed(way, whole_tau(vec3(color.a))).x;

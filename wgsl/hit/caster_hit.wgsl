@@ -124,12 +124,13 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     let thin = footprint_thin(footprint);
     if HAS_PUFFS && material.shape == SHAPE_PUFF {
         let most = min(material.reflectivity * thin + opacity_slope(footprint), 1.0);
-        return puff_hit(view, bounds, footprint_color(footprint), thin, most, texel, opaque_depth, material_id);
+        let color = footprint_color(footprint, material.transfer);
+        return puff_hit(view, bounds, color, thin, most, texel, opaque_depth, material_id);
     }
     if HAS_BRICKS && material.shape == SHAPE_BRICK {
         return brick_hit(view, footprint, texel, opaque_depth, material_id);
     }
-    var color = footprint_color(footprint);
+    var color = footprint_color(footprint, material.transfer);
     let slope = opacity_slope(footprint);
     let covered = coverage(material.shape, material.profile, met.xy);
     var alpha = covered;
@@ -172,7 +173,7 @@ fn brick_hit(
     let opacity = max(max(absorbed.x, absorbed.y), absorbed.z);
     let entered = (inside.first - view.near) / range;
     let ramp = (inside.ramp - view.near) / range;
-    var shown = footprint_color(footprint);
+    var shown = footprint_color(footprint, materials[material_id].transfer);
     if SHADES_BRICKS {
         let ends = vec3(inside.thirds, inside.depth);
         let depths = max(ends - vec3(0.0, inside.thirds), vec3(0.0));

@@ -1,7 +1,8 @@
 // A soft disc of the `filter` transfer, set up for texels. CPU reference: src/reference/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::records::footprint::{Footprint, footprint_color, opacity_slope};
+import package::records::color::unpack_absorbed;
+import package::records::footprint::{Footprint, opacity_slope};
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, MIN_DISTANCE, is_beside};
 
@@ -24,8 +25,7 @@ fn prepare_disc(view: GpuView, footprint: Footprint) -> Disc {
     disc.depth = bounds.w;
     // A hit at the end of the ray does nothing.
     disc.slope = select(opacity_slope(footprint), 0.0, !PERSPECTIVE && disc.depth >= 1.0);
-    let color = footprint_color(footprint);
-    disc.absorbed = disc.slope * (1.0 - color);
+    disc.absorbed = disc.slope * unpack_absorbed(footprint.look.xy);
     disc.bend = 1.0 / (radius * radius);
     if PERSPECTIVE {
         // q^2 = (|delta|^2 / scale^2 - (n . delta)^2) / (radius len t)^2, where n is the ray to

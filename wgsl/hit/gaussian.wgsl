@@ -1,6 +1,8 @@
 // Hit of a ray with a Gaussian. CPU reference: src/reference/gaussian.rs.
 
+import package::bind::uniform::materials;
 import package::features::HAS_MEDIA;
+import package::records::color::unpack_color;
 import package::records::footprint::Footprint;
 import package::records::gaussian::{GaussianSetup, MEDIUM_BIT, gaussian_amplitude};
 import package::records::record::OPACITY_SCALE;
@@ -94,9 +96,8 @@ fn gaussian_hit(
     opaque_depth: f32,
 ) -> GaussianHit {
     let met = approach(view, footprint, setup, texel);
-    let blue_thin = setup.color.y;
-    let color = vec3(unpack2x16unorm(setup.color.x), unpack2x16unorm(blue_thin).x);
-    let thin = unpack2x16float(blue_thin).y / OPACITY_SCALE;
+    let color = unpack_color(setup.color, materials[look & 0xffffu].transfer);
+    let thin = unpack2x16float(setup.color.y).y / OPACITY_SCALE;
     // Written so that a NaN is a miss.
     if !(met.squared <= footprint.bounds.z * footprint.bounds.z) {
         return GaussianHit(color, thin, 0.0, -1.0, -1.0);

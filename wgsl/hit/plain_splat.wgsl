@@ -3,6 +3,7 @@
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::hit::gaussian::{WIDER, gaussian_touches};
+import package::records::color::unpack_absorbed;
 import package::records::footprint::Footprint;
 import package::records::gaussian::{gaussian_amplitude, gaussian_setup};
 import package::records::tile_rect::SLACK;
@@ -38,7 +39,7 @@ fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     splat.tilt = setup.tilt;
     splat.reach = bounds.z * bounds.z;
     splat.amplitude = gaussian_amplitude(footprint);
-    splat.absorbed = 1.0 - vec3(unpack2x16unorm(setup.color.x), unpack2x16unorm(setup.color.y).x);
+    splat.absorbed = unpack_absorbed(setup.color);
     splat.distance = bounds.w;
     if !PERSPECTIVE {
         let w = setup.whitening;

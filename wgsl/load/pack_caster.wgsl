@@ -12,10 +12,11 @@ fn packed_position(caster: Caster) -> vec4<u32> {
     return vec4(bitcast<vec3<u32>>(caster.center), bitcast<u32>(caster.radius));
 }
 
-// Linear rgb, unorm16; divided by 16 for a `gain` material.
+// Linear rgb as in wgsl/records/color.wgsl; divided by 16 for a `gain` material.
 fn packed_color(color: vec3<f32>, material: u32) -> vec3<u32> {
     let is_gain = materials[material].transfer == TRANSFER_GAIN;
-    return vec3<u32>(floor(0.5 + 65535.0 * (color / select(1.0, MAX_GAIN, is_gain))));
+    let squared = select(1.0 - color, color / MAX_GAIN, is_gain);
+    return vec3<u32>(floor(0.5 + 65535.0 * sqrt(squared)));
 }
 
 fn packed_look(caster: Caster) -> vec4<u32> {

@@ -10,6 +10,7 @@ import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach
 import package::project::outline_of::{has_outline, outline_of};
 import package::project::put::put;
 import package::records::caster::look_material;
+import package::records::color::{pack_color, unpack_color};
 import package::records::dispatch::workgroup_number;
 import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL};
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
@@ -72,8 +73,8 @@ fn project_gaussians(
     for (var i = 0; i < 3; i += 1) {
         axes[i] = (view.view_from_world * vec4(rotation_axes[i] * sigma[i], 0.0)).xyz * to_map;
     }
-    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
-    let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;
+    let own = vec4(unpack_color(look.xy, material.transfer), unpack2x16float(look.y).y / OPACITY_SCALE);
+    let color = own * material.tint;
     let is_medium = (look.z & MEDIUM_BIT) != 0u;
     let longest = max(max(sigma.x, sigma.y), sigma.z);
     var amplitude = color.a * select(1.0, OPACITY_SCALE * ROOT_TAU, is_medium);
@@ -118,14 +119,14 @@ fn project_gaussians(
 
     let rgb = select(color.rgb, vec3(0.0), in_shadows & ((look.z & NEUTRAL_BIT) != 0u));
     amplitude *= select(placed.thin, 1.0, is_medium);
-    let blue_thin = (pack2x16unorm(vec2(rgb.b, 0.0)) & 0xffffu)
-        | (pack2x16float(vec2(0.0, placed.thin * OPACITY_SCALE)) & 0xffff0000u);
+    let color_bits = pack_color(rgb, material.transfer);
+    let blue_thin = color_bits.y | (pack2x16float(vec2(0.0, placed.thin * OPACITY_SCALE)) & 0xffff0000u);
     let setup = placed.setup;
     let setup_index = index - project_params.first_gaussian;
     let at = setup_index * GAUSSIAN_TEXELS;
     textureStore(setups, record_texel(at), bitcast<vec4<u32>>(vec4(setup.whitening, setup.spread)));
     let tilt = bitcast<vec2<u32>>(setup.tilt);
-    textureStore(setups, record_texel(at + 1u), vec4(tilt, pack2x16unorm(rgb.rg), blue_thin));
+    textureStore(setups, record_texel(at + 1u), vec4(tilt, color_bits.x, blue_thin));
     let lines = vec4(bitcast<u32>(outline.first), outline.step_shift, outline.lean_width, outline.row_middle);
     textureStore(setups, record_texel(at + OUTLINE_TEXEL), lines);
     textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(bounds));

@@ -14,6 +14,7 @@ import package::project::tangents::tangents;
 import package::records::brick::brick_of;
 import package::records::capsule::CAPSULE_MARK;
 import package::records::caster::look_material;
+import package::records::color::{pack_color, unpack_color};
 import package::records::dispatch::workgroup_number;
 import package::records::footprint::MIN_RADIUS;
 import package::records::material::{
@@ -172,12 +173,12 @@ fn project_particles(
     let front = front_key(view, nearest, least);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
-    let blue_alpha = vec2(unpack2x16unorm(look.y).x, unpack2x16float(look.y).y / OPACITY_SCALE);
-    let color = vec4(unpack2x16unorm(look.x), blue_alpha) * material.tint;
+    let own = vec4(unpack_color(look.xy, material.transfer), unpack2x16float(look.y).y / OPACITY_SCALE);
+    let color = own * material.tint;
     let thin = 1.0 / (grow * grow);
     let slope_a = (1.0 - material.reflectivity) * color.a * thin;
-    let blue_slope =
-        (pack2x16unorm(vec2(color.b, 0.0)) & 0xffffu) | (pack2x16float(vec2(0.0, slope_a * OPACITY_SCALE)) & 0xffff0000u);
+    let color_bits = pack_color(color.rgb, material.transfer);
+    let blue_slope = color_bits.y | (pack2x16float(vec2(0.0, slope_a * OPACITY_SCALE)) & 0xffff0000u);
     let thin_front = (pack2x16float(vec2(thin * OPACITY_SCALE, 0.0)) & 0xffffu) | (front << 16u);
     var at = vec4(texel, radius, (distance - view.near) / range);
     if is_beside {
@@ -187,6 +188,6 @@ fn project_particles(
     textureStore(
         footprints,
         record_texel(2u * index + 1u),
-        vec4(pack2x16unorm(color.rg), blue_slope, thin_front, caster_id),
+        vec4(color_bits.x, blue_slope, thin_front, caster_id),
     );
 }

@@ -1,6 +1,7 @@
 // Footprint of a caster in a view, written by `project`: two texels of `footprints`. Rust: `Footprint` in
 // src/records/footprint.rs.
 
+import package::records::color::unpack_color;
 import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::tile_rect::INVISIBLE;
 
@@ -29,9 +30,9 @@ fn setup_of(footprint: Footprint) -> u32 {
     return footprint.look.x;
 }
 
-// A particle's colour.
-fn footprint_color(footprint: Footprint) -> vec3<f32> {
-    return vec3(unpack2x16unorm(footprint.look.x), unpack2x16unorm(footprint.look.y).x);
+// A particle's colour; `transfer`: of its material.
+fn footprint_color(footprint: Footprint, transfer: u32) -> vec3<f32> {
+    return unpack_color(footprint.look.xy, transfer);
 }
 
 // Ratio of a particle's area to that of what is projected, which is no smaller than a texel.

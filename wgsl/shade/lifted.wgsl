@@ -25,9 +25,14 @@ fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
 // Least bias in texels, as a share of the view's depth range: two steps of a curve's depths.
 const LEAST_BIAS: f32 = 0.000030517578125;
 
-// Depth bias in the view [m]. `texel`: edge of a texel at the point's depth [m].
-fn depth_bias(light: GpuLight, view: GpuView, texel: f32) -> f32 {
-    let of_texels = max(light.bias * texel, LEAST_BIAS * (view.far - view.near));
+// Least cosine of a slope that a bias in texels covers alone: 66 degrees.
+const LEAST_COSINE: f32 = 0.4;
+
+// Depth bias in the view [m]. In texels it covers the slope as far as it can, as the point moves less then.
+// `texel`: edge of a texel at the point's depth [m]; `sine`: of the slope.
+fn depth_bias(light: GpuLight, view: GpuView, texel: f32, sine: f32) -> f32 {
+    let slope = light.normal_bias * sine / max(sqrt(max(1.0 - sine * sine, 0.0)), LEAST_COSINE);
+    let of_texels = max(max(light.bias, slope) * texel, LEAST_BIAS * (view.far - view.near));
     return select(light.bias, of_texels, (light.traits & TEXELS_BIT) != 0u);
 }
 
@@ -54,17 +59,17 @@ fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let kept = floats_of(aside(ASIDE_POINT));
     let surface = floats_of(aside(ASIDE_NORMAL));
     let texel = texel_size(view, kept.xyz);
-    let bias = depth_bias(light, view, texel);
     // The bias is a part of the normal bias: edges of shadows move with the point.
+    let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
     let sine = surface.w / lift(light);
+    let bias = depth_bias(light, view, texel, select(0.0, sine, has_normal));
     let covered = bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
     // In spots what shades the point ends at its own plane.
     let rest = select(surface.w * texel - part, 0.0, is_soft(light));
     let point = kept.xyz + surface.xyz * rest;
     // A point without a normal is on no translucent caster that could tint it.
-    let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
-    let tint_bias = select(depth_bias(light, view, 0.0), bias, has_normal);
+    let tint_bias = select(depth_bias(light, view, 0.0, 0.0), bias, has_normal);
     var added = max(kept.w, 0.0);
     if HAS_FILTERS {
         added += floats_of(aside(ASIDE_LEAST)).w * texel;

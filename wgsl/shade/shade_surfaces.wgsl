@@ -9,6 +9,7 @@ import package::features::{HAS_CAPSULES, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEX
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
 import package::records::capsule::capsule_of;
 import package::records::caster::{look_material, particle_object};
+import package::records::color::unpack_color;
 import package::records::light::cluster_of;
 import package::records::material::{GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear};
 import package::records::owner::owner_tag;
@@ -83,7 +84,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let sphere = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
     let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
     let material = materials[look_material(look)];
-    let color = vec3(unpack2x16unorm(look.x), unpack2x16unorm(look.y).x);
+    let color = unpack_color(look.xy, material.transfer);
     let position = world_point(view, pixel, depth);
     // Sphere-impostor normal.
     let aside = (position - sphere.xyz) / sphere.w;

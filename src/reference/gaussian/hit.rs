@@ -72,7 +72,7 @@ pub fn gaussian_hit(
     }
     let amplitude = f32::from_bits(footprint.blue_slope);
     let share = (-0.5 * met.squared).exp();
-    let color = setup.color();
+    let color = setup.color(transfer as u32);
     let (opacity, start, end);
     if is_medium {
         let slope = (texel - view.size * 0.5) / view.scale * view.perspective;

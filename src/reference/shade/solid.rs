@@ -109,7 +109,7 @@ impl Eye<'_> {
             let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
             ((aside + to_eye * out).normalize(), caster.radius, caster.id)
         };
-        let albedo = (caster.color() * material.tint).truncate();
+        let albedo = (caster.color(material.transfer as u32) * material.tint).truncate();
         let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
         Point {
             kind: PointKind::Solid,

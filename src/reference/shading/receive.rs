@@ -173,7 +173,8 @@ impl Lighting<'_> {
         let reach = light.normal_bias + 0.5 + beyond_spline(light);
         // The bias is a part of the normal bias: edges of shadows move with the point.
         let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
-        let bias = light.depth_bias(view, texel);
+        let has_normal = surface.normal != Vec3::ZERO;
+        let bias = light.depth_bias(view, texel, if has_normal { slant.sine } else { 0.0 });
         let part = (bias * cosine).min(light.normal_bias * slant.sine * texel);
         let is_soft = is_soft(light, receiver);
         let lift = if is_soft { 0.0 } else { reach * slant.sine * texel - part };
@@ -183,8 +184,7 @@ impl Lighting<'_> {
             return (point, Bias { solid: added, tint: added });
         }
         // A point without a normal is on no translucent caster that could tint it.
-        let has_normal = surface.normal != Vec3::ZERO;
-        let tint = if has_normal { bias } else { light.depth_bias(view, 0.0) };
+        let tint = if has_normal { bias } else { light.depth_bias(view, 0.0, 0.0) };
         (point, Bias { solid: bias + added, tint: tint + added })
     }
 
