@@ -94,7 +94,7 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
 }
 
 /// Splats in each format.
-fn splat_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
+fn splat_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 9] {
     let encodings = ["ascii", "binary_little_endian", "binary_big_endian"];
     let of_gltf = |logarithms| splats::gltf(&SPLATS, logarithms).into_bytes();
     [
@@ -105,6 +105,8 @@ fn splat_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
         ("sog", "sog", vec![splats::sog(&SPLATS)]),
         ("khr_splats", "gltf", [false, true].map(of_gltf).into()),
         ("medium_ply", "ply", vec![medium()]),
+        ("ksplat", "ksplat", [0, 1, 2].map(|level| splats::ksplat(level, &SPLATS)).into()),
+        ("spz_gltf", "gltf", vec![splats::gltf_spz(&SPLATS).into_bytes()]),
     ]
 }
 

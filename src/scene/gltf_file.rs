@@ -20,7 +20,7 @@ use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
 use std::{
     borrow::Cow,
     collections::HashMap,
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 /// Zeros that any file may have without bytes for them [items].
@@ -163,7 +163,7 @@ impl File {
             return Err(self.beside(format!("cannot open {}", quoted(uri))));
         }
         let name = percent_decode(uri);
-        if leaves_folder(Path::new(&name)) || name.contains('\\') {
+        if read::leaves_folder(Path::new(&name)) || name.contains('\\') {
             return Err(self.beside(format!("{} leaves the folder of the file", quoted(uri))));
         }
         Ok(self.path.with_file_name("").join(name))
@@ -359,20 +359,6 @@ fn check_json(json: &json::Root) -> Result<(), String> {
 fn data_of(uri: &str) -> Option<&str> {
     let (scheme, data) = uri.split_once(':')?;
     scheme.eq_ignore_ascii_case("data").then_some(data)
-}
-
-/// Whether a path is absolute, or climbs above its start.
-fn leaves_folder(path: &Path) -> bool {
-    let mut depth = 0i64;
-    path.components().any(|component| {
-        match component {
-            Component::Normal(_) => depth += 1,
-            Component::CurDir => {}
-            Component::ParentDir => depth -= 1,
-            Component::RootDir | Component::Prefix(_) => return true,
-        }
-        depth < 0
-    }) || depth == 0
 }
 
 /// Decodes percent escapes (RFC 3986, section 2.1).

@@ -142,7 +142,7 @@ fn load_all(
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let is_alone = extension != "toml";
     let splats = is_alone.then(|| kind_of_file(path)).flatten();
-    let file = tables_of(path, &extension, splats.is_some())?;
+    let file = tables_of(path, &extension, splats)?;
     // So that `light.sun.size` can be set if the file has no light.
     let set = &options.set;
     let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
@@ -151,6 +151,11 @@ fn load_all(
     let text = source::joined(&file, set);
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let mut document = document(&source)?;
+    if splats == Some(Kind::SogLevels) {
+        // A folder may be called `..`.
+        let name = path.file_name().map(Into::into).or_else(|| path.canonicalize().ok());
+        document.splats.iter_mut().for_each(|table| table.get_mut().file.clone_from(&name));
+    }
     if extension == "vdb" {
         let file = path.file_name().map(Into::into);
         document.volume.iter_mut().for_each(|table| table.get_mut().file.clone_from(&file));
@@ -209,9 +214,10 @@ fn load_all(
 }
 
 /// The tables of a scene file, or those that stand for another kind of file.
-fn tables_of(path: &Path, extension: &str, is_splats: bool) -> Result<String, SceneError> {
+fn tables_of(path: &Path, extension: &str, splats: Option<Kind>) -> Result<String, SceneError> {
     Ok(match extension {
-        _ if is_splats => defaults::ALONE.to_owned(),
+        _ if splats == Some(Kind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
+        _ if splats.is_some() => defaults::ALONE.to_owned(),
         "toml" => scene_text(path)?,
         "glb" | "gltf" => defaults::ALONE.to_owned(),
         "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
@@ -234,6 +240,7 @@ impl Loader<'_> {
         splats: Option<Kind>,
     ) -> Result<(), SceneError> {
         match extension {
+            _ if splats == Some(Kind::SogLevels) => Ok(()),
             _ if splats.is_some() => self.splats_alone(path, splats),
             "glb" | "gltf" => {
                 let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);

@@ -6,6 +6,7 @@ use super::{
     load::{document, scene_text},
     read,
     source::SceneText,
+    splat_file::named_files,
     volume_frame::numbered,
 };
 use std::{
@@ -17,8 +18,8 @@ use toml::Spanned;
 /// The file of a scene, and all files that it and its models name, each once. Names are relative to the scene's
 /// folder; a scene that names others is refused.
 pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
-    read::check(path)?;
-    let mut files = vec![path.to_owned()];
+    let mut files = named_files(path)?;
+    read::check(&files[0])?;
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     if extension == "glb" || extension == "gltf" {
         files.extend(File::open(path)?.named()?);
@@ -40,7 +41,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
             if key == "file" && (extension == "glb" || extension == "gltf") {
                 files.extend(File::open(&file)?.named()?);
             }
-            files.push(file);
+            files.extend(named_files(&file)?);
         }
     }
     files[1..].sort();

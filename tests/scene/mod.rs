@@ -24,6 +24,7 @@ mod particles;
 mod ply;
 mod sources;
 mod splat_files;
+mod splat_folders;
 mod splats;
 mod strands;
 mod trails;
