@@ -214,6 +214,8 @@ pub(super) struct MeshTable {
     pub casts: bool,
     /// Of its materials with alphaMode BLEND, if not the usual one.
     pub transfer: Option<Transfer>,
+    /// Name of the materials' variant.
+    pub variant: Option<String>,
     pub placement: Placement,
 }
 
@@ -224,6 +226,7 @@ impl MeshTable {
             file: keys.required("file")?,
             casts: keys.value("casts", true)?,
             transfer: keys.given("transfer")?,
+            variant: keys.given("variant")?,
             placement: placement(keys)?,
         })
     }

@@ -4,7 +4,7 @@ use super::{error::quoted, gltf_ignored::Ignored, limits};
 use serde_json::{Map, Value, json};
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 18] = [
+pub(super) const EXTENSIONS: [&str; 20] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -18,9 +18,11 @@ pub(super) const EXTENSIONS: [&str; 18] = [
     "KHR_materials_iridescence",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
 ];

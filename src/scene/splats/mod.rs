@@ -44,7 +44,9 @@ pub fn kind_of(start: &[u8], length: u64) -> Option<Kind> {
         return Some(Kind::Spz);
     }
     if start.starts_with(b"PK\x03\x04") {
-        return Some(Kind::Sog);
+        // The name of the first file: a zip of another program's begins with a scene.
+        let name = String::from_utf8_lossy(start.get(30..start.len().min(300)).unwrap_or_default());
+        return (!name.contains(".usd")).then_some(Kind::Sog);
     }
     if start.trim_ascii_start().starts_with(b"{") {
         return kind_of_json(start);
