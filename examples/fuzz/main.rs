@@ -7,6 +7,9 @@
 mod keys;
 mod models;
 mod mutate;
+#[path = "../../tests/common/points.rs"]
+#[allow(dead_code, reason = "tests write other kinds of files")]
+mod points;
 mod program;
 mod seeds;
 #[path = "../../tests/common/splats.rs"]

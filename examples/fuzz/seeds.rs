@@ -1,6 +1,7 @@
 //! Seed files: scenes of the project, and small files of each other kind.
 use super::{
     Reader, models,
+    points::{self, DOTS},
     splats::{self, SPLATS},
     vdb::{Format, Packing, VdbGrid, file},
 };
@@ -49,6 +50,14 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
             "material = [{{ name = \"m\" }}]\n{PLANE}[environment]\nfile = \"current.hdr\"\n"
         )),
     };
+    let exr = Reader {
+        name: "exr",
+        extension: "exr",
+        seeds: vec![exr()?],
+        scene: Some(format!(
+            "material = [{{ name = \"m\" }}]\n{PLANE}[environment]\nfile = \"current.exr\"\n"
+        )),
+    };
     let colored = Reader {
         name: "vdb_colors",
         extension: "vdb",
@@ -83,6 +92,7 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
         textured("jpeg", "jpg", picture(ImageFormat::Jpeg)?),
         textured("webp", "webp", picture(ImageFormat::WebP)?),
         surroundings,
+        exr,
         basis,
         alone("draco", "glb", models::draco()?),
         colored,
@@ -90,11 +100,43 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     readers.extend(models);
     let splats = |(name, extension, seeds)| in_table("splats", name, extension, seeds);
     readers.extend(splat_files().map(splats));
+    readers.extend(mesh_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
+    readers.extend(point_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     Ok(readers)
 }
 
+/// Clouds of points in each format.
+fn point_files() -> [Files; 3] {
+    let still = [0.0; 3];
+    let las = [2, 7].map(|format| points::las(format, &DOTS, still, 257));
+    let laz = [3, 7].map(|format| points::laz(format, &DOTS, still));
+    let encodings = ["ascii", "binary", "binary_compressed"];
+    [
+        ("las", "las", [las, laz].concat()),
+        ("pcd", "pcd", encodings.map(|name| points::pcd(name, &DOTS)).into()),
+        ("e57", "e57", vec![points::e57(&DOTS)]),
+    ]
+}
+
+/// Meshes without nodes.
+fn mesh_files() -> [Files; 2] {
+    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\n\
+        property list uchar int vertex_indices\nend_header\n";
+    let rows = "0 0 0 255 0 0\n1 0 0 0 255 0\n1 1 0 9 9 9\n0 1 1 7 8 9\n4 0 1 2 3\n3 0 2 1\n";
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvn 0 0 1\nusemtl red\n\
+        f 1/1/1 2/2/1 3/2/1 4/1/1\no second\nf -4 -1 -3\nf 1//1 2//1 3//1\n";
+    [
+        ("mesh_ply", "ply", vec![(head.to_owned() + rows).into_bytes()]),
+        ("obj", "obj", vec![obj.as_bytes().to_vec()]),
+    ]
+}
+
+/// Name of a reader, ending of its files, and seeds.
+type Files = (&'static str, &'static str, Vec<Vec<u8>>);
+
 /// Splats in each format.
-fn splat_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
+fn splat_files() -> [Files; 9] {
     let encodings = ["ascii", "binary_little_endian", "binary_big_endian"];
     let of_gltf = |logarithms| splats::gltf(&SPLATS, logarithms).into_bytes();
     [
@@ -105,6 +147,8 @@ fn splat_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
         ("sog", "sog", vec![splats::sog(&SPLATS)]),
         ("khr_splats", "gltf", [false, true].map(of_gltf).into()),
         ("medium_ply", "ply", vec![medium()]),
+        ("ksplat", "ksplat", [0, 1, 2].map(|level| splats::ksplat(level, &SPLATS)).into()),
+        ("spz_gltf", "gltf", vec![splats::gltf_spz(&SPLATS).into_bytes()]),
     ]
 }
 
@@ -297,4 +341,13 @@ fn hdr() -> Vec<u8> {
     let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
     bytes.extend((0..8_u8).flat_map(|i| [100 + i, 120, 140 - i, 128 + i % 3]));
     bytes
+}
+
+/// An `OpenEXR` image of 4 x 2 texels.
+fn exr() -> io::Result<Vec<u8>> {
+    let image = image::Rgb32FImage::from_fn(4, 2, |x, y| image::Rgb([x as f32, y as f32, 0.5]));
+    let mut bytes = Cursor::new(Vec::new());
+    let image = DynamicImage::from(image);
+    image.write_to(&mut bytes, ImageFormat::OpenExr).map_err(io::Error::other)?;
+    Ok(bytes.into_inner())
 }

@@ -30,12 +30,12 @@ pub(crate) enum Command {
     Bench(BenchArguments),
     /// Read and validate a scene; no GPU is touched
     Check {
-        /// A .toml, .glb, .gltf, .ply or .vdb file
+        /// A scene file, or any other file that `gobo info --formats` lists
         scene: PathBuf,
     },
     /// Write a scene with all files that it names as one archive, for other machines
     Pack {
-        /// A .toml, .glb, .gltf, .ply, .csv or .vdb file
+        /// A scene file, or any other file that `gobo info --formats` lists
         scene: PathBuf,
         /// The archive to write
         #[arg(short, value_name = "SCENE.zip")]
@@ -109,7 +109,7 @@ pub(crate) struct MomentArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArguments {
-    /// A .toml, .glb, .gltf, .ply or .vdb file
+    /// A scene file, or any other file that `gobo info --formats` lists
     pub(crate) scene: PathBuf,
     /// The folder to write to
     #[arg(short, default_value = "out", value_name = "DIR")]
@@ -165,6 +165,12 @@ pub(crate) struct RenderArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArguments {
+    /// A file that is read: what is in it, instead of adapters
+    #[arg(conflicts_with_all = ["tries", "formats", "backend", "adapter"])]
+    pub(crate) file: Option<PathBuf>,
+    /// List the kinds of files that are read
+    #[arg(long, conflicts_with_all = ["tries", "backend", "adapter"])]
+    pub(crate) formats: bool,
     /// Render a small scene, and say whether its maps and picture are those of the CPU reference
     #[arg(long = "try")]
     pub(crate) tries: bool,
@@ -177,7 +183,7 @@ pub(crate) struct InfoArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct LightArguments {
-    /// A .toml, .glb, .gltf, .ply or .vdb file
+    /// A scene file, or any other file that `gobo info --formats` lists
     pub(crate) scene: PathBuf,
     /// `NumPy` array of 32-bit floats: N x 3 positions [m], or N x 6 positions and unit normals
     #[arg(long, value_name = "P.npy")]
@@ -191,7 +197,7 @@ pub(crate) struct LightArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct MapsArguments {
-    /// A .toml, .glb, .gltf or .ply file
+    /// A scene file, or any other file that `gobo info --formats` lists
     pub(crate) scene: PathBuf,
     /// Only every N-th share of the casters that filter light; those that block it are in all shares
     #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = share)]

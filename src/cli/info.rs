@@ -1,5 +1,5 @@
 //! `gobo info`: adapters, limits, tiers and their reasons.
-use super::{arguments::InfoArguments, failure::Failure, files, trial};
+use super::{arguments::InfoArguments, contents, failure::Failure, files, trial};
 use gobo::{
     Error,
     internals::gpu::{
@@ -44,6 +44,12 @@ struct AdapterEntry {
 
 pub(crate) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
     let (device, json) = (&arguments.device, arguments.json);
+    if arguments.formats {
+        return contents::formats(json);
+    }
+    if let Some(file) = &arguments.file {
+        return contents::file(file, json);
+    }
     if device.backend() == Backend::Cpu {
         let message =
             "gobo info is about adapters, and the CPU reference has none: leave --backend cpu out";

@@ -4,6 +4,7 @@ mod arguments;
 mod bench;
 mod check;
 mod claim;
+mod contents;
 mod curves;
 mod export;
 mod exr;

@@ -117,11 +117,13 @@ pub(crate) fn give_aborts_a_status() {
 #[cfg(not(unix))]
 pub(crate) fn give_aborts_a_status() {}
 
-/// Says nothing of panics of the decoder of KTX2 containers, which are errors of the file that it reads.
+/// Says nothing of panics of decoders, which are errors of the files that they read.
 pub(crate) fn hush_decoders() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if !panic.location().is_some_and(|place| place.file().contains("basisu")) {
+        const CAUGHT: [&str; 5] = ["basisu", "e57-", "exr-", "laz-", "tobj-"];
+        let is_caught = |file: &str| CAUGHT.iter().any(|name| file.contains(name));
+        if !panic.location().is_some_and(|place| is_caught(place.file())) {
             usual(panic);
         }
     }));

@@ -31,6 +31,17 @@ tint = [0.35, 0.6, 0.9, 0.35]
 /// Volume of an `OpenVDB` file that is rendered on its own.
 pub(super) const VOLUME: &str = "[[volume]]\n";
 
+/// Material of a cloud of points that is rendered on its own: what is scanned is solid.
+pub(super) const POINTS_MATERIAL: &str = r#"
+[[material]]
+name = "particles"
+transfer = "opaque"
+profile = "flat"
+"#;
+
+/// Splats of a file with levels of detail that is rendered on its own.
+pub(super) const SPLATS: &str = "[[splats]]\n";
+
 /// [`sun`] in the format of a scene file.
 pub(super) const SUN: &str = r#"
 [[light]]

@@ -130,6 +130,8 @@ pub(super) struct SplatsTable {
     /// Name for keys.
     pub name: Option<String>,
     pub file: Option<PathBuf>,
+    /// Level of detail of a file that has some; 0 is the finest.
+    pub lod: Option<u32>,
     pub generate: Option<Generate>,
     pub material: Option<String>,
     pub opacity: Option<Opacity>,
@@ -145,6 +147,7 @@ impl SplatsTable {
         let table = Self {
             name: keys.given("name")?,
             file: keys.given("file")?,
+            lod: keys.given("lod")?,
             generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
             material: keys.given("material")?,
             opacity: keys.given("opacity")?,
@@ -211,6 +214,8 @@ pub(super) struct MeshTable {
     pub casts: bool,
     /// Of its materials with alphaMode BLEND, if not the usual one.
     pub transfer: Option<Transfer>,
+    /// Name of the materials' variant.
+    pub variant: Option<String>,
     pub placement: Placement,
 }
 
@@ -221,6 +226,7 @@ impl MeshTable {
             file: keys.required("file")?,
             casts: keys.value("casts", true)?,
             transfer: keys.given("transfer")?,
+            variant: keys.given("variant")?,
             placement: placement(keys)?,
         })
     }

@@ -5,8 +5,11 @@ use super::{
 };
 use crate::model::{Environment, Sky, SunDisc};
 use glam::{UVec2, Vec3};
-use image::{ImageDecoder as _, codecs::hdr::HdrDecoder};
-use std::{io::Cursor, sync::Arc};
+use image::{
+    ImageDecoder,
+    codecs::{hdr::HdrDecoder, openexr::OpenExrDecoder},
+};
+use std::{io::Cursor, panic::catch_unwind, sync::Arc};
 use toml::Spanned;
 
 /// Longest side of an image [texels].
@@ -100,23 +103,44 @@ fn light(keys: &Keys<'_>, key: &'static str) -> Result<Option<Vec3>, SceneError>
     Err(keys.fault(key, message, "light is finite and not negative"))
 }
 
+/// Largest light of a texel, far beyond the sun's.
+const BRIGHTEST: f32 = 1e9;
+
 type Image = (UVec2, Vec<[f32; 3]>);
 
-/// Decodes a Radiance image.
+/// Start of an `OpenEXR` file.
+const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// Decodes a Radiance image or `OpenEXR`.
 fn decode(bytes: &[u8]) -> Result<Image, (String, String)> {
-    let help = || format!("use a Radiance .hdr of at most {MAX_SIDE} texels a side");
+    let help = || format!("use a Radiance .hdr or an OpenEXR of at most {MAX_SIDE} texels a side");
+    if bytes.starts_with(&EXR) {
+        // Its decoder may panic at damaged files.
+        let read = catch_unwind(|| {
+            let decoder = OpenExrDecoder::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+            texels(decoder)
+        });
+        let read = read.unwrap_or_else(|_| Err("the image is damaged".to_owned()));
+        return read.map_err(|message| (message, help()));
+    }
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());
     images::check_header(bytes, bytes.len() as u64).map_err(|message| (message, help()))?;
     let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(|error| bad(&error))?;
+    texels(decoder).map_err(|message| (message, help()))
+}
+
+fn texels(decoder: impl ImageDecoder) -> Result<Image, String> {
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
-        return Err((format!("the image has {width} x {height} texels"), help()));
+        return Err(format!("the image has {width} x {height} texels"));
     }
     // As it is decoded, and as it is kept.
-    if !limits::has_memory(24 * u64::from(width) * u64::from(height)) {
-        return Err((format!("no memory for {width} x {height} texels"), help()));
+    if !limits::has_memory(28 * u64::from(width) * u64::from(height)) {
+        return Err(format!("no memory for {width} x {height} texels"));
     }
-    let image = image::DynamicImage::from_decoder(decoder).map_err(|error| bad(&error))?;
-    let texels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
+    let image = image::DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
+    // Negative light, which renderers write, and what is no number are none.
+    let light = |c: f32| if c > 0.0 { c.min(BRIGHTEST) } else { 0.0 };
+    let texels = image.into_rgb32f().pixels().map(|pixel| pixel.0.map(light)).collect();
     Ok((UVec2::new(width, height), texels))
 }

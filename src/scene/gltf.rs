@@ -53,6 +53,17 @@ pub(super) struct Earlier {
     pub(super) lights: usize,
 }
 
+/// How a model is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Wanted<'a> {
+    /// Transfer of what is partly transparent (alphaMode BLEND), if not the usual one.
+    pub(super) blend: Option<Transfer>,
+    /// Whether the model will be moved as a whole.
+    pub(super) is_keyed: bool,
+    /// Name of the materials' variant, of a file that has some.
+    pub(super) variant: Option<&'a str>,
+}
+
 /// Intensity above which a light is photometric.
 const BRIGHTEST_RADIOMETRIC: f32 = 100.0;
 
@@ -71,15 +82,14 @@ const FAR: f32 = 128.0;
 const PICTURE_HEIGHT: f32 = 540.0;
 
 /// Loads a file. World space = `transform` * glTF space; material and texture indices start at 0.
-/// `blend`: transfer of materials with alphaMode BLEND, if not the usual one; `is_keyed`: the model will be moved as a whole.
 pub(super) fn load(
     path: &Path,
     transform: Mat4,
     earlier: &Earlier,
-    blend: Option<Transfer>,
-    is_keyed: bool,
+    wanted: Wanted<'_>,
 ) -> Result<Model, SceneError> {
-    let mut file = File::open(path)?;
+    let Wanted { blend, is_keyed, variant } = wanted;
+    let mut file = File::open_variant(path, variant)?;
     let mut tracks = gltf_animation::tracks(&mut file)?;
     let has_targets = |mesh: gltf::Mesh<'_>| mesh.primitives().any(|p| p.morph_targets().len() > 0);
     let is_soft = file.document.skins().len() > 0 || file.document.meshes().any(has_targets);

@@ -8,7 +8,7 @@ use super::{
     gltf_json::{self, Instancing},
     gltf_meshopt,
     gltf_splat_json::{self, SplatPrimitive},
-    limits, read,
+    gltf_variants, limits, read,
 };
 use ::gltf::{
     Document,
@@ -20,7 +20,7 @@ use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
 use std::{
     borrow::Cow,
     collections::HashMap,
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 /// Zeros that any file may have without bytes for them [items].
@@ -43,11 +43,19 @@ pub(super) struct File {
 
 impl File {
     pub(super) fn open(path: &Path) -> Result<Self, SceneError> {
+        Self::open_variant(path, None)
+    }
+
+    /// Like [`Self::open`], with a variant of the materials.
+    pub(super) fn open_variant(path: &Path, variant: Option<&str>) -> Result<Self, SceneError> {
         let invalid =
             |(message, help): (String, &'static str)| SceneError::invalid(path, message, help);
         let bytes = read::bytes(path)?;
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
         let (mut value, ignored, unread) = gltf_json::parse(text).map_err(invalid)?;
+        let variants = gltf_variants::choose(&mut value, path, variant)
+            .map_err(|(message, help)| SceneError::invalid(path, message, &help))?;
+        let hidden = gltf_variants::hide(&mut value);
         let primitives = gltf_draco::packed(&mut value).map_err(invalid)?;
         gltf_json::add_zeros(&mut value);
         let splats = gltf_splat_json::take(&mut value).map_err(invalid)?;
@@ -62,6 +70,13 @@ impl File {
         check_json(&root).map_err(|message| invalid((message, "export the file again")))?;
         let document = Document::from_json(root).map_err(|error| damaged(&error))?;
         let mut notes = ignored.notes(path);
+        notes.extend(variants);
+        if hidden > 0 {
+            notes.push(format!(
+                "{}: {hidden} meshes are not shown, as the file says",
+                path.display()
+            ));
+        }
         if unread > 0 {
             let help = gltf_json::OTHER_IMAGES;
             notes.push(format!(
@@ -163,7 +178,7 @@ impl File {
             return Err(self.beside(format!("cannot open {}", quoted(uri))));
         }
         let name = percent_decode(uri);
-        if leaves_folder(Path::new(&name)) || name.contains('\\') {
+        if read::leaves_folder(Path::new(&name)) || name.contains('\\') {
             return Err(self.beside(format!("{} leaves the folder of the file", quoted(uri))));
         }
         Ok(self.path.with_file_name("").join(name))
@@ -359,20 +374,6 @@ fn check_json(json: &json::Root) -> Result<(), String> {
 fn data_of(uri: &str) -> Option<&str> {
     let (scheme, data) = uri.split_once(':')?;
     scheme.eq_ignore_ascii_case("data").then_some(data)
-}
-
-/// Whether a path is absolute, or climbs above its start.
-fn leaves_folder(path: &Path) -> bool {
-    let mut depth = 0i64;
-    path.components().any(|component| {
-        match component {
-            Component::Normal(_) => depth += 1,
-            Component::CurDir => {}
-            Component::ParentDir => depth -= 1,
-            Component::RootDir | Component::Prefix(_) => return true,
-        }
-        depth < 0
-    }) || depth == 0
 }
 
 /// Decodes percent escapes (RFC 3986, section 2.1).

@@ -4,21 +4,25 @@ use super::{error::quoted, gltf_ignored::Ignored, limits};
 use serde_json::{Map, Value, json};
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 16] = [
+pub(super) const EXTENSIONS: [&str; 20] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_gaussian_splatting",
+    "KHR_gaussian_splatting_compression_spz",
+    "KHR_gaussian_splatting_compression_spz_2",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
 ];

@@ -276,7 +276,7 @@ fn triangle(
 
 /// Inverse transpose times |determinant|: normals of a flattened mesh stay correct where the inverse does
 /// not exist.
-fn cofactors(m: Mat3) -> Mat3 {
+pub(super) fn cofactors(m: Mat3) -> Mat3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign

@@ -4,18 +4,33 @@ use serde_json::Value;
 
 const EXTENSION: &str = "KHR_gaussian_splatting";
 
-/// A primitive of splats: its accessors.
+/// Extensions by which a view holds an SPZ file: a draft, and its later name.
+pub(super) const SPZ: [&str; 2] =
+    ["KHR_gaussian_splatting_compression_spz_2", "KHR_gaussian_splatting_compression_spz"];
+
+/// A primitive of splats.
 #[derive(Clone, Debug)]
 pub(super) struct SplatPrimitive {
     /// Index of the mesh.
     pub(super) mesh: usize,
-    pub(super) position: usize,
-    pub(super) rotation: usize,
-    pub(super) scale: usize,
-    pub(super) opacity: usize,
-    pub(super) color: usize,
-    /// Coefficients of higher spherical harmonics.
-    pub(super) harmonics: usize,
+    pub(super) stored: Stored,
+}
+
+/// Where a primitive's splats are.
+#[derive(Clone, Debug)]
+pub(super) enum Stored {
+    /// In accessors.
+    Attributes {
+        position: usize,
+        rotation: usize,
+        scale: usize,
+        opacity: usize,
+        color: usize,
+        /// Coefficients of higher spherical harmonics.
+        harmonics: usize,
+    },
+    /// In an SPZ file, in a view.
+    Spz { view: usize },
 }
 
 /// Takes the primitives of splats out of the document: the `gltf` crate refuses the names of their attributes.
@@ -42,10 +57,17 @@ fn splat_primitive(
     primitive: &Value,
 ) -> Result<SplatPrimitive, (String, &'static str)> {
     let compressed = extension(primitive).and_then(|named| named.get("extensions")?.as_object());
-    if let Some(name) = compressed.and_then(|extensions| extensions.keys().next()) {
-        let message =
-            format!("mesh {mesh}: its splats need {}, which gobo does not read", quoted(name));
-        return Err((message, "export the splats without compression"));
+    if let Some((name, packed)) = compressed.and_then(|all| all.iter().next()) {
+        if !SPZ.contains(&name.as_str()) {
+            let message =
+                format!("mesh {mesh}: its splats need {}, which gobo does not read", quoted(name));
+            return Err((message, "export the splats without compression"));
+        }
+        let view = packed.get("bufferView").and_then(Value::as_u64);
+        let missing =
+            || (format!("mesh {mesh}: {name} has no bufferView"), "export the file again");
+        let view = view.ok_or_else(missing)? as usize;
+        return Ok(SplatPrimitive { mesh, stored: Stored::Spz { view } });
     }
     let attribute = |name: &str| {
         let index = primitive.get("attributes").and_then(|all| all.get(name)?.as_u64());
@@ -58,13 +80,13 @@ fn splat_primitive(
     let named = |name: &str| attribute(&format!("{EXTENSION}:{name}"));
     let attributes = primitive.get("attributes").and_then(Value::as_object);
     let names = attributes.into_iter().flat_map(serde_json::Map::keys);
-    Ok(SplatPrimitive {
-        mesh,
+    let stored = Stored::Attributes {
         position: attribute("POSITION")?,
         rotation: named("ROTATION")?,
         scale: named("SCALE")?,
         opacity: named("OPACITY")?,
         color: named("SH_DEGREE_0_COEF_0")?,
         harmonics: names.filter(|name| name.contains(":SH_DEGREE_")).count().saturating_sub(1),
-    })
+    };
+    Ok(SplatPrimitive { mesh, stored })
 }

@@ -7,12 +7,13 @@ use super::{
         CameraTable, Document, MeshTable, ParticlesTable, ShapeTable, SplatsTable, StrandsTable,
         VolumeTable,
     },
-    emitters, environment,
+    emitters, environment, formats,
+    gltf::Wanted,
     keys::Keys,
     light_tables,
     limits::Limit,
     loader::{Loader, error_of_line},
-    read,
+    models, points, read,
     rig::Placement,
     share::Share,
     source::{self, SceneText},
@@ -55,7 +56,7 @@ impl Default for LoadOptions {
     }
 }
 
-/// Reads a `.toml`, `.glb`, `.gltf`, `.ply`, `.csv` or `.vdb` file, or one of splats, of any name.
+/// Reads a scene file, or a file of any of the [`super::FORMATS`] that is a scene alone.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions::default())
 }
@@ -75,6 +76,12 @@ pub fn check(path: &Path) -> Result<Scene, SceneError> {
 pub fn check_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
     let set = set.to_vec();
     load_as(path, &LoadOptions { set, start: false, only_checks: true, ..LoadOptions::default() })
+}
+
+/// Like [`check`], without the ground that a file alone gets: for what is in the file.
+pub fn inspect(path: &Path) -> Result<Scene, SceneError> {
+    let (start, ground, only_checks) = (false, false, true);
+    load_as(path, &LoadOptions { start, ground, only_checks, ..LoadOptions::default() })
 }
 
 /// Every key that reading a scene file asks for, as [`LoadOptions::set`] names it, sorted.
@@ -141,8 +148,11 @@ fn load_all(
     phase!("read");
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let is_alone = extension != "toml";
+    if is_alone {
+        formats::refuse_foreign(path)?;
+    }
     let splats = is_alone.then(|| kind_of_file(path)).flatten();
-    let file = tables_of(path, &extension, splats.is_some())?;
+    let file = tables_of(path, &extension, splats)?;
     // So that `light.sun.size` can be set if the file has no light.
     let set = &options.set;
     let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
@@ -151,6 +161,11 @@ fn load_all(
     let text = source::joined(&file, set);
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let mut document = document(&source)?;
+    if splats == Some(Kind::SogLevels) {
+        // A folder may be called `..`.
+        let name = path.file_name().map(Into::into).or_else(|| path.canonicalize().ok());
+        document.splats.iter_mut().for_each(|table| table.get_mut().file.clone_from(&name));
+    }
     if extension == "vdb" {
         let file = path.file_name().map(Into::into);
         document.volume.iter_mut().for_each(|table| table.get_mut().file.clone_from(&file));
@@ -209,19 +224,19 @@ fn load_all(
 }
 
 /// The tables of a scene file, or those that stand for another kind of file.
-fn tables_of(path: &Path, extension: &str, is_splats: bool) -> Result<String, SceneError> {
+fn tables_of(path: &Path, extension: &str, splats: Option<Kind>) -> Result<String, SceneError> {
     Ok(match extension {
-        _ if is_splats => defaults::ALONE.to_owned(),
+        _ if splats == Some(Kind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
+        _ if splats.is_some() => defaults::ALONE.to_owned(),
+        _ if points::kind_of_file(path).is_some() => {
+            [defaults::ALONE, defaults::POINTS_MATERIAL].concat()
+        }
         "toml" => scene_text(path)?,
         "glb" | "gltf" => defaults::ALONE.to_owned(),
+        _ if models::kind_of_file(path).is_some() => defaults::ALONE.to_owned(),
         "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
         "vdb" => [defaults::ALONE, defaults::VOLUME].concat(),
-        _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats: .ply, \
-                        .spz, .sog or .splat";
-            let message = format!("no known kind of scene: {extension:?}");
-            return Err(SceneError::invalid(path, message, help));
-        }
+        _ => return Err(formats::unknown(path)),
     })
 }
 
@@ -233,16 +248,19 @@ impl Loader<'_> {
         extension: &str,
         splats: Option<Kind>,
     ) -> Result<(), SceneError> {
+        let is_model = matches!(extension, "glb" | "gltf") || models::kind_of_file(path).is_some();
         match extension {
+            _ if splats == Some(Kind::SogLevels) => Ok(()),
             _ if splats.is_some() => self.splats_alone(path, splats),
-            "glb" | "gltf" => {
+            _ if is_model => {
                 let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
-                let moving = self.model(path, still, None, false)?;
+                let moving = self.model(path, still, Wanted::default())?;
                 let triangles = 0..self.scene.triangles.len();
                 self.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
                 if self.leaves_splats { self.splats_alone(path, None) } else { Ok(()) }
             }
             "ply" | "csv" => self.particle_file(path, 0),
+            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0),
             _ => Ok(()),
         }
     }

@@ -6,6 +6,8 @@ use super::{
     displace::Displaced,
     document::{Document, MaterialTable, MeshTable, ShapeTable, TextureSource},
     error::quoted,
+    formats,
+    gltf::Wanted,
     limits::Limit,
     noise::Animated,
     particles::FARTHEST,
@@ -16,6 +18,7 @@ use super::{
     source::SceneText,
 };
 use crate::model::{Material, Motion, Texture, volume};
+use glam::DVec3;
 use std::{
     collections::{HashMap, HashSet},
     ops::Range,
@@ -51,6 +54,8 @@ pub(super) struct Loader<'a> {
     pub(super) share: Option<Share>,
     /// Files of splats: their splats in the scene, and the id of the first row.
     pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
+    /// What is subtracted from the coordinates of all files of points, once one is read [m].
+    pub(super) points_origin: Option<DVec3>,
     /// Whether the last model holds splats.
     pub(super) leaves_splats: bool,
     /// Whether textures are made that no file has.
@@ -77,6 +82,7 @@ impl<'a> Loader<'a> {
             makes_start: true,
             share: None,
             splat_files: Vec::new(),
+            points_origin: None,
             leaves_splats: false,
             paints: true,
             resting: Vec::new(),
@@ -140,12 +146,15 @@ impl<'a> Loader<'a> {
             self.shape(table)?;
         }
         for table in &document.mesh {
-            let MeshTable { name, file, casts, transfer, placement } = table.get_ref();
+            let MeshTable { name, file, casts, transfer, variant, placement } = table.get_ref();
             let path = self.folder.join(file);
+            formats::refuse_foreign(&path).map_err(|e| self.named_by(&table.span(), "file", e))?;
             let first_material = self.scene.materials.len();
             let first_triangle = self.scene.triangles.len();
+            let (blend, is_keyed) = (*transfer, is_keyed("mesh."));
+            let wanted = Wanted { blend, is_keyed, variant: variant.as_deref() };
             let moving = self
-                .model(&path, placement.clone(), *transfer, is_keyed("mesh."))
+                .model(&path, placement.clone(), wanted)
                 .map_err(|e| self.named_by(&table.span(), "file", e))?;
             for material in &mut self.scene.materials[first_material..] {
                 material.casts &= casts;

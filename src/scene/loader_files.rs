@@ -6,12 +6,13 @@ use super::{
     gltf, images,
     limits::{self, Limit},
     loader::Loader,
+    models,
     particles::{self, FARTHEST},
-    read,
+    points, read,
     rig::{Moving, Placement},
     share::Share,
 };
-use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture, Transfer};
+use crate::model::{Bounds, Class, Material, Motion as _, Particle, Skipped, Texture};
 use rayon::prelude::*;
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
@@ -130,7 +131,14 @@ impl Loader<'_> {
         let material = &self.scene.materials[id as usize];
         let earlier = self.scene.particles.len() as u64;
         let radius = self.radii[id as usize];
-        let mut file = particles::load(path, material, id, radius, self.next_id, earlier)?;
+        let mut file = match points::kind_of_file(path) {
+            Some(kind) => {
+                let wanted =
+                    points::Wanted { material: id, radius, first_id: self.next_id, earlier };
+                points::load(path, kind, wanted, &mut self.points_origin)?
+            }
+            None => particles::load(path, material, id, radius, self.next_id, earlier)?,
+        };
         let rows = file.particles.len() as u64 + file.skipped.values().sum::<u64>();
         self.next_id = self.next_id.wrapping_add(rows as u32);
         if let Some(share) = self.share_of(id) {
@@ -157,8 +165,7 @@ impl Loader<'_> {
         &mut self,
         path: &Path,
         placement: Placement,
-        blend: Option<Transfer>,
-        is_keyed: bool,
+        wanted: gltf::Wanted<'_>,
     ) -> Result<Option<Moving>, SceneError> {
         let transform = placement.at(0.0);
         let earlier = gltf::Earlier {
@@ -168,7 +175,7 @@ impl Loader<'_> {
             triangles: self.scene.triangles.len(),
             lights: self.scene.lights.len(),
         };
-        let model = gltf::load(path, transform, &earlier, blend, is_keyed)?;
+        let model = models::load(path, transform, &earlier, wanted)?;
         self.leaves_splats = model.has_splats;
         let texels = |t: &Texture| u64::from(t.width) * u64::from(t.height);
         self.texels += model.textures.iter().map(texels).sum::<u64>();

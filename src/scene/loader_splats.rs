@@ -7,7 +7,7 @@ use super::{
     loader::Loader,
     loader_files::add_skipped,
     rig::{Moving, Placement},
-    splat_file::load_splats,
+    splat_file::{load_level, load_splats},
     splats::{Cloud, Kind, placed},
     volumes::USUAL_THICKNESS,
 };
@@ -42,10 +42,15 @@ impl Loader<'_> {
             let help = "set opacity = \"medium\", and no attenuation";
             return Err(self.error(&span, "material", message, help));
         }
+        if given.lod.is_some() && given.file.is_none() {
+            let help = "name a file that has levels of detail, or remove lod";
+            return Err(self.error(&span, "lod", "lod of splats without a file", help));
+        }
         let cloud = match (&given.file, &given.generate) {
             (Some(file), None) => {
                 let path = self.folder.join(file);
-                let cloud = load_splats(&path).map_err(|e| self.named_by(&span, "file", e))?;
+                let cloud =
+                    load_level(&path, given.lod).map_err(|e| self.named_by(&span, "file", e))?;
                 self.note_of_file(&path, &cloud);
                 cloud
             }

@@ -11,6 +11,8 @@ mod document;
 mod emitters;
 mod environment;
 mod error;
+mod faces;
+mod formats;
 mod fur;
 #[doc(hidden)]
 pub mod generate;
@@ -30,6 +32,7 @@ mod gltf_nodes;
 mod gltf_splat_json;
 mod gltf_splats;
 mod gltf_texture;
+mod gltf_variants;
 mod images;
 mod keys;
 mod ktx2;
@@ -40,16 +43,21 @@ mod load;
 mod loader;
 mod loader_files;
 mod loader_splats;
+mod models;
 mod named;
 #[doc(hidden)]
 pub mod noise;
 mod numbers;
+mod obj;
+mod obj_materials;
 mod painted;
 mod particles;
 mod plain;
 mod ply;
 mod ply_body;
 mod ply_header;
+mod ply_mesh;
+mod points;
 mod read;
 mod rig;
 mod shapes;
@@ -69,9 +77,12 @@ mod volumes;
 
 pub use crate::model::Scene;
 pub use error::SceneError;
+pub use formats::{FORMATS, Family, Format, facts, format_of};
 pub use gltf::Model;
 pub use limits::Limit;
-pub use load::{LoadOptions, Relit, check, check_with, load, load_as, load_with, load_with_splats};
+pub use load::{
+    LoadOptions, Relit, check, check_with, inspect, load, load_as, load_with, load_with_splats,
+};
 pub use named::files;
 pub use particles::ParticleFile;
 pub use share::Share;
@@ -85,7 +96,7 @@ use crate::model::{Bounds, Camera, Material};
 use glam::Mat4;
 use std::path::Path;
 
-/// Reads a PLY or CSV file alone, for hosts that make their own scenes. The particles refer to material
+/// Reads a PLY or CSV file, or a cloud of points (LAS, LAZ, PCD, E57), alone, for hosts that make their own scenes. The particles refer to material
 /// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` \[m\] is for
 /// files without one.
 pub fn load_particles(
@@ -95,13 +106,19 @@ pub fn load_particles(
     default_radius: Option<f32>,
     first_id: u32,
 ) -> Result<ParticleFile, SceneError> {
+    if let Some(kind) = points::kind_of_file(path) {
+        let radius = default_radius;
+        let wanted = points::Wanted { material: material_id, radius, first_id, earlier: 0 };
+        return points::load(path, kind, wanted, &mut None);
+    }
     particles::load(path, material, material_id, default_radius, first_id, 0)
 }
 
-/// Reads a `.glb` or `.gltf` file alone, at the start of its animation. World space = `transform` * glTF
+/// Reads a `.glb` or `.gltf` file, an OBJ or a PLY with faces, alone, at the start of its animation. World space = `transform` * glTF
 /// space.
 pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
-    let mut model = gltf::load(path, transform, &gltf::Earlier::default(), None, false)?;
+    let (earlier, wanted) = (gltf::Earlier::default(), gltf::Wanted::default());
+    let mut model = models::load(path, transform, &earlier, wanted)?;
     if let Some(rig) = &model.rig {
         let local = model.triangles.clone();
         let is_volume = |material: u32| model.materials[material as usize].is_volume();

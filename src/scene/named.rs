@@ -4,8 +4,9 @@ use super::{
     document::{Document, TextureSource, VolumeTable},
     gltf_file::File,
     load::{document, scene_text},
-    read,
+    obj, read,
     source::SceneText,
+    splat_file::named_files,
     volume_frame::numbered,
 };
 use std::{
@@ -17,12 +18,10 @@ use toml::Spanned;
 /// The file of a scene, and all files that it and its models name, each once. Names are relative to the scene's
 /// folder; a scene that names others is refused.
 pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
-    read::check(path)?;
-    let mut files = vec![path.to_owned()];
+    let mut files = named_files(path)?;
+    read::check(&files[0])?;
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    if extension == "glb" || extension == "gltf" {
-        files.extend(File::open(path)?.named()?);
-    }
+    files.extend(named_by_model(path)?);
     if extension == "toml" {
         let text = scene_text(path)?;
         let source = SceneText::parse(path, &text, text.len(), &[])?;
@@ -36,16 +35,24 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
                 return Err(source.error_at(&table, key, message, help));
             }
             let file = folder.join(&name);
-            let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
-            if key == "file" && (extension == "glb" || extension == "gltf") {
-                files.extend(File::open(&file)?.named()?);
+            if key == "file" {
+                files.extend(named_by_model(&file)?);
             }
-            files.push(file);
+            files.extend(named_files(&file)?);
         }
     }
     files[1..].sort();
     files.dedup();
     Ok(files)
+}
+
+/// Files that a model names.
+fn named_by_model(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
+    match path.extension().unwrap_or_default().to_ascii_lowercase().to_str() {
+        Some("glb" | "gltf") => File::open(path)?.named(),
+        Some("obj") => obj::named(path),
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// Table, key and name of each file that a scene names.

@@ -3,7 +3,7 @@ use super::{
     SceneError,
     error::quoted,
     limits::{self, Limit},
-    ply, read,
+    ply, points, read,
 };
 pub(super) use crate::model::FARTHEST;
 use crate::model::{Material, Particle, Skipped, Strand, StrandVertex};
@@ -163,8 +163,16 @@ pub(super) fn load_strands(
 /// Number of particles that the head of a PLY file promises, if the file is long enough for them; a CSV file
 /// has none.
 pub(super) fn announced(path: &Path) -> Option<u64> {
+    if let Some(count) = points::announced(path) {
+        return Some(count);
+    }
     let is_ply = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"));
     is_ply.then(|| read::head(path, LONGEST_HEAD).ok()).flatten().and_then(ply::announced)
+}
+
+/// Elements of a PLY file and their columns.
+pub(super) fn facts(path: &Path) -> Vec<(&'static str, String)> {
+    read::head(path, LONGEST_HEAD).map_or_else(|_| Vec::new(), |(head, _)| ply::facts(&head))
 }
 
 fn check_count(path: &Path, earlier: u64, count: u64) -> Result<(), SceneError> {
@@ -192,7 +200,8 @@ impl<'a> Rows<'a> {
             Some("ply") => ply::read(path, &bytes, rows)?,
             Some("csv") => read_csv(path, &bytes, rows)?,
             _ => {
-                let message = "particles come from .ply and .csv files only";
+                let message =
+                    "particles come from .ply, .csv, .las, .laz, .pcd and .e57 files only";
                 return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
             }
         }

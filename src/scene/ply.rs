@@ -49,6 +49,22 @@ pub(super) fn announced((head, length): (Vec<u8>, u64)) -> Option<u64> {
     (count <= most).then_some(count)
 }
 
+/// Encoding, elements and columns of a header.
+pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
+    let Ok(header) = ply_header::parse(head) else { return Vec::new() };
+    let mut facts = vec![("encoding", format!("{:?}", header.encoding))];
+    for element in &header.elements {
+        let names: Vec<String> =
+            element.properties.iter().map(|property| quoted(&property.name)).collect();
+        let (shown, more) = names.split_at(names.len().min(24));
+        let more =
+            if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+        let name = quoted(&element.name);
+        facts.push(("element", format!("{} of {name}: {}{more}", element.count, shown.join(" "))));
+    }
+    facts
+}
+
 /// Columns of anisotropic Gaussians in files of 3D Gaussian splatting and its relatives. Read as discs they
 /// would be wrong.
 const SPLATS: [&str; 6] =

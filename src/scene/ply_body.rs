@@ -124,6 +124,74 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
+    /// Gives the items of list `which` of each row of an element to `take`.
+    pub(super) fn lists(
+        &mut self,
+        element: &Element,
+        which: usize,
+        mut take: impl FnMut(&[f64]) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let mut items = Vec::new();
+        for row in 0..element.count {
+            items.clear();
+            self.list(element, which, &mut items)
+                .map_err(|problem| self.fault(problem, element, row))?;
+            take(&items)?;
+        }
+        Ok(())
+    }
+
+    /// Reads a row of which only the items of a list count.
+    fn list(
+        &mut self,
+        element: &Element,
+        which: usize,
+        items: &mut Vec<f64>,
+    ) -> Result<(), Problem> {
+        if self.encoding == Encoding::Ascii {
+            let line = self.next_line().ok_or(Problem::Ends)?;
+            let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+            for (i, property) in element.properties.iter().enumerate() {
+                let Kind::List { item, .. } = property.kind else {
+                    ascii_value(&mut words, property.kind).map_err(Problem::Wrong)?;
+                    continue;
+                };
+                if i != which {
+                    ascii_value(&mut words, property.kind).map_err(Problem::Wrong)?;
+                    continue;
+                }
+                let length = ascii_value(&mut words, Kind::One(item)).map_err(Problem::Wrong)?;
+                for _ in 0..length as usize {
+                    let value = ascii_value(&mut words, Kind::One(item));
+                    items.push(value.map_err(Problem::Wrong)?);
+                }
+            }
+            return Ok(());
+        }
+        for (i, property) in element.properties.iter().enumerate() {
+            let Kind::List { length, item } = property.kind else {
+                self.binary_value(property.kind)?;
+                continue;
+            };
+            if i != which {
+                self.binary_value(property.kind)?;
+                continue;
+            }
+            let length = self.binary_scalar(length).ok_or(Problem::Ends)?;
+            if length < 0.0 {
+                return Err(Problem::Wrong(format!("a list of {length} items")));
+            }
+            let size = (length as usize).checked_mul(item.size()).ok_or(Problem::Ends)?;
+            if size > self.rest.len() {
+                return Err(Problem::Ends);
+            }
+            for _ in 0..length as usize {
+                items.push(self.binary_scalar(item).ok_or(Problem::Ends)?);
+            }
+        }
+        Ok(())
+    }
+
     /// Gives each row of an element to `read`, as its number and the numbers at `table`'s columns, and what that returns
     /// to `take`, in order. Rows of one size are read on all cores.
     pub(super) fn rows<T: Send>(

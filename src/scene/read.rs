@@ -3,7 +3,7 @@ use super::SceneError;
 use std::{
     fs,
     io::{self, Read as _},
-    path::Path,
+    path::{Component, Path},
     sync::OnceLock,
 };
 
@@ -56,4 +56,18 @@ fn failed(path: &Path, source: io::Error) -> SceneError {
         return SceneError::memory(path, "no memory for the file");
     }
     SceneError::Read { path: path.to_owned(), source }
+}
+
+/// Whether a path is absolute, or climbs above its start.
+pub(super) fn leaves_folder(path: &Path) -> bool {
+    let mut depth = 0i64;
+    path.components().any(|component| {
+        match component {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir => depth -= 1,
+            Component::RootDir | Component::Prefix(_) => return true,
+        }
+        depth < 0
+    }) || depth == 0
 }

@@ -1,32 +1,83 @@
 //! Files of splats of any kind.
 use super::{
     SceneError, gltf_splats, read,
-    splats::{Cloud, Kind, is_whole, kind_of, read_kind},
+    splats::{Cloud, Kind, files, kind_of, read_kind},
 };
-use std::path::Path;
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
 
 /// Head by which a kind is recognised: longer than the header of any PLY [bytes].
 const LONGEST_HEAD: u64 = 1 << 16;
 
-/// Reads a file of splats, whatever its name. World space = the file's space.
+/// Files by which a folder of splats is read: of levels of detail, or of one SOG.
+const METAS: [&str; 2] = ["lod-meta.json", "meta.json"];
+
+/// Reads a file or folder of splats, whatever its name. World space = the file's space.
 pub fn load_splats(path: &Path) -> Result<Cloud, SceneError> {
-    let bytes = read::bytes(path)?;
-    let Some(kind) = kind_of(&bytes) else {
-        if is_gltf(&bytes) {
-            return gltf_splats::read(path);
-        }
-        let message = "holds no splats of a known kind";
-        let help = "splats are a .ply, .splat, .spz, .sog, .glb or .gltf file";
-        return Err(SceneError::invalid(path, message, help));
-    };
-    read_kind(kind, &bytes).map_err(|(message, help)| SceneError::invalid(path, message, help))
+    load_level(path, None)
 }
 
-/// Kind of splats in a file, by its head; `None` if they are none, or glTF, or the file cannot be read.
+/// Like [`load_splats`], at a level of detail, of which 0 is the finest; `None`: the usual one.
+pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<Cloud, SceneError> {
+    let path = &*inside(path);
+    let bytes = read::bytes(path)?;
+    let of_file = |(message, help): (String, &str)| SceneError::invalid(path, message, help);
+    match kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) {
+        Some(kind) => read_kind(kind, path, &bytes, lod).map_err(of_file),
+        None if is_gltf(&bytes) => {
+            if lod.is_some() {
+                return Err(of_file((
+                    "lod of a file without levels of detail".to_owned(),
+                    "remove it; a streamed SOG (lod-meta.json) has levels",
+                )));
+            }
+            gltf_splats::read(path)
+        }
+        None => {
+            let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the folder of a SOG";
+            Err(of_file(("holds no splats of a known kind".to_owned(), help)))
+        }
+    }
+}
+
+/// The file that a folder of splats is read by, or the path itself.
+pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
+    if !path.is_dir() {
+        return path.into();
+    }
+    let mut metas = METAS.iter().map(|name| path.join(name));
+    metas.find(|meta| meta.is_file()).map_or(path.into(), Cow::Owned)
+}
+
+/// Kind of splats in a file or folder, by its head; `None` if they are none, or glTF, or the file cannot be read.
 pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
-    let (head, length) = read::head(path, LONGEST_HEAD).ok()?;
-    // A file without a header is also recognised by its length.
-    kind_of(&head).filter(|&kind| kind != Kind::Bare || is_whole(length))
+    let path = inside(path);
+    let (head, length) = read::head(&path, LONGEST_HEAD).ok()?;
+    kind_of(&head, length).or_else(|| kind_of_name(&path))
+}
+
+/// All files of splats that are read by a name: the one that it leads to, first, and those that this one names.
+pub(super) fn named_files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
+    let path = inside(path).into_owned();
+    let mut all = Vec::new();
+    if let Some(kind @ (Kind::SogFolder | Kind::SogLevels)) = kind_of_file(&path) {
+        let bytes = read::bytes(&path)?;
+        let of_file = |(message, help): (String, &str)| SceneError::invalid(&path, message, help);
+        all = files(kind, &path, &bytes).map_err(of_file)?;
+    }
+    all.insert(0, path);
+    Ok(all)
+}
+
+/// Kind by a name that no other kind of file has.
+fn kind_of_name(path: &Path) -> Option<Kind> {
+    match path.file_name()?.to_str()? {
+        "lod-meta.json" => Some(Kind::SogLevels),
+        "meta.json" => Some(Kind::SogFolder),
+        _ => None,
+    }
 }
 
 /// Whether the bytes are those of a glTF file, of any contents.

@@ -53,3 +53,31 @@ fn drivers_print_nothing_of_their_own() {
         }
     }
 }
+
+/// A line of each kind, and what is in a file of one.
+#[test]
+fn files_are_described() {
+    let folder = Folder::new("contents");
+    let list = folder.run(&["info", "--formats"]);
+    for words in [".las", ".ksplat", "lod-meta.json", ".obj", ".vdb", ".exr"] {
+        assert!(list.contains(words), "{words}: {list}");
+    }
+    let json: Value = serde_json::from_str(&folder.run(&["info", "--formats", "--json"])).unwrap();
+    assert_eq!(json.as_array().unwrap().len(), list.lines().count());
+    let ply = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+        property float z\nproperty float mass\nend_header\n1 2 3 4\n";
+    std::fs::write(folder.0.join("dots.ply"), ply).unwrap();
+    let text = folder.run(&["info", "dots.ply"]);
+    for words in ["read as particles", "1 of `vertex`: `x` `y` `z` `mass`", "1 particles", "`mass`"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let json: Value = serde_json::from_str(&folder.run(&["info", "dots.ply", "--json"])).unwrap();
+    assert_eq!(
+        (&json["format"]["family"], &json["summary"]["particles"]),
+        (&"particles".into(), &1.into())
+    );
+    let error = folder.fail(&["info", "none.xyz"], 2);
+    assert!(error.contains("no known kind") && error.contains(".las"), "{error}");
+    assert!(folder.fail(&["info", "dots.ply", "--try"], 2).contains("cannot be used"));
+}

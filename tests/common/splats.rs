@@ -230,8 +230,21 @@ pub(crate) fn spz(version: u32, splats: &[Stored]) -> Vec<u8> {
     file
 }
 
-/// SOG with codebooks that hold each number of `splats`, four at most.
+/// SOG in a zip.
 pub(crate) fn sog(splats: &[Stored]) -> Vec<u8> {
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    // Plain, so that tests find what they change.
+    let options = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, bytes) in sog_files(splats) {
+        archive.start_file(name, options).unwrap();
+        archive.write_all(&bytes).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
+
+/// Names and bytes of the files of a SOG with codebooks that hold each number of `splats`, 28 at most; `meta.json`
+/// is the first.
+pub(crate) fn sog_files(splats: &[Stored]) -> Vec<(&'static str, Vec<u8>)> {
     let mut books = [vec![0.0; 256], vec![0.0; 256]];
     let mut images = <[Vec<u8>; 5]>::default();
     let stored = |x: f64| (x.abs() + 1.0).ln().copysign(x);
@@ -265,21 +278,96 @@ pub(crate) fn sog(splats: &[Stored]) -> Vec<u8> {
           \"shN\": {{\"bands\": 2}}}}",
         splats.len()
     );
-    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    // Plain, so that tests find what they change.
-    let options = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-    archive.start_file("meta.json", options).unwrap();
-    archive.write_all(meta.as_bytes()).unwrap();
+    let mut all = vec![("meta.json", meta.into_bytes())];
     for (name, mut texels) in files.into_iter().zip(images) {
         // A last texel that belongs to no splat.
         texels.extend([9; 4]);
         let image = RgbaImage::from_raw(splats.len() as u32 + 1, 1, texels).unwrap();
         let mut file = Cursor::new(Vec::new());
         image.write_to(&mut file, ImageFormat::WebP).unwrap();
-        archive.start_file(name, options).unwrap();
-        archive.write_all(file.get_ref()).unwrap();
+        all.push((name, file.into_inner()));
     }
-    archive.finish().unwrap().into_inner()
+    all
+}
+
+/// `.ksplat` 0.1 of a compression level, with harmonics of degree 1: a section with full buckets of one splat and a
+/// last bucket of all others, and a section without splats.
+pub(crate) fn ksplat(level: u16, splats: &[Stored]) -> Vec<u8> {
+    const EDGE: f64 = 16.0;
+    let half = |x: f64| half::f16::from_f64(x).to_le_bytes();
+    let full = 1;
+    let partial = [(splats.len() - full) as u32];
+    let centers = [[0.5, 0.0, -1.0], [-2.0, 1.0, 2.0]];
+    let (plain, number) = [(44, 4), (24, 2), (24, 1)][usize::from(level)];
+    let size = plain + 9 * number;
+    let mut file = vec![0; 4096 + 2 * 1024];
+    let mut put = |at: usize, bytes: &[u8]| file[at..at + bytes.len()].copy_from_slice(bytes);
+    let count = splats.len() as u32;
+    put(0, &[0, 1]);
+    // Sections, splats, and room for both; the level.
+    for (i, word) in [2, 2, count, count].into_iter().enumerate() {
+        put(4 + 4 * i, &u32::to_le_bytes(word));
+    }
+    put(20, &level.to_le_bytes());
+    let buckets = if level == 0 { 0 } else { centers.len() as u32 };
+    let (full, partial) = if level == 0 { (0, &[][..]) } else { (full as u32, &partial[..]) };
+    // Two splats that are not there have room.
+    for (i, word) in [count, count + 2, 1, buckets].into_iter().enumerate() {
+        put(4096 + 4 * i, &u32::to_le_bytes(word));
+    }
+    put(4096 + 16, &(EDGE as f32).to_le_bytes());
+    put(4096 + 20, &12_u16.to_le_bytes());
+    put(4096 + 24, &32767_u32.to_le_bytes());
+    put(4096 + 32, &full.to_le_bytes());
+    put(4096 + 36, &(partial.len() as u32).to_le_bytes());
+    put(4096 + 40, &1_u16.to_le_bytes());
+    partial.iter().for_each(|length| file.extend(length.to_le_bytes()));
+    if level > 0 {
+        file.extend(bytes(centers.as_flattened()));
+    }
+    for (i, splat) in splats.iter().enumerate() {
+        if level == 0 {
+            file.extend(bytes(&splat.center));
+            file.extend(bytes(&splat.sigma));
+            file.extend(bytes(&splat.rotation));
+        } else {
+            let center = centers[i.min(1)];
+            let step = EDGE / 2.0 / 32767.0;
+            let word = |k: usize| ((splat.center[k] - center[k]) / step + 32767.0).round() as u16;
+            file.extend([0, 1, 2].map(word).iter().flat_map(|word| word.to_le_bytes()));
+            file.extend(splat.sigma.into_iter().flat_map(half));
+            file.extend(splat.rotation.into_iter().flat_map(half));
+        }
+        file.extend(splat.color.map(byte));
+        file.push(byte(splat.opacity));
+        file.extend(vec![7; 9 * number]);
+    }
+    file.extend(vec![0; 2 * size]);
+    file
+}
+
+/// glTF whose splats are in an SPZ file in a view, as `KHR_gaussian_splatting_compression_spz_2` says. Moved by
+/// (0, 1, 0).
+pub(crate) fn gltf_spz(splats: &[Stored]) -> String {
+    use base64::{Engine as _, engine::general_purpose::STANDARD};
+    let own = "KHR_gaussian_splatting";
+    let packed = format!("{own}_compression_spz_2");
+    let data = spz(2, splats);
+    let (length, count) = (data.len(), splats.len());
+    format!(
+        "{{\"asset\": {{\"version\": \"2.0\"}}, \"extensionsUsed\": [\"{own}\", \"{packed}\"], \
+          \"extensionsRequired\": [\"{own}\", \"{packed}\"], \
+          \"scene\": 0, \"scenes\": [{{\"nodes\": [0]}}], \
+          \"nodes\": [{{\"mesh\": 0, \"translation\": [0, 1, 0]}}], \
+          \"meshes\": [{{\"primitives\": [{{\"mode\": 0, \"attributes\": {{\"POSITION\": 0, \"COLOR_0\": 1}}, \
+            \"extensions\": {{\"{own}\": {{\"extensions\": {{\"{packed}\": {{\"bufferView\": 0}}}}}}}}}}]}}], \
+          \"accessors\": [{{\"componentType\": 5126, \"count\": {count}, \"type\": \"VEC3\", \
+            \"min\": [-1, -1, -3], \"max\": [1, 2, 1]}}, \
+            {{\"componentType\": 5121, \"normalized\": true, \"count\": {count}, \"type\": \"VEC4\"}}], \
+          \"bufferViews\": [{{\"buffer\": 0, \"byteOffset\": 0, \"byteLength\": {length}}}], \
+          \"buffers\": [{{\"byteLength\": {length}, \"uri\": \"data:application/octet-stream;base64,{}\"}}]}}",
+        STANDARD.encode(&data)
+    )
 }
 
 /// glTF with `KHR_gaussian_splatting`: plain scales, or logarithms as in drafts. Moved by (0, 1, 0).

@@ -216,7 +216,7 @@ fn files_that_are_not_there_are_named() {
         let text = fail(&folder.0.join(format!("folder-{name}")));
         assert!(text.contains(name), "{text}");
     }
-    for name in ["scene.obj", "scene", ".toml", ""] {
+    for name in ["scene.dat", "scene", ".toml", ""] {
         let error = scene::load(&folder.0.join(name)).unwrap_err();
         let SceneError::Invalid { help: Some(help), .. } = error else { panic!("{name}: {error}") };
         for kind in [".toml", ".glb", ".gltf", ".ply", ".csv"] {

@@ -204,7 +204,7 @@ fn errors_name_what_is_wrong() {
     assert!(csv("1,2").contains("line 3"));
     assert!(error("no.csv", "x,y\n1,2\n").contains("column `z`"));
     assert!(error("twice.csv", "x,y,z,x\n1,2,3,4\n").contains("two columns are named `x`"));
-    assert!(error("dots.obj", "").contains(".ply and .csv"));
+    assert!(error("dots.obj", "").contains(".ply, .csv"));
     assert!(error("empty.ply", "").contains("header"));
     let ply = |header: &str| error("bad.ply", format!("ply\n{header}"));
     assert!(ply("format ascii 1.0\nelement vertex 1\n").contains("end_header"));

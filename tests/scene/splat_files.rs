@@ -1,7 +1,7 @@
 //! Files of splats: what is stored is read, and what is cut off or lies is refused.
 use crate::common::{
     files::Folder,
-    splats::{SPLATS, Stored, bare, gltf, packed_ply, ply, sog, spz, spz_parts},
+    splats::{SPLATS, Stored, bare, gltf, gltf_spz, ksplat, packed_ply, ply, sog, spz, spz_parts},
 };
 use flate2::{Compression, write::GzEncoder};
 use gobo::{
@@ -102,10 +102,21 @@ fn every_format_gives_what_it_stores() {
     // Positions are logarithms in 16 bits.
     let sog_rounding = Rounding { center: 3e-4, sigma: 1e-6, rotation: 0.02, share: BYTE };
     assert_near(&load(sog(&SPLATS)).unwrap().splats, &SPLATS, sog_rounding, "sog");
+    // A step of 8 m / 32767, and halves.
+    let halves = Rounding { center: 1.3e-4, sigma: 5e-4, rotation: 2e-3, share: BYTE };
+    for (level, rounding) in [(0, Rounding { share: BYTE, ..EXACT }), (1, halves), (2, halves)] {
+        let cloud = load(ksplat(level, &SPLATS)).unwrap();
+        assert_near(&cloud.splats, &SPLATS, rounding, &format!("ksplat {level}"));
+    }
     let moved = SPLATS.map(|splat| {
         let [x, y, z] = splat.center;
         Stored { center: [x, y + 1.0, z], ..splat }
     });
+    let packed = load(gltf_spz(&SPLATS)).unwrap();
+    for (read, stored) in packed.splats.iter().zip(&moved) {
+        assert!((read.center.as_dvec3() - DVec3::from_array(stored.center)).length() < 3e-4);
+        assert!((f64::from(read.opacity) - stored.opacity).abs() <= BYTE);
+    }
     for logarithms in [false, true] {
         let cloud = load(gltf(&SPLATS, logarithms)).unwrap();
         // Axes may be in another order: what counts is the covariance.
@@ -131,6 +142,8 @@ fn harmonics_are_left_out_with_a_note() {
         (spz(2, &SPLATS), "3 coefficients"),
         (sog(&SPLATS), "8 coefficients"),
         (gltf(&SPLATS, false).into_bytes(), "1 coefficient"),
+        (gltf_spz(&SPLATS).into_bytes(), "3 coefficients"),
+        (ksplat(1, &SPLATS), "3 coefficients"),
     ];
     for (file, words) in files {
         let notes = load(file).unwrap().notes;
@@ -200,6 +213,7 @@ fn files_that_are_cut_off_are_refused() {
         spz(4, &SPLATS),
         sog(&SPLATS),
         gltf(&SPLATS, false).into_bytes(),
+        gltf_spz(&SPLATS).into_bytes(),
     ];
     for (which, file) in files.iter().enumerate() {
         // The last number of an ascii row may be cut to another number.
@@ -212,6 +226,13 @@ fn files_that_are_cut_off_are_refused() {
                     cloud.splats.len()
                 );
             }
+        }
+    }
+    for level in 0..3 {
+        let file = ksplat(level, &SPLATS);
+        // Lengths behind the header are of interest; those before are all alike.
+        for length in (0..4096).step_by(997).chain(4096 + 1024..file.len()) {
+            assert!(load(&file[..length]).is_err(), "ksplat {level}, {length} bytes");
         }
     }
     let records = bare(&SPLATS);
@@ -256,6 +277,25 @@ fn files_that_lie_are_refused() {
     assert!(changed(15, 2).contains("2 streams"));
     assert!(changed(16, 255).contains("list of streams"));
     assert!(changed(40, 255).contains("positions"));
+    // Sections against the header and the file.
+    for level in 0..3 {
+        let file = ksplat(level, &SPLATS);
+        let changed = |at: usize, bytes: &[u8]| {
+            let mut file = file.clone();
+            file[at..at + bytes.len()].copy_from_slice(bytes);
+            refusal(file)
+        };
+        assert!(changed(16, &[2]).contains("its sections have 3 splats, and it says 2"));
+        assert!(changed(5120, &[9]).contains("its sections have 12 splats"));
+        assert!(changed(5124, &[9]).contains("ends in its sections"));
+        assert!(changed(5160, &[9]).contains("degree 9"));
+        let many = changed(12, &[0, 0, 0, 1, 0, 0, 0, 1]);
+        assert!(many.contains("16777216 splats"), "{many}");
+        if level > 0 {
+            let astray = changed(6144, &[1]);
+            assert!(astray.contains("splat 3 is in no bucket"), "{astray}");
+        }
+    }
     // A count that the rows do not have.
     let text = String::from_utf8(ply("ascii", &SPLATS, 0)).unwrap();
     assert!(refusal(text.replace("vertex 3", "vertex 3000000")).contains("3000000"));

@@ -10,7 +10,7 @@ const RECORD: usize = 32;
 /// Records that are looked at before a file without a header is taken for splats.
 const PROBED: usize = 64;
 
-/// Whether bytes look like such records: whole ones, whose first have sensible numbers.
+/// Whether bytes look like such records: their first have sensible numbers.
 pub(super) fn is_bare(bytes: &[u8]) -> bool {
     let is_sensible = |record: &[u8]| {
         let Gaussian { center, sigma, rotation, .. } = splat(record);
@@ -23,12 +23,11 @@ pub(super) fn is_bare(bytes: &[u8]) -> bool {
     };
     let probed = bytes.as_chunks::<RECORD>().0.iter().take(PROBED);
     !bytes.is_empty()
-        && is_whole(bytes.len() as u64)
         && probed.clone().filter(|record| is_sensible(&record[..])).count() * 2 > probed.len()
 }
 
 /// Whether a file of so many bytes has whole records.
-pub(in crate::scene) fn is_whole(length: u64) -> bool {
+pub(super) fn is_whole(length: u64) -> bool {
     length.is_multiple_of(RECORD as u64)
 }
 

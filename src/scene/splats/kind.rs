@@ -10,14 +10,20 @@ pub enum Kind {
     Bare,
     /// SPZ.
     Spz,
-    /// SOG.
+    /// SOG in a zip.
     Sog,
+    /// The `meta.json` of a SOG in a folder.
+    SogFolder,
+    /// The `lod-meta.json` of a streamed SOG.
+    SogLevels,
+    /// `.ksplat` of mkkellogg.
+    Ksplat,
 }
 
 impl Kind {
     /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took over
     /// the axes of photogrammetry.
     pub(in crate::scene) fn points_down(self) -> bool {
-        matches!(self, Self::Ply | Self::Packed | Self::Bare)
+        matches!(self, Self::Ply | Self::Packed | Self::Bare | Self::Ksplat)
     }
 }

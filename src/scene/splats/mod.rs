@@ -6,49 +6,102 @@
 //! | `.compressed.ply` (`PlayCanvas`) | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
 //! | `.splat` | as they are | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (`PlayCanvas`) | x right, y up, z back, as here | 8 bits | logarithm |
+//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | x right, y up, z back, as here | 8 bits | logarithm |
+//! | `.ksplat` 0.1 (mkkellogg) | as they are | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
 mod bare;
 mod cloud;
 mod kind;
+mod ksplat;
 mod packed;
 mod place;
 mod ply;
 mod sog;
+mod sog_levels;
+mod sog_store;
 mod spz;
 mod write_ply;
 mod write_spz;
 
-pub(super) use bare::is_whole;
 pub(super) use cloud::HARMONIC;
 pub use cloud::{Cloud, Fault};
 pub use kind::Kind;
 pub(super) use place::placed;
+pub(super) use spz::Spz;
 pub use write_ply::to_ply;
 pub use write_spz::to_spz;
 
-/// Kind of splats in the bytes of a file; `None` if they are none, or glTF.
-pub fn kind_of(bytes: &[u8]) -> Option<Kind> {
-    if bytes.starts_with(b"ply") {
-        return ply::kind_of(bytes);
+use sog_store::Store;
+use std::path::{Path, PathBuf};
+
+/// Kind of splats in a file of a length \[bytes\], by its start; `None` if they are none, or glTF.
+pub fn kind_of(start: &[u8], length: u64) -> Option<Kind> {
+    if start.starts_with(b"ply") {
+        return ply::kind_of(start);
     }
-    if spz::is_spz(bytes) {
+    if spz::is_spz(start) {
         return Some(Kind::Spz);
     }
-    if bytes.starts_with(b"PK\x03\x04") {
-        return Some(Kind::Sog);
+    if start.starts_with(b"PK\x03\x04") {
+        // The name of the first file: a zip of another program's begins with a scene.
+        let name = String::from_utf8_lossy(start.get(30..start.len().min(300)).unwrap_or_default());
+        return (!name.contains(".usd")).then_some(Kind::Sog);
     }
-    bare::is_bare(bytes).then_some(Kind::Bare)
+    if start.trim_ascii_start().starts_with(b"{") {
+        return kind_of_json(start);
+    }
+    if ksplat::is_ksplat(start, length) {
+        return Some(Kind::Ksplat);
+    }
+    // A file without a header is also recognised by its length.
+    (bare::is_whole(length) && bare::is_bare(start)).then_some(Kind::Bare)
 }
 
-/// Reads the bytes of a file of a kind.
-pub fn read_kind(kind: Kind, bytes: &[u8]) -> Result<Cloud, Fault> {
+/// Keys of the two kinds of `meta.json`, all of which are near its start.
+const LEVELS: [&str; 2] = ["\"lodLevels\"", "\"filenames\""];
+const IMAGES: [&str; 3] = ["\"means\"", "\"scales\"", "\"files\""];
+
+fn kind_of_json(start: &[u8]) -> Option<Kind> {
+    let text = String::from_utf8_lossy(start);
+    let has = |keys: &[&str]| keys.iter().all(|key| text.contains(key));
+    if has(&LEVELS) {
+        return Some(Kind::SogLevels);
+    }
+    has(&IMAGES).then_some(Kind::SogFolder)
+}
+
+/// Reads the bytes of a file of a kind. `path`: of the file, beside which the others of a SOG are. `lod`: the level of
+/// detail, of a file that has some.
+pub fn read_kind(kind: Kind, path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud, Fault> {
+    if lod.is_some() && kind != Kind::SogLevels {
+        let help = "remove it; a streamed SOG (lod-meta.json) has levels";
+        return Err(("lod of a file without levels of detail".to_owned(), help));
+    }
     match kind {
         Kind::Ply => ply::read(bytes),
         Kind::Packed => packed::read(bytes),
         Kind::Bare => bare::read(bytes),
         Kind::Spz => spz::read(bytes),
-        Kind::Sog => sog::read(bytes),
+        Kind::Sog => sog::read(&mut Store::zip(bytes)?),
+        Kind::SogFolder => sog::read(&mut Store::folder(folder(path))),
+        Kind::SogLevels => sog_levels::read(path, bytes, lod),
+        Kind::Ksplat => ksplat::read(bytes),
     }
+}
+
+/// Files beside one of a kind that are read with it.
+pub(super) fn files(kind: Kind, path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>, Fault> {
+    match kind {
+        Kind::SogFolder => {
+            let folder = folder(path);
+            sog::images(folder)?.iter().map(|name| sog_store::path_in(folder, name)).collect()
+        }
+        Kind::SogLevels => sog_levels::files(path, bytes),
+        _ => Ok(Vec::new()),
+    }
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
 }

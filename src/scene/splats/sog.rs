@@ -1,18 +1,21 @@
-//! SOG version 2 (`PlayCanvas`): a zip of lossless images with a texel per splat, and `meta.json`. x is right, y
-//! up, z back.
+//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder. x is
+//! right, y up, z back.
 use super::{
     cloud::{Cloud, Fault, HARMONIC},
     packed::smallest_three,
+    sog_store::Store,
 };
 use crate::model::Gaussian;
-use crate::scene::{error::quoted, images, limits};
+use crate::scene::{error::quoted, images, limits, limits::Limit};
 use glam::Vec3;
 use image::RgbaImage;
 use serde::Deserialize;
-use std::io::{Cursor, Read as _};
-use zip::ZipArchive;
+use std::path::Path;
 
-const DAMAGED: &str = "the file is damaged: write it again";
+pub(super) const DAMAGED: &str = "the file is damaged: write it again";
+
+/// Name of the file that describes the images.
+pub(super) const META: &str = "meta.json";
 
 /// Longest side of an image [texels].
 const MAX_SIDE: u32 = 8192;
@@ -59,64 +62,112 @@ struct Files<const N: usize> {
 #[derive(Deserialize)]
 struct Higher {
     bands: usize,
+    #[serde(default)]
+    files: Vec<String>,
 }
 
-type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
+/// The splats of a SOG, decoded as they are asked for.
+pub(super) struct Sog {
+    pub(super) count: u64,
+    least: Vec3,
+    most: Vec3,
+    scale_of: [f32; 256],
+    color_of: [f32; 256],
+    /// Low and high bytes of positions, scales, rotations, colours.
+    images: [RgbaImage; 5],
+    /// Coefficients of higher harmonics per channel.
+    pub(super) harmonics: usize,
+}
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes))
-        .map_err(|error| (format!("not a valid zip file: {error}"), DAMAGED))?;
-    let meta = member(&mut archive, "meta.json", MAX_META)?;
-    let version: serde_json::Value = serde_json::from_slice(&meta)
-        .map_err(|error| (format!("meta.json: not valid JSON: {error}"), DAMAGED))?;
-    if version.get("version").and_then(serde_json::Value::as_u64) != Some(2) {
-        let help = "write version 2, for example by splat-transform";
-        return Err(("meta.json: not version 2 of SOG".to_owned(), help));
-    }
-    let meta: Meta =
-        serde_json::from_slice(&meta).map_err(|error| (format!("meta.json: {error}"), DAMAGED))?;
-    let mut cloud = Cloud::with_room(meta.count)?;
-    let mut texels = 0;
-    let mut image = |name: &str| image(&mut archive, name, meta.count, &mut texels);
-    let [low, high] = [&meta.means.files[0], &meta.means.files[1]];
-    let (low, high) = (image(low)?, image(high)?);
-    let (scales, turns) = (image(&meta.scales.files[0])?, image(&meta.quats.files[0])?);
-    let colors = image(&meta.sh0.files[0])?;
-    let (least, most) = (Vec3::from(meta.means.mins), Vec3::from(meta.means.maxs));
-    let coded = |coded: &Coded, name: &str| {
-        <[f32; 256]>::try_from(&coded.codebook[..]).map_err(|_| {
-            let message = format!("meta.json: the codebook of {name} has not 256 numbers");
-            (message, DAMAGED)
+impl Sog {
+    /// Reads the images that `meta.json` in the store names.
+    pub(super) fn open(store: &mut Store<'_>) -> Result<Self, Fault> {
+        let meta = meta(store)?;
+        Limit::Splats.grown(0, meta.count)?;
+        let mut texels = 0;
+        let mut image = |name: &str| image(store, name, meta.count, &mut texels);
+        let [low, high] = [&meta.means.files[0], &meta.means.files[1]];
+        let images = [
+            image(low)?,
+            image(high)?,
+            image(&meta.scales.files[0])?,
+            image(&meta.quats.files[0])?,
+            image(&meta.sh0.files[0])?,
+        ];
+        let coded = |coded: &Coded, name: &str| {
+            <[f32; 256]>::try_from(&coded.codebook[..]).map_err(|_| {
+                let message = format!("meta.json: the codebook of {name} has not 256 numbers");
+                (message, DAMAGED)
+            })
+        };
+        let bands = meta.higher.map_or(0, |higher| higher.bands.min(4));
+        Ok(Self {
+            count: meta.count,
+            least: Vec3::from(meta.means.mins),
+            most: Vec3::from(meta.means.maxs),
+            scale_of: coded(&meta.scales, "scales")?,
+            color_of: coded(&meta.sh0, "sh0")?,
+            images,
+            harmonics: (bands + 1).pow(2) - 1,
         })
-    };
-    let (scale_of, color_of) = (coded(&meta.scales, "scales")?, coded(&meta.sh0, "sh0")?);
-    let looked_up = |book: &[f32; 256], [r, g, b, _]: [u8; 4]| {
-        Vec3::new(book[usize::from(r)], book[usize::from(g)], book[usize::from(b)])
-    };
-    for i in 0..meta.count as usize {
-        let (low, high) = (texel(&low, i), texel(&high, i));
+    }
+
+    /// Splat `i` of the file.
+    pub(super) fn splat(&self, i: usize) -> Result<Gaussian, Fault> {
+        let [low, high, scales, turns, colors] =
+            self.images.each_ref().map(|image| texel(image, i));
         let share =
             Vec3::from_array([0, 1, 2].map(|k| f32::from(u16::from_le_bytes([low[k], high[k]]))));
-        let [r, g, b, mode] = texel(&turns, i);
+        let [r, g, b, mode] = turns;
         let parts =
             [r, g, b].map(|byte| (f32::from(byte) / 255.0 - 0.5) * std::f32::consts::SQRT_2);
         let Some(largest) = mode.checked_sub(FIRST_MODE) else {
             let message = format!("splat {}: the rotation has mode {mode}, not 252 to 255", i + 1);
             return Err((message, "write quats as a lossless image with alpha"));
         };
-        let color = texel(&colors, i);
-        cloud.push(Gaussian {
-            center: expanded(least + (most - least) * share / 65535.0),
+        Ok(Gaussian {
+            center: expanded(self.least + (self.most - self.least) * share / 65535.0),
             rotation: smallest_three(parts, largest.into()),
-            sigma: looked_up(&scale_of, texel(&scales, i)).exp(),
-            opacity: f32::from(color[3]) / 255.0,
-            color: Vec3::splat(0.5) + HARMONIC * looked_up(&color_of, color),
+            sigma: looked_up(&self.scale_of, scales).exp(),
+            opacity: f32::from(colors[3]) / 255.0,
+            color: Vec3::splat(0.5) + HARMONIC * looked_up(&self.color_of, colors),
             ..Gaussian::default()
-        });
+        })
     }
-    let bands = meta.higher.map_or(0, |higher| higher.bands.min(4));
-    cloud.leave_out_harmonics((bands + 1).pow(2) - 1);
+}
+
+/// Reads a store: a zip, or the folder of a `meta.json`.
+pub(super) fn read(store: &mut Store<'_>) -> Result<Cloud, Fault> {
+    let sog = Sog::open(store)?;
+    let mut cloud = Cloud::with_room(sog.count)?;
+    for i in 0..sog.count as usize {
+        cloud.push(sog.splat(i)?);
+    }
+    cloud.leave_out_harmonics(sog.harmonics);
     Ok(cloud.finish())
+}
+
+/// Names of the images beside a `meta.json`.
+pub(super) fn images(folder: &Path) -> Result<Vec<String>, Fault> {
+    let Meta { means, scales, quats, sh0, higher, .. } = meta(&mut Store::folder(folder))?;
+    let higher = higher.map(|higher| higher.files).unwrap_or_default();
+    let plain = [scales.files, quats.files, sh0.files].concat();
+    Ok(means.files.into_iter().chain(plain).chain(higher).collect())
+}
+
+fn meta(store: &mut Store<'_>) -> Result<Meta, Fault> {
+    let meta = store.member(META, MAX_META)?;
+    let version: serde_json::Value = serde_json::from_slice(&meta)
+        .map_err(|error| (format!("meta.json: not valid JSON: {error}"), DAMAGED))?;
+    if version.get("version").and_then(serde_json::Value::as_u64) != Some(2) {
+        let help = "write version 2, for example by splat-transform";
+        return Err(("meta.json: not version 2 of SOG".to_owned(), help));
+    }
+    serde_json::from_slice(&meta).map_err(|error| (format!("meta.json: {error}"), DAMAGED))
+}
+
+fn looked_up(book: &[f32; 256], [r, g, b, _]: [u8; 4]) -> Vec3 {
+    Vec3::new(book[usize::from(r)], book[usize::from(g)], book[usize::from(b)])
 }
 
 /// Positions are stored as sign(x) ln(|x| + 1).
@@ -128,30 +179,14 @@ fn texel(image: &RgbaImage, i: usize) -> [u8; 4] {
     image.as_raw().as_chunks().0[i]
 }
 
-fn member(archive: &mut Archive<'_>, name: &str, most: u64) -> Result<Vec<u8>, Fault> {
-    let named = quoted(name);
-    let mut file = archive.by_name(name).map_err(|error| {
-        let help = "a .sog is a zip with meta.json and the images that it names at its root";
-        (format!("{named} in the zip: {error}"), help)
-    })?;
-    let long = || (format!("{named} in the zip has more than {most} bytes"), DAMAGED);
-    if file.size() > most {
-        return Err(long());
-    }
-    let mut bytes = Vec::new();
-    let read = file.by_ref().take(most + 1).read_to_end(&mut bytes);
-    read.map_err(|error| (format!("{named} in the zip: {error}"), DAMAGED))?;
-    if bytes.len() as u64 > most { Err(long()) } else { Ok(bytes) }
-}
-
 /// Decodes an image of at least `count` texels.
 fn image(
-    archive: &mut Archive<'_>,
+    store: &mut Store<'_>,
     name: &str,
     count: u64,
     texels: &mut u64,
 ) -> Result<RgbaImage, Fault> {
-    let bytes = member(archive, name, MAX_IMAGE)?;
+    let bytes = store.member(name, MAX_IMAGE)?;
     if !limits::has_memory(bytes.len() as u64) {
         return Err((format!("no memory for {}", quoted(name)), "use a smaller file"));
     }

@@ -83,25 +83,50 @@ pub(super) fn is_spz(bytes: &[u8]) -> bool {
             && start == MAGIC
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
-    let (header, attributes) =
-        if bytes.starts_with(&MAGIC) { streams(bytes)? } else { gzip(bytes)? };
-    let [positions, alphas, colors, scales, rotations] = attributes;
-    let mut cloud = Cloud::with_room(header.count as u64)?;
-    let three =
-        |bytes: &[u8], i: usize| Vec3::from_array([0, 1, 2].map(|k| bytes[3 * i + k].into()));
-    for (i, alpha) in alphas.iter().enumerate() {
-        let coefficient = (three(&colors, i) / 255.0 - Vec3::splat(0.5)) / COLOR_SCALE;
-        cloud.push(Gaussian {
-            center: position(header, &positions, i),
-            rotation: rotation(header, &rotations, i),
-            sigma: (three(&scales, i) / 16.0 - Vec3::splat(10.0)).exp(),
-            opacity: f32::from(*alpha) / 255.0,
+/// The splats of a file, decoded as they are asked for.
+pub(in crate::scene) struct Spz {
+    header: Header,
+    attributes: Attributes,
+}
+
+impl Spz {
+    pub(in crate::scene) fn open(bytes: &[u8]) -> Result<Self, Fault> {
+        let (header, attributes) =
+            if bytes.starts_with(&MAGIC) { streams(bytes)? } else { gzip(bytes)? };
+        Ok(Self { header, attributes })
+    }
+
+    pub(in crate::scene) fn count(&self) -> usize {
+        self.header.count
+    }
+
+    /// Coefficients of higher harmonics per channel.
+    pub(in crate::scene) fn harmonics(&self) -> usize {
+        self.header.harmonics()
+    }
+
+    pub(in crate::scene) fn splat(&self, i: usize) -> Gaussian {
+        let [positions, alphas, colors, scales, rotations] = &self.attributes;
+        let three = |bytes: &[u8]| Vec3::from_array([0, 1, 2].map(|k| bytes[3 * i + k].into()));
+        let coefficient = (three(colors) / 255.0 - Vec3::splat(0.5)) / COLOR_SCALE;
+        Gaussian {
+            center: position(self.header, positions, i),
+            rotation: rotation(self.header, rotations, i),
+            sigma: (three(scales) / 16.0 - Vec3::splat(10.0)).exp(),
+            opacity: f32::from(alphas[i]) / 255.0,
             color: Vec3::splat(0.5) + HARMONIC * coefficient,
             ..Gaussian::default()
-        });
+        }
     }
-    cloud.leave_out_harmonics(header.harmonics());
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+    let file = Spz::open(bytes)?;
+    let mut cloud = Cloud::with_room(file.count() as u64)?;
+    for i in 0..file.count() {
+        cloud.push(file.splat(i));
+    }
+    cloud.leave_out_harmonics(file.harmonics());
     Ok(cloud.finish())
 }
 

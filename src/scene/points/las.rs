@@ -1,0 +1,247 @@
+//! LAS 1.0 to 1.4 (ASPRS), and LAZ, whose records are compressed.
+use super::{DAMAGED, Fault, Point, Points, classes::is_noise, linear};
+use glam::{DVec3, Vec3};
+use laz::{LasZipDecompressor, LazVlr};
+use std::io::{Cursor, Seek as _, SeekFrom};
+
+/// Least length of a header, and length of one of version 1.4 [bytes].
+const HEADER: usize = 227;
+const HEADER_4: usize = 375;
+
+/// Length of the head of a variable length record [bytes].
+const RECORD_HEAD: usize = 54;
+
+/// Records that are decompressed at a time.
+const BATCH: u64 = 1 << 14;
+
+/// Least size of a record by its format [bytes].
+const SIZES: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
+
+fn number<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
+    std::array::from_fn(|i| bytes[at + i])
+}
+
+struct Header {
+    format: u8,
+    is_packed: bool,
+    /// Size of a record [bytes].
+    size: u16,
+    count: u64,
+    /// Offset of the points, and of the variable length records [bytes].
+    start: u64,
+    records: usize,
+    record_count: u32,
+    scale: DVec3,
+    offset: DVec3,
+}
+
+impl Header {
+    fn parse(bytes: &[u8]) -> Result<Self, Fault> {
+        let least = if bytes.get(25) == Some(&4) { HEADER_4 } else { HEADER };
+        if bytes.len() < least {
+            return Err(("the file ends in its header".to_owned(), DAMAGED));
+        }
+        let minor = bytes[25];
+        if bytes[24] != 1 || minor > 4 {
+            let message = format!("is LAS {}.{minor}", bytes[24]);
+            return Err((message, "gobo reads LAS 1.0 to 1.4"));
+        }
+        let (packed, size) = (bytes[104], u16::from_le_bytes(number(bytes, 105)));
+        // The upper bits say that records are compressed.
+        let (format, is_packed) = (packed & 0x3f, packed & 0xc0 != 0);
+        let least = SIZES.get(usize::from(format));
+        if least.is_none_or(|least| size < *least) {
+            let message = format!("points of format {format} with {size} bytes each");
+            return Err((message, DAMAGED));
+        }
+        let mut count = u64::from(u32::from_le_bytes(number(bytes, 107)));
+        if minor == 4 {
+            count = count.max(u64::from_le_bytes(number(bytes, 247)));
+        }
+        let three = |at: usize| {
+            DVec3::from_array([0, 1, 2].map(|i| f64::from_le_bytes(number(bytes, at + 8 * i))))
+        };
+        Ok(Self {
+            format,
+            is_packed,
+            size,
+            count,
+            start: u32::from_le_bytes(number(bytes, 96)).into(),
+            records: u16::from_le_bytes(number(bytes, 94)).into(),
+            record_count: u32::from_le_bytes(number(bytes, 100)),
+            scale: three(131),
+            offset: three(155),
+        })
+    }
+
+    /// Where the colour of a record begins [bytes].
+    fn color(&self) -> Option<usize> {
+        match self.format {
+            2 => Some(20),
+            3 | 5 => Some(28),
+            7 | 8 | 10 => Some(30),
+            _ => None,
+        }
+    }
+
+    /// Class of a record, and whether it is marked as deleted.
+    fn class(&self, record: &[u8]) -> (u8, bool) {
+        if self.format < 6 {
+            (record[15] & 31, record[15] & 128 != 0)
+        } else {
+            (record[16], record[15] & 4 != 0)
+        }
+    }
+}
+
+/// Number of points that a header promises; `None` if the file is too short for them.
+pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
+    let header = Header::parse(head).ok()?;
+    let bytes = header.count.checked_mul(header.size.into())?.checked_add(header.start)?;
+    (header.is_packed || bytes <= length).then_some(header.count)
+}
+
+/// Version, format of points and box of a file, in its own axes.
+pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
+    let Ok(header) = Header::parse(head) else { return Vec::new() };
+    let double = |i: usize| f64::from_le_bytes(number(head, 179 + 8 * i));
+    // Largest and least x, then y, then z.
+    let [most, least] = [0, 1].map(|k| [0, 2, 4].map(|i| double(i + k)));
+    vec![
+        ("version", format!("{}.{}", head[24], head[25])),
+        ("point format", header.format.to_string()),
+        ("points", header.count.to_string()),
+        ("box in the file", format!("{least:?} to {most:?}")),
+        ("colour", (if header.color().is_some() { "yes" } else { "no" }).to_owned()),
+        ("compressed", (if header.is_packed { "yes" } else { "no" }).to_owned()),
+    ]
+}
+
+pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
+    let header = Header::parse(bytes)?;
+    if header.count > most {
+        let help = "thin the cloud out, for example by PDAL or CloudCompare";
+        return Err((format!("{} points, but a scene has room for {most}", header.count), help));
+    }
+    let mut reader = Reader { points: Points::default(), header, brightest: 0 };
+    reader.points.reserve(reader.header.count as usize)?;
+    if reader.header.is_packed {
+        reader.packed(bytes)?;
+    } else {
+        reader.plain(bytes)?;
+    }
+    Ok(reader.finish())
+}
+
+struct Reader {
+    points: Points,
+    header: Header,
+    /// Largest number of all colours.
+    brightest: u16,
+}
+
+impl Reader {
+    fn plain(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        let (size, count) = (usize::from(self.header.size), self.header.count as usize);
+        let rest = usize::try_from(self.header.start).ok().and_then(|start| bytes.get(start..));
+        let rest = rest.unwrap_or_default();
+        if rest.len() / size < count {
+            let have = rest.len() / size;
+            return Err((format!("the file ends in point {} of {count}", have + 1), DAMAGED));
+        }
+        rest.chunks_exact(size).take(count).for_each(|record| self.push(record));
+        Ok(())
+    }
+
+    fn packed(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        let bad = |error: &dyn std::fmt::Display| {
+            (format!("its compressed points cannot be read: {error}"), DAMAGED)
+        };
+        let vlr = self.laz_record(bytes).ok_or_else(|| bad(&"it has no record of LASzip"))?;
+        let vlr = LazVlr::from_buffer(vlr).map_err(|error| bad(&error))?;
+        let size = u64::from(self.header.size);
+        if vlr.items_size() != size {
+            return Err(bad(&"sizes of points differ"));
+        }
+        check_chunks(bytes, self.header.start).map_err(|what| bad(&what))?;
+        let mut source = Cursor::new(bytes);
+        source.seek(SeekFrom::Start(self.header.start)).map_err(|error| bad(&error))?;
+        let mut unpacked = LasZipDecompressor::new(source, vlr).map_err(|error| bad(&error))?;
+        let mut batch = vec![0; (size * BATCH.min(self.header.count)) as usize];
+        let mut left = self.header.count;
+        while left > 0 {
+            let part = &mut batch[..(size * left.min(BATCH)) as usize];
+            unpacked.decompress_many(part).map_err(|error| bad(&error))?;
+            part.chunks_exact(size as usize).for_each(|record| self.push(record));
+            left -= left.min(BATCH);
+        }
+        Ok(())
+    }
+
+    /// Bytes of the record that says how points are compressed.
+    fn laz_record<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
+        let mut rest = bytes.get(self.header.records..)?;
+        for _ in 0..self.header.record_count {
+            let (head, behind) = rest.split_at_checked(RECORD_HEAD)?;
+            let length = usize::from(u16::from_le_bytes(number(head, 20)));
+            let (record, behind) = behind.split_at_checked(length)?;
+            let is_laz = head[2..18].starts_with(LazVlr::USER_ID.as_bytes())
+                && u16::from_le_bytes(number(head, 18)) == LazVlr::RECORD_ID;
+            if is_laz {
+                return Some(record);
+            }
+            rest = behind;
+        }
+        None
+    }
+
+    fn push(&mut self, record: &[u8]) {
+        let (class, is_deleted) = self.header.class(record);
+        if is_deleted {
+            return self.points.skip("withheld");
+        }
+        if is_noise(class) {
+            return self.points.skip("noise");
+        }
+        let stored = [0, 4, 8].map(|at| f64::from(i32::from_le_bytes(number(record, at))));
+        let color = self.header.color().map(|at| {
+            let rgb = [0, 2, 4].map(|i| u16::from_le_bytes(number(record, at + i)));
+            self.brightest = rgb.into_iter().fold(self.brightest, u16::max);
+            Vec3::from_array(rgb.map(f32::from))
+        });
+        self.points.push(Point {
+            position: DVec3::from_array(stored) * self.header.scale + self.header.offset,
+            color,
+            intensity: Some(u16::from_le_bytes(number(record, 12)).into()),
+            class: Some(class),
+        });
+    }
+
+    /// Colours have 16 bits, of which many programs use 8.
+    fn finish(mut self) -> Points {
+        let most = if self.brightest > 255 { 65535.0 } else { 255.0 };
+        for color in &mut self.points.colors {
+            *color = linear((*color / most).to_array());
+        }
+        self.points
+    }
+}
+
+/// Refuses a table of more chunks than the file has bytes: the decoder makes room for all.
+fn check_chunks(bytes: &[u8], start: u64) -> Result<(), &'static str> {
+    let at = |offset: u64| usize::try_from(offset).ok().filter(|at| *at <= bytes.len());
+    let offset = |place: u64| -> Option<u64> {
+        let word = bytes.get(at(place)?..)?.first_chunk()?;
+        u64::try_from(i64::from_le_bytes(*word)).ok()
+    };
+    let ends = "the file ends in its table of chunks";
+    let mut table = offset(start).unwrap_or(0);
+    if table <= start {
+        // Of a writer that could not go back.
+        table = (bytes.len() as u64).checked_sub(8).and_then(offset).ok_or(ends)?;
+    }
+    let table = at(table).and_then(|table| bytes.get(table..)).ok_or(ends)?;
+    let count = table.get(4..8).ok_or(ends)?;
+    let count = u32::from_le_bytes(number(count, 0)) as usize;
+    if count > bytes.len() { Err("its table has more chunks than bytes") } else { Ok(()) }
+}
