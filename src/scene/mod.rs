@@ -71,7 +71,9 @@ pub use crate::model::Scene;
 pub use error::SceneError;
 pub use gltf::Model;
 pub use limits::Limit;
-pub use load::{LoadOptions, Relit, check, check_with, load, load_as, load_with, load_with_splats};
+pub use load::{
+    LoadOptions, Relit, check, check_with, load, load_as, load_text, load_with, load_with_splats,
+};
 pub use named::files;
 pub use particles::ParticleFile;
 pub use share::Share;

@@ -22,7 +22,7 @@ mod write_spz;
 
 pub(super) use bare::is_whole;
 pub(super) use cloud::HARMONIC;
-pub use cloud::{Cloud, Fault};
+pub use cloud::{Cloud, Fault, valid};
 pub use kind::Kind;
 pub(super) use place::placed;
 pub use write_ply::to_ply;
