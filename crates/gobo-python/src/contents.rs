@@ -5,17 +5,15 @@ use crate::{
     tables::{only, scene_of},
 };
 use gobo::{
-    Brick, Gaussian, Grid, Material, Particle, Shape, Triangle,
-    glam::{Affine3A, IVec3, Mat4, Quat, Vec2, Vec3, Vec4},
+    Gaussian, Material, Particle, Shape, Triangle,
+    glam::{Quat, Vec2, Vec3, Vec4},
     model::{GaussianOpacity, Skipped, VertexColor, is_closed, turn_outwards},
     scene::{Limit, splats},
 };
 use toml::{Table, Value};
 
 /// Farthest coordinate of a scene [m].
-const FARTHEST: f32 = 1e7;
-/// Range of densities in which halves are precise.
-const PRECISE: std::ops::RangeInclusive<f32> = 0.0625..=60_000.0;
+pub(crate) const FARTHEST: f32 = 1e7;
 
 /// Rows of particles, or one value for all.
 #[derive(Clone, Copy, Debug)]
@@ -225,63 +223,6 @@ impl State {
         Ok(count)
     }
 
-    pub(crate) fn add_volume(&mut self, voxels: Voxels<'_>) -> Result<Added, Fault> {
-        let Voxels { values, size, world_from_index, factor, color, albedo, .. } = voxels;
-        let [_, ny, nz] = size;
-        let (mut most, mut wrong) = (0.0_f32, 0);
-        for &value in values {
-            if value.is_finite() && value >= 0.0 { most = most.max(value) } else { wrong += 1 }
-        }
-        let scale = if most > 0.0 && !PRECISE.contains(&most) { most } else { 1.0 };
-        let last = IVec3::from(size.map(|size| size as i32)) - 1;
-        let value = |at: IVec3| {
-            let [x, y, z] = at.to_array().map(|i| i as usize);
-            let value = values[(x * ny + y) * nz + z];
-            if value.is_finite() && value >= 0.0 { value / scale } else { 0.0 }
-        };
-        let bricks =
-            if values.is_empty() { Vec::new() } else { Brick::of_voxels(IVec3::ZERO, last, value) };
-        let have: usize = self.scene.grids.iter().map(|grid| grid.bricks.len()).sum();
-        check_limit(Limit::Bricks, have, bricks.len())?;
-        check_limit(Limit::Materials, self.scene.materials.len(), 1)?;
-        let grid = Grid {
-            world_from_index: Affine3A::from_mat4(world_from_index),
-            bricks,
-            factor: factor * scale,
-            extinction: color,
-            material: self.scene.materials.len() as u32,
-            anisotropy: voxels.anisotropy,
-            ..Grid::default()
-        };
-        if let Some(problem) = grid.problem() {
-            return Err(Fault::input(format!("volume: {problem}"), "change its spacing or matrix"));
-        }
-        let bounds = grid.bounds();
-        let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        if !bounds.is_empty() && (farthest.is_nan() || farthest > FARTHEST) {
-            return Err(Fault::input(
-                "volume: it reaches beyond 1e7 m",
-                "move it, or make it smaller",
-            ));
-        }
-        self.scene.materials.push(Material {
-            name: format!("volume {}", self.scene.grids.len()),
-            shape: Shape::Brick,
-            tint: albedo.extend(1.0),
-            casts: voxels.casts,
-            visible: voxels.visible,
-            ..Material::default()
-        });
-        let count = grid.bricks.len();
-        self.scene.grids.push(grid);
-        let mut skipped = Skipped::new();
-        if wrong > 0 {
-            skipped.insert("voxel below 0 or not finite", wrong);
-        }
-        self.skip(skipped.clone());
-        Ok((count, skipped))
-    }
-
     /// Adds the light of a `[[light]]` table. Returns its index.
     pub(crate) fn add_light(&mut self, mut table: Table) -> Result<usize, Fault> {
         let index = self.scene.lights.len();
@@ -382,20 +323,6 @@ pub(crate) struct Mesh<'a> {
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) uvs: &'a [[f32; 2]],
     pub(crate) colors: &'a [[f32; 4]],
-}
-
-/// Densities, x slowest.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Voxels<'a> {
-    pub(crate) values: &'a [f32],
-    pub(crate) size: [usize; 3],
-    pub(crate) world_from_index: Mat4,
-    pub(crate) factor: f32,
-    pub(crate) color: Vec3,
-    pub(crate) albedo: Vec3,
-    pub(crate) anisotropy: f32,
-    pub(crate) casts: bool,
-    pub(crate) visible: bool,
 }
 
 fn problem_of(triangle: &Triangle) -> Option<&'static str> {

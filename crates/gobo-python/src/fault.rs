@@ -14,6 +14,8 @@ pub(crate) enum Fault {
     Input { message: String, remedy: String },
     /// The host cannot allocate so much [bytes].
     Memory(u64),
+    /// Of the process: the problem and the remedy.
+    Process(&'static str, &'static str),
     /// A bug; the message of its panic was printed.
     Panicked,
     /// The call was interrupted: nobody waits for its result.
@@ -56,6 +58,9 @@ impl Fault {
                 let message = format!("no memory for {} MiB", bytes >> 20);
                 let remedy = "use a smaller shadow size, fewer lights, points or pixels";
                 raised("OutOfMemoryError", message, Some(remedy.to_owned()))
+            }
+            Self::Process(message, remedy) => {
+                raised("GoboError", message.to_owned(), Some(remedy.to_owned()))
             }
             Self::Panicked => {
                 let message = "a bug of gobo_shadows: its message is on standard error";

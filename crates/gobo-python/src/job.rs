@@ -33,6 +33,20 @@ fn running() -> MutexGuard<'static, usize> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Whether some call has made threads, and whether this process has lost them.
+static USED: AtomicBool = AtomicBool::new(false);
+static FORKED: AtomicBool = AtomicBool::new(false);
+
+/// Says that this process is the copy of one, without its threads.
+pub(crate) fn forked() {
+    FORKED.store(USED.load(Ordering::Relaxed), Ordering::Relaxed);
+}
+
+/// Whether threads and devices are those of another process.
+pub(crate) fn is_forked() -> bool {
+    FORKED.load(Ordering::Relaxed)
+}
+
 /// Counts a job until it is dropped.
 struct Running;
 
@@ -56,6 +70,12 @@ pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Stop) -> Result<T, Fault> + Send + 'static,
 ) -> PyResult<T> {
+    if is_forked() {
+        let remedy = "start processes by multiprocessing.get_context(\"spawn\")";
+        let message = "this process was forked from one that had used gobo_shadows";
+        return Err(Fault::Process(message, remedy).raised(py));
+    }
+    USED.store(true, Ordering::Relaxed);
     let stop = Stop::default();
     let (sender, receiver) = sync_channel(1);
     let (ended, job) = (stop.clone(), Running::begin());
@@ -67,7 +87,8 @@ pub(crate) fn run<T: Send + 'static>(
         drop(job);
     });
     if let Err(error) = spawned {
-        return Err(Fault::input(format!("no thread: {error}"), "end other threads").raised(py));
+        let message = format!("no thread could be started: {error}");
+        return Err(Fault::input(message, "end other threads").raised(py));
     }
     // A channel's end is for one thread alone, which the compiler cannot see of this one.
     let receiver = Mutex::new(receiver);

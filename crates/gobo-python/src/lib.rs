@@ -1,7 +1,9 @@
 //! Python's interface: scenes made of arrays. The package's Python files check arrays and hold the documentation;
 //! here is what they call.
 mod adapter;
+mod adding;
 mod arrays;
+mod asking;
 mod contents;
 mod fault;
 mod job;
@@ -10,6 +12,8 @@ mod maps;
 mod scene;
 mod state;
 mod tables;
+mod voxels;
+mod work;
 
 use pyo3::pymodule;
 
@@ -51,9 +55,17 @@ mod _native {
     #[pyfunction]
     fn finish(py: Python<'_>) {
         py.detach(|| {
-            job::wait_for_all();
-            adapter::close();
+            if !job::is_forked() {
+                job::wait_for_all();
+                adapter::close();
+            }
         });
+    }
+
+    /// Says that this process was forked.
+    #[pyfunction]
+    fn forked() {
+        job::forked();
     }
 
     /// A PNG file of sRGB bytes, rows from the top.

@@ -1,5 +1,6 @@
 """Threads, interruptions and memory of a whole process."""
 
+import os
 import subprocess
 import sys
 import threading
@@ -105,6 +106,30 @@ def test_an_interruption_is_raised_at_once():
     run = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=240)
     assert run.stdout.split("\n")[:2] == ["interrupted", "(1, 0, 3)"], run.stdout + run.stderr
     assert run.returncode == 0, run.stderr
+
+
+FORKED = """
+import os, sys
+import gobo_shadows as gobo
+
+scene = gobo.Scene()
+scene.light([[0, 0, 0]])
+if os.fork() == 0:
+    try:
+        scene.light([[0, 0, 0]])
+    except gobo.GoboError as error:
+        sys.exit(42 if "spawn" in str(error) else 1)
+    sys.exit(2)
+_, status = os.wait()
+print(os.WEXITSTATUS(status), scene.light([[0, 0, 0]]).shape)
+"""
+
+
+def test_a_forked_process_is_told_so():
+    if not hasattr(os, "fork"):
+        return
+    run = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=60)
+    assert run.stdout == "42 (1, 0, 3)\n", run.stdout + run.stderr
 
 
 MANY = """

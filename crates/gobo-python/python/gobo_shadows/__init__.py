@@ -18,10 +18,11 @@ import sys
 from typing import Any, List, Mapping, Optional, Sequence, Union
 
 from . import _native
+from ._adding import Gaussians, Material
 from .camera import Camera
 from .errors import AdapterError, DeviceError, GoboError, GoboWarning, InputError, OutOfMemoryError, SceneError
 from .image import Image
-from .scene import Gaussians, Material, Scene
+from .scene import Scene
 
 __version__: str = _native.version
 
@@ -46,6 +47,9 @@ __all__ = [
 
 # Drivers and calls that were interrupted end before the interpreter does.
 atexit.register(_native.finish)
+# A forked process has neither: calls say so instead of waiting for them.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_native.forked)
 
 
 def adapter() -> str:

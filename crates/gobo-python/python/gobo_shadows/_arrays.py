@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -111,3 +111,11 @@ def as_texture(value: Any) -> np.ndarray:
         opaque = np.full(array.shape[:2] + (1,), 255, np.uint8)
         array = np.concatenate([array, opaque], axis=2)
     return np.ascontiguousarray(array)
+
+
+def as_few(value: Any, name: str, count: int) -> List[float]:
+    """`count` numbers, or one for all."""
+    array = as_numbers(value, name, np.float64)
+    if array.shape not in ((), (1,), (count,)):
+        raise InputError(f"{name} is {value!r}", f"give it one number, or {count}")
+    return [float(number) for number in np.broadcast_to(array, (count,))]

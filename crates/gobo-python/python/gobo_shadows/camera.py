@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._arrays import as_numbers, as_vector
+from ._arrays import as_few, as_numbers, as_vector
 from .errors import GoboWarning, InputError, SceneError
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -98,7 +98,7 @@ class Camera:
         flip = _flip(convention)
         up, forward = flip * unit[:, 1], flip * -unit[:, 2]
         width, height = _size(size)
-        focal_x, focal_y = np.broadcast_to(as_numbers(focal, "focal", np.float64), (2,)).tolist()
+        focal_x, focal_y = as_few(focal, "focal", 2)
         if not (math.isfinite(focal_x) and math.isfinite(focal_y) and focal_x > 0 and focal_y > 0):
             raise InputError(f"focal is {focal!r}", "give the focal length in pixels")
         if abs(focal_x - focal_y) > SQUARE * focal_y:
@@ -106,7 +106,7 @@ class Camera:
             raise InputError(f"the focal lengths differ: {focal_x:g} and {focal_y:g}", remedy)
         crop = None
         if center is not None:
-            x, y = np.broadcast_to(as_numbers(center, "center", np.float64), (2,)).tolist()
+            x, y = as_few(center, "center", 2)
             if not (0 <= x <= width and 0 <= y <= height):
                 raise InputError(f"the principal point is {(x, y)}", "it must be in the picture")
             # Pixels from the principal point to the borders, in a picture in whose middle it is.
