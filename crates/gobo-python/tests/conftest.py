@@ -2,10 +2,9 @@
 
 import warnings
 
+import gobo_shadows as gobo
 import numpy as np
 import pytest
-
-import gobo_shadows as gobo
 
 
 @pytest.fixture(autouse=True)

@@ -4,10 +4,9 @@ import json
 import math
 import struct
 
+import gobo_shadows as gobo
 import numpy as np
 import pytest
-
-import gobo_shadows as gobo
 
 MARK = np.array([0.4, 0.7, -0.2])
 WIDTH, HEIGHT = 120, 80
@@ -69,7 +68,10 @@ def test_a_pose_sees_what_it_should(center):
 
 
 def transforms(**keys):
-    frames = [{"file_path": f"images/{i:04}.png", "transform_matrix": looking(np.array([i, 2.0, 3.0]), False).tolist()} for i in range(3)]
+    frames = [
+        {"file_path": f"images/{i:04}.png", "transform_matrix": looking(np.array([i, 2.0, 3.0]), False).tolist()}
+        for i in range(3)
+    ]
     return {"w": WIDTH, "h": HEIGHT, "fl_x": 150, "fl_y": 150, "cx": 60, "cy": 40, "frames": frames, **keys}
 
 

@@ -3,11 +3,10 @@
 import pickle
 import tracemalloc
 
+import gobo_shadows as gobo
 import numpy as np
 import pytest
 from conftest import heights, pane
-
-import gobo_shadows as gobo
 
 
 def quats(count):
@@ -100,9 +99,7 @@ def test_rows_that_cannot_be_used_are_counted_and_change_nothing(down):
     opacity = [0, 1, 1, 1, 1, 1, 2]
     with pytest.warns(gobo.GoboWarning, match="2 not finite"):
         assert down.add_particles(positions, radius, (0, 0, 0), opacity) == 1
-    assert down.skipped == {
-        "not finite": 2, "too far": 1, "radius not positive": 2, "alpha out of range": 1
-    }
+    assert down.skipped == {"not finite": 2, "too far": 1, "radius not positive": 2, "alpha out of range": 1}
     np.testing.assert_array_equal(down.light(heights(0)), good)
     assert down.bounds[1].max() < 5
     # Numbers that overflow 32 bits are not finite there.
@@ -188,8 +185,17 @@ def test_volumes_refuse(down):
         with pytest.raises(gobo.InputError):
             down.add_volume(density)
     for change in (
-        {"spacing": 0}, {"spacing": np.nan}, {"factor": -1}, {"factor": np.nan}, {"color": (2, 0, 0)}, {"color": (1, 1)},
-        {"anisotropy": 1}, {"origin": (np.nan, 0, 0)}, {"matrix": np.eye(3)}, {"matrix": np.zeros((4, 4))}, {"origin": (9e8, 0, 0)},
+        {"spacing": 0},
+        {"spacing": np.nan},
+        {"factor": -1},
+        {"factor": np.nan},
+        {"color": (2, 0, 0)},
+        {"color": (1, 1)},
+        {"anisotropy": 1},
+        {"origin": (np.nan, 0, 0)},
+        {"matrix": np.eye(3)},
+        {"matrix": np.zeros((4, 4))},
+        {"origin": (9e8, 0, 0)},
     ):
         with pytest.raises(gobo.InputError):
             down.add_volume(cube, **change)

@@ -1,10 +1,9 @@
 """Light at points beside the formulas of docs/scene.md, which share nothing with the code."""
 
+import gobo_shadows as gobo
 import numpy as np
 import pytest
 from conftest import heights, pane
-
-import gobo_shadows as gobo
 
 HALF_STEP = 1.5e-3
 
@@ -50,7 +49,9 @@ def test_a_shape_is_where_it_is_put(down):
         scene = gobo.Scene()
         scene.add_shape("box", translation=(3, 0.7, -0.2), scale=scale)
         half = scale / 2
-        np.testing.assert_allclose(scene.bounds, [[3 - half, 0.7 - half, -0.2 - half], [3 + half, 0.7 + half, -0.2 + half]], atol=1e-6)
+        np.testing.assert_allclose(
+            scene.bounds, [[3 - half, 0.7 - half, -0.2 - half], [3 + half, 0.7 + half, -0.2 + half]], atol=1e-6
+        )
 
 
 def test_a_soft_disc_has_its_profile(down):

@@ -7,11 +7,10 @@ import subprocess
 import sys
 import zlib
 
+import gobo_shadows as gobo
 import numpy as np
 import pytest
 from conftest import pane
-
-import gobo_shadows as gobo
 
 SCENE = """
 [camera]
@@ -280,5 +279,3 @@ def test_the_program_runs(tmp_path):
     assert missing.returncode == 2 and "help:" in missing.stderr
     code = "import gobo_shadows, sys; sys.exit(gobo_shadows.main(['check', 'missing.toml']) + 40)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=60).returncode == 42
-
-

@@ -6,9 +6,8 @@ import sys
 import threading
 import time
 
-import numpy as np
-
 import gobo_shadows as gobo
+import numpy as np
 
 
 def scene_of(seed):

@@ -15,7 +15,8 @@ from __future__ import annotations
 import atexit
 import os
 import sys
-from typing import Any, List, Mapping, Optional, Sequence, Union
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from . import _native
 from ._adding import Gaussians, Material
@@ -57,25 +58,23 @@ def adapter() -> str:
     return _native.adapter_name()
 
 
-def use_adapter(backend: str = "auto", name: Optional[str] = None) -> None:
+def use_adapter(backend: str = "auto", name: str | None = None) -> None:
     """Chooses what later calls render with, in the whole process.
 
     Args:
-        backend: ``"auto"``, ``"vulkan"``, ``"metal"``, ``"dx12"``, ``"gl"``, or ``"cpu"`` for the reference. ``"auto"`` takes it where
-            there is no adapter.
+        backend: ``"auto"``, ``"vulkan"``, ``"metal"``, ``"dx12"``, ``"gl"``, or ``"cpu"`` for the reference. ``"auto"`` takes
+            it where there is no adapter.
         name: part of the adapter's name; case does not matter.
     """
     _native.use_adapter(backend, name)
 
 
-def load(
-    path: Union[str, "os.PathLike[str]"], *, set: Optional[Mapping[str, Any]] = None, ground: bool = True
-) -> Scene:
+def load(path: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None, ground: bool = True) -> Scene:
     """Reads a file: see ``Scene.load``."""
     return Scene.load(path, set=set, ground=ground)
 
 
-def main(arguments: Optional[Sequence[str]] = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the program ``gobo``, once in a process: what ``python -m gobo_shadows`` does.
 
     Args:
@@ -86,5 +85,5 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """
     # Without it drivers complain on Linux.
     os.environ.setdefault("XDG_RUNTIME_DIR", "/nonexistent")
-    given: List[str] = list(sys.argv[1:] if arguments is None else arguments)
+    given: list[str] = list(sys.argv[1:] if arguments is None else arguments)
     return _native.program(["gobo", *given])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Union
+from collections.abc import Mapping, Sequence
+from typing import Any, Union
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from .errors import GoboWarning, InputError
 MaterialLike = Union[str, Mapping[str, Any], None]
 
 
-class Material(Dict[str, Any]):
+class Material(dict[str, Any]):
     """A material: the keys of a ``[[material]]`` table of docs/scene.md.
 
     The most used: ``transfer`` (``"filter"``, ``"stain"``, ``"smoke"``, ``"over"``, ``"gain"``, ``"none"``, ``"opaque"``,
@@ -39,7 +40,13 @@ class Gaussians:
     """
 
     def __init__(
-        self, scene: "Contents", found: Tuple[int, int], rows: int, skipped: Dict[str, int], left_out: np.ndarray, colors: np.ndarray
+        self,
+        scene: Contents,
+        found: tuple[int, int],
+        rows: int,
+        skipped: dict[str, int],
+        left_out: np.ndarray,
+        colors: np.ndarray,
     ) -> None:
         self._scene = scene
         self._start, self._end = found
@@ -109,7 +116,7 @@ class Contents:
         colors: Any,
         *,
         cast: str = "neutral",
-        density: Optional[float] = None,
+        density: float | None = None,
         material: MaterialLike = None,
         **keys: Any,
     ) -> Gaussians:
@@ -204,8 +211,8 @@ class Contents:
         *,
         translation: Sequence[float] = (0.0, 0.0, 0.0),
         rotation: Sequence[float] = (0.0, 0.0, 0.0),
-        scale: Union[float, Sequence[float]] = 1.0,
-        level: Optional[int] = None,
+        scale: float | Sequence[float] = 1.0,
+        level: int | None = None,
         **keys: Any,
     ) -> int:
         """Adds a ``"plane"``, ``"box"``, ``"sphere"`` or ``"pane"`` of unit size.
@@ -229,7 +236,7 @@ class Contents:
     def add_volume(
         self,
         density: Any,
-        spacing: Union[float, Sequence[float]] = 1.0,
+        spacing: float | Sequence[float] = 1.0,
         origin: Sequence[float] = (0.0, 0.0, 0.0),
         *,
         matrix: Any = None,
@@ -243,8 +250,8 @@ class Contents:
         """Adds a grid of voxels.
 
         Args:
-            density: (X, Y, Z), indexed ``density[x, y, z]``, at least 0: values at the centres of voxels, trilinear between them, 0
-                outside. (An array of images, ``[z, y, x]``, is ``array.transpose(2, 1, 0)``.)
+            density: (X, Y, Z), indexed ``density[x, y, z]``, at least 0: values at the centres of voxels, trilinear between
+                them, 0 outside. (An array of images, ``[z, y, x]``, is ``array.transpose(2, 1, 0)``.)
             spacing: distance of neighbours, one or along x, y and z [m].
             origin: world position of the centre of voxel [0, 0, 0] [m].
             matrix: (4, 4), world space [m] from indices, instead of the two.
@@ -297,7 +304,7 @@ class Contents:
         light = {"kind": kind, **keys}
         return self._native.add_light(_moved(light, self._native.origin))
 
-    def _material(self, material: MaterialLike, keys: Dict[str, Any]) -> Tuple[Union[str, Dict[str, Any]], Optional[int]]:
+    def _material(self, material: MaterialLike, keys: dict[str, Any]) -> tuple[str | dict[str, Any], int | None]:
         """Name or keys of a material, and the index of its image, if that is an array."""
         if isinstance(material, str):
             if keys:
@@ -313,11 +320,11 @@ class Contents:
         return made, self._native.add_texture(as_texture(texture))
 
 
-def _pair(made: Union[str, Dict[str, Any]], texture: Optional[int]) -> Union[str, Tuple[Dict[str, Any], Optional[int]]]:
+def _pair(made: str | dict[str, Any], texture: int | None) -> str | tuple[dict[str, Any], int | None]:
     return made if isinstance(made, str) else (made, texture)
 
 
-def _moved(table: Mapping[str, Any], origin: Sequence[float]) -> Dict[str, Any]:
+def _moved(table: Mapping[str, Any], origin: Sequence[float]) -> dict[str, Any]:
     """A light's table with its positions less an origin."""
     moved = dict(table)
     if moved.get("position") is not None and any(origin):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, List, Optional, Sequence, Tuple
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -46,9 +47,7 @@ def as_numbers(value: Any, name: str, dtype: Any = np.float32) -> np.ndarray:
         return np.ascontiguousarray(array, dtype=dtype).reshape(array.shape)
 
 
-def as_rows(
-    value: Any, name: str, columns: int, dtype: Any = np.float32, origin: Optional[Sequence[float]] = None
-) -> np.ndarray:
+def as_rows(value: Any, name: str, columns: int, dtype: Any = np.float32, origin: Sequence[float] | None = None) -> np.ndarray:
     """An array of shape (N, `columns`), less an origin. An empty list is (0, `columns`)."""
     array = as_array(value, name)
     if array.ndim == 1 and array.size == 0:
@@ -93,7 +92,7 @@ def as_colors(color: Any, opacity: Any, rows: int) -> np.ndarray:
     return rgba
 
 
-def as_vector(value: Any, name: str) -> Tuple[float, float, float]:
+def as_vector(value: Any, name: str) -> tuple[float, float, float]:
     """Three finite numbers."""
     array = as_numbers(value, name, np.float64)
     if array.shape != (3,) or not np.isfinite(array).all():
@@ -113,7 +112,7 @@ def as_texture(value: Any) -> np.ndarray:
     return np.ascontiguousarray(array)
 
 
-def as_few(value: Any, name: str, count: int) -> List[float]:
+def as_few(value: Any, name: str, count: int) -> list[float]:
     """`count` numbers, or one for all."""
     array = as_numbers(value, name, np.float64)
     if array.shape not in ((), (1,), (count,)):

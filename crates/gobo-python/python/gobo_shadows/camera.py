@@ -7,8 +7,9 @@ import math
 import os
 import struct
 import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, BinaryIO, Union
 
 import numpy as np
 
@@ -34,13 +35,13 @@ class Camera:
         size: width and height of the picture [pixels], each 1 to 4096.
     """
 
-    eye: Tuple[float, float, float]
-    target: Tuple[float, float, float]
-    up: Tuple[float, float, float]
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    up: tuple[float, float, float]
     fov: float
-    size: Tuple[int, int]
+    size: tuple[int, int]
     #: Part of the rendered picture that is kept: first column and row, width and height [pixels]. ``None``: all.
-    crop: Optional[Tuple[int, int, int, int]]
+    crop: tuple[int, int, int, int] | None
 
     def __init__(
         self,
@@ -68,11 +69,11 @@ class Camera:
     def from_matrix(
         cls,
         world_from_camera: Any,
-        focal: Union[float, Sequence[float]],
+        focal: float | Sequence[float],
         size: Sequence[int],
-        center: Optional[Sequence[float]] = None,
+        center: Sequence[float] | None = None,
         convention: str = "opengl",
-    ) -> "Camera":
+    ) -> Camera:
         """The camera of a pose and a focal length.
 
         Args:
@@ -122,14 +123,12 @@ class Camera:
         fov = math.degrees(2 * math.atan(height / (2 * focal_y)))
         # Of the length of the world's numbers, so that rounding to 32 bits does not turn it.
         reach = max(1.0, float(np.abs(eye).max()))
-        camera = cls(eye, eye + forward * reach, up, fov, (width, height))
+        camera = cls(eye.tolist(), (eye + forward * reach).tolist(), up.tolist(), fov, (width, height))
         camera.crop = crop
         return camera
 
     @classmethod
-    def from_transforms(
-        cls, transforms: Union[PathLike, Mapping[str, Any]], frame: Union[int, str] = 0, scale: float = 1.0
-    ) -> "Camera":
+    def from_transforms(cls, transforms: PathLike | Mapping[str, Any], frame: int | str = 0, scale: float = 1.0) -> Camera:
         """A camera of nerfstudio's, or instant-ngp's, ``transforms.json``.
 
         Args:
@@ -140,7 +139,7 @@ class Camera:
         Lens distortion is not rendered: a warning says so. The camera stands in the space of the file's matrices: for splats that
         nerfstudio exported, apply its ``dataparser_transforms.json`` first.
         """
-        path: Optional[str] = None
+        path: str | None = None
         if not isinstance(transforms, Mapping):
             path = os.fspath(transforms)
             transforms = _json(path)
@@ -148,11 +147,11 @@ class Camera:
         if not isinstance(frames, Sequence) or isinstance(frames, (str, bytes)) or not frames:
             raise _file_error(path, "there are no frames", "is it a transforms.json of nerfstudio?")
         entry = _entry(path, list(frames), frame)
-        values: Dict[str, Any] = {**transforms, **entry}
+        values: dict[str, Any] = {**transforms, **entry}
         if "transform_matrix" not in entry:
             raise _file_error(path, f"frame {frame!r} has no transform_matrix", "export it again")
 
-        def number(key: str) -> Optional[float]:
+        def number(key: str) -> float | None:
             value = values.get(key)
             if value is None:
                 return None
@@ -186,7 +185,7 @@ class Camera:
         return cls.from_matrix(entry["transform_matrix"], (focal_x * scale, focal_y * scale), size, center)
 
     @classmethod
-    def from_colmap(cls, model: PathLike, image: Union[int, str], scale: float = 1.0) -> "Camera":
+    def from_colmap(cls, model: PathLike, image: int | str, scale: float = 1.0) -> Camera:
         """A camera of a COLMAP model.
 
         Args:
@@ -216,7 +215,7 @@ class Camera:
         scaled = [value * scale for value in (*focal, *center)]
         return cls.from_matrix(world_from_camera, scaled[:2], size, scaled[2:], "opencv")
 
-    def _table(self, origin: Sequence[float]) -> Dict[str, Any]:
+    def _table(self, origin: Sequence[float]) -> dict[str, Any]:
         """The keys of a scene file, less an origin."""
         eye = [a - b for a, b in zip(self.eye, origin)]
         target = [a - b for a, b in zip(self.target, origin)]
@@ -240,8 +239,8 @@ _MODELS = {
 _ONE_FOCAL = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE")
 _COUNTS = dict(_MODELS.values())
 
-_ColmapCamera = Tuple[str, Tuple[int, int], List[float]]
-_ColmapImage = Tuple[int, np.ndarray, np.ndarray]
+_ColmapCamera = tuple[str, tuple[int, int], list[float]]
+_ColmapImage = tuple[int, np.ndarray, np.ndarray]
 
 
 def _flip(convention: str) -> float:
@@ -250,7 +249,7 @@ def _flip(convention: str) -> float:
     return 1.0 if convention == "opengl" else -1.0
 
 
-def _size(size: Sequence[int]) -> Tuple[int, int]:
+def _size(size: Sequence[int]) -> tuple[int, int]:
     array = as_numbers(size, "size", np.float64)
     valid = array.shape == (2,) and np.isfinite(array).all() and (array == np.floor(array)).all()
     if not valid or not ((array >= 1) & (array <= MAX_SIZE)).all():
@@ -258,12 +257,12 @@ def _size(size: Sequence[int]) -> Tuple[int, int]:
     return (int(array[0]), int(array[1]))
 
 
-def _warn_of_distortion(what: List[str]) -> None:
+def _warn_of_distortion(what: list[str]) -> None:
     message = f"lens distortion ({', '.join(what)}) is not rendered: undistort the images"
     warnings.warn(message, GoboWarning, stacklevel=4)
 
 
-def _file_error(path: Optional[str], message: str, remedy: str) -> Exception:
+def _file_error(path: str | None, message: str, remedy: str) -> Exception:
     if path is None:
         return InputError(f"transforms: {message}", remedy)
     error = SceneError(f"{path}: {message}", remedy)
@@ -282,7 +281,7 @@ def _json(path: str) -> Mapping[str, Any]:
     return content
 
 
-def _entry(path: Optional[str], frames: List[Any], frame: Union[int, str]) -> Mapping[str, Any]:
+def _entry(path: str | None, frames: list[Any], frame: int | str) -> Mapping[str, Any]:
     found: Any = None
     if isinstance(frame, str):
         named = [f for f in frames if isinstance(f, Mapping) and str(f.get("file_path", "")).endswith(frame)]
@@ -296,22 +295,22 @@ def _entry(path: Optional[str], frames: List[Any], frame: Union[int, str]) -> Ma
     return found
 
 
-def _opened(folder: Path, stem: str) -> Tuple[Path, bool]:
+def _opened(folder: Path, stem: str) -> tuple[Path, bool]:
     for name, is_binary in ((f"{stem}.bin", True), (f"{stem}.txt", False)):
         if (folder / name).is_file():
             return folder / name, is_binary
     raise _file_error(str(folder), f"there is no {stem}.bin or {stem}.txt", "name the folder of a COLMAP model: sparse/0")
 
 
-def _lines(path: Path) -> List[str]:
+def _lines(path: Path) -> list[str]:
     """Lines without comments; an image without points has an empty second line."""
     text = path.read_text(encoding="utf-8", errors="replace")
     return [line for line in text.splitlines() if not line.startswith("#")]
 
 
-def _colmap_cameras(folder: Path) -> Dict[int, _ColmapCamera]:
+def _colmap_cameras(folder: Path) -> dict[int, _ColmapCamera]:
     path, is_binary = _opened(folder, "cameras")
-    cameras: Dict[int, _ColmapCamera] = {}
+    cameras: dict[int, _ColmapCamera] = {}
     try:
         if not is_binary:
             for line in _lines(path):
@@ -336,7 +335,7 @@ def _colmap_cameras(folder: Path) -> Dict[int, _ColmapCamera]:
     return cameras
 
 
-def _colmap_image(folder: Path, wanted: Union[int, str]) -> _ColmapImage:
+def _colmap_image(folder: Path, wanted: int | str) -> _ColmapImage:
     path, is_binary = _opened(folder, "images")
     try:
         images = _binary_images(path) if is_binary else _text_images(path)
@@ -377,7 +376,7 @@ def _read(file: BinaryIO, size: int) -> bytes:
     return data
 
 
-def _unpacked(file: BinaryIO, layout: str) -> Tuple[Any, ...]:
+def _unpacked(file: BinaryIO, layout: str) -> tuple[Any, ...]:
     return struct.unpack(layout, _read(file, struct.calcsize(layout)))
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Optional
-
 
 class GoboError(Exception):
     """Base of all errors of this package.
@@ -13,7 +11,7 @@ class GoboError(Exception):
         remedy: what to do about it, or ``None``.
     """
 
-    def __init__(self, message: str, remedy: Optional[str] = None) -> None:
+    def __init__(self, message: str, remedy: str | None = None) -> None:
         self.message = message
         self.remedy = remedy or None
         super().__init__(message, self.remedy)
@@ -35,9 +33,9 @@ class SceneError(GoboError):
         column: column in that line [characters], from 1, or ``None``.
     """
 
-    path: Optional[str] = None
-    line: Optional[int] = None
-    column: Optional[int] = None
+    path: str | None = None
+    line: int | None = None
+    column: int | None = None
 
 
 class AdapterError(GoboError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Optional, Union
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,9 @@ class Image(np.ndarray):
     ``srgb``.
     """
 
-    srgb: Optional[np.ndarray]
+    srgb: np.ndarray | None
 
-    def __new__(cls, light: np.ndarray, srgb: np.ndarray) -> "Image":
+    def __new__(cls, light: np.ndarray, srgb: np.ndarray) -> Image:
         image = np.asarray(light).view(cls)
         image.srgb = srgb
         return image
@@ -39,11 +39,11 @@ class Image(np.ndarray):
             raise InputError("this is a part of an image, or computed from one", "call png() of the image itself")
         return _native.encode_png(self.srgb)
 
-    def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a PNG file."""
         data = self.png()
         with open(path, "wb") as file:
             file.write(data)
 
-    def _repr_png_(self) -> Optional[bytes]:
+    def _repr_png_(self) -> bytes | None:
         return None if self.srgb is None else self.png()

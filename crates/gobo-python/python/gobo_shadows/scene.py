@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from collections.abc import Mapping, Sequence
+from typing import Any, Optional, Union
 
 import numpy as np
 
@@ -40,13 +41,11 @@ class Scene(Contents):
             ``Scene(shadow={"size": 2048, "receiver": "curve"})``. The default is that of a scene file without the table.
     """
 
-    def __init__(self, *, origin: Sequence[float] = (0.0, 0.0, 0.0), **tables: Optional[Mapping[str, Any]]) -> None:
+    def __init__(self, *, origin: Sequence[float] = (0.0, 0.0, 0.0), **tables: Mapping[str, Any] | None) -> None:
         self._native = _native.Scene(_tables(tables), as_vector(origin, "origin"))
 
     @classmethod
-    def load(
-        cls, path: Union[str, "os.PathLike[str]"], *, set: Optional[Mapping[str, Any]] = None, ground: bool = True
-    ) -> "Scene":
+    def load(cls, path: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None, ground: bool = True) -> Scene:
         """Reads a file: a scene (.toml), a model (.glb, .gltf), particles (.ply, .csv), splats (.ply, .splat, .spz, .sog) or
         a volume (.vdb).
 
@@ -65,7 +64,7 @@ class Scene(Contents):
             warn_of(skipped, "the file:")
         return scene
 
-    def configure(self, **tables: Optional[Mapping[str, Any]]) -> None:
+    def configure(self, **tables: Mapping[str, Any] | None) -> None:
         """Sets whole tables anew: ``shadow``, ``environment``, ``air``, ``mask``, ``clusters``. Keys that a table leaves out
         take their defaults."""
         self._native.configure(_tables(tables))
@@ -80,7 +79,7 @@ class Scene(Contents):
             raise InputError(f"the time is {seconds!r}", "give seconds from the start")
         self._native.set_time(seconds)
 
-    def render(self, camera: CameraLike = None, *, size: Optional[Sequence[int]] = None, **keys: Any) -> Image:
+    def render(self, camera: CameraLike = None, *, size: Sequence[int] | None = None, **keys: Any) -> Image:
         """The lit picture.
 
         Args:
@@ -109,11 +108,11 @@ class Scene(Contents):
     def maps(
         self,
         light: LightLike = 0,
-        view: Union[str, int, None] = None,
+        view: str | int | None = None,
         *,
-        curve: Union[bool, int, None] = None,
+        curve: bool | int | None = None,
         camera: CameraLike = None,
-    ) -> Dict[str, Any]:
+    ) -> dict[str, Any]:
         """The shadow maps of one view of a light.
 
         Args:
@@ -151,10 +150,10 @@ class Scene(Contents):
         raise InputError(f"light {light!r} has {len(names)} views, and view is {view!r}", f"use one of {', '.join(names)}")
 
     def all_maps(
-        self, light: LightLike = 0, *, curve: Union[bool, int, None] = None, camera: CameraLike = None
-    ) -> Dict[str, Dict[str, Any]]:
+        self, light: LightLike = 0, *, curve: bool | int | None = None, camera: CameraLike = None
+    ) -> dict[str, dict[str, Any]]:
         """The maps of all views of a light, by their names: see ``maps``."""
-        nodes: Optional[int] = None
+        nodes: int | None = None
         if curve is not None:
             nodes = 8 if curve is True else int(curve)
             if nodes not in (0, 4, 8, 16):
@@ -180,7 +179,7 @@ class Scene(Contents):
         places = as_rows(points, "points", 3, origin=self._native.origin)
         return self._native.light(places, None if normals is None else as_rows(normals, "normals", 3))
 
-    def relight(self, gaussians: Optional[Gaussians] = None, *, factors: bool = False) -> np.ndarray:
+    def relight(self, gaussians: Gaussians | None = None, *, factors: bool = False) -> np.ndarray:
         """Colours of Gaussians in the light of the scene, ambient light included, as ``gobo relight`` computes them.
 
         Args:
@@ -189,8 +188,8 @@ class Scene(Contents):
                 harmonics by them.
 
         Returns:
-            (N, 3) float32, a row for each that was given: its colour, in 0 to 1, times the light that reaches it. Rows that were left
-            out keep their colours (or have the factor 1).
+            (N, 3) float32, a row for each that was given: its colour, in 0 to 1, times the light that reaches it. Rows that were
+            left out keep their colours (or have the factor 1).
         """
         if gaussians is None:
             start, end = 0, self._native.counts["gaussians"]
@@ -212,7 +211,7 @@ class Scene(Contents):
         return whole
 
     @property
-    def camera(self) -> Optional[Camera]:
+    def camera(self) -> Camera | None:
         """The scene's own camera, or ``None``: calls without one then see everything. Set it to place it."""
         found = self._native.camera
         if found is None:
@@ -227,27 +226,27 @@ class Scene(Contents):
         self._native.place_camera(camera._table(self._native.origin))
 
     @property
-    def lights(self) -> List[str]:
+    def lights(self) -> list[str]:
         """Names of the lights, in their order."""
         return self._native.lights
 
     @property
-    def counts(self) -> Dict[str, int]:
+    def counts(self) -> dict[str, int]:
         """What the scene has: ``particles``, ``gaussians``, ``triangles``, ``bricks``, ``strands``, ``lights``, ..."""
         return self._native.counts
 
     @property
-    def skipped(self) -> Dict[str, int]:
+    def skipped(self) -> dict[str, int]:
         """What was left out, by reason."""
         return self._native.skipped
 
     @property
-    def notes(self) -> List[str]:
+    def notes(self) -> list[str]:
         """What of its file is not read, a sentence each."""
         return self._native.notes
 
     @property
-    def bounds(self) -> Optional[np.ndarray]:
+    def bounds(self) -> np.ndarray | None:
         """(2, 3): lowest and highest corner of all casters and receivers, world space [m]. ``None`` of an empty scene."""
         found = self._native.bounds
         return None if found is None else np.array(found)
@@ -266,7 +265,7 @@ class Scene(Contents):
         share = min(1.0, 640 / max(width, height))
         return self.render(size=(max(1, round(width * share)), max(1, round(height * share)))).png()
 
-    def _look(self, camera: CameraLike, size: Optional[Sequence[int]], keys: Dict[str, Any]) -> Dict[str, Any]:
+    def _look(self, camera: CameraLike, size: Sequence[int] | None, keys: dict[str, Any]) -> dict[str, Any]:
         if camera is not None and not isinstance(camera, Camera):
             raise InputError(f"camera is a {type(camera).__name__}", "give a Camera")
         placed = {} if camera is None else camera._table(self._native.origin)
@@ -276,7 +275,7 @@ class Scene(Contents):
         return {**placed, **({} if size is None else {"size": list(size)}), **keys}
 
 
-def _tables(tables: Mapping[str, Optional[Mapping[str, Any]]]) -> Dict[str, Any]:
+def _tables(tables: Mapping[str, Mapping[str, Any] | None]) -> dict[str, Any]:
     for name, table in tables.items():
         if table is not None and not isinstance(table, Mapping):
             raise InputError(f"{name} is a {type(table).__name__}", "give a dictionary with the keys of docs/scene.md")
