@@ -10,7 +10,7 @@ SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
 .PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
-	bench profile results native tables quality man setup
+	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
 demo: setup
@@ -187,6 +187,14 @@ man:
 		target/release/gobo completions $$shell > target/completions/gobo.$$shell || exit; \
 	done
 	@echo target/completions
+
+# The Python package, dist/*.whl: for every CPython from 3.9 on.
+python:
+	sh tools/python.sh wheel
+
+# Its tests, in an environment of their own.
+test-python: setup
+	sh tools/python.sh test
 
 # Installs a Vulkan driver and a C++ compiler where they are missing.
 setup:

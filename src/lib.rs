@@ -46,7 +46,7 @@
 //! - `scene`: scene files, glTF, PLY and CSV (module `scene`).
 //! - `picture`: the lit picture of a `Scene` (`Renderer`).
 //! - `device`: opens adapters by itself (`Gpu`).
-//! - `cli`: the program `gobo`; with the others, on by default.
+//! - `cli`: the program `gobo`, also as the function `program`; with the others, on by default.
 //! - `internals`: the inside, for this repository's tests and program; without a promise.
 #![cfg_attr(
     not(feature = "internals"),
@@ -70,6 +70,12 @@ macro_rules! phase {
     };
 }
 
+// The program names the library as other crates do.
+#[cfg(feature = "cli")]
+extern crate self as gobo;
+
+#[cfg(feature = "cli")]
+mod cli;
 mod frame;
 mod gpu;
 pub mod model;
@@ -92,6 +98,10 @@ pub mod internals {
     #[cfg(feature = "picture")]
     pub mod picture {
         pub use crate::picture::*;
+    }
+    #[cfg(feature = "cli")]
+    pub mod cli {
+        pub use crate::cli::Needs;
     }
     pub mod frame {
         pub use crate::frame::*;
@@ -130,6 +140,8 @@ pub mod host {
 
 use gpu::error;
 
+#[cfg(feature = "cli")]
+pub use cli::program;
 pub use glam;
 pub use gpu::{Gpu, KernelError, KernelJob, Memory, Support, Tier, Timeline, error::Error};
 pub use model::{

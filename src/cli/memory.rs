@@ -14,13 +14,13 @@ use gobo::{
 
 /// What a command needs of a scene besides its casters.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Needs {
-    pub(super) backend_is_cpu: bool,
+pub struct Needs {
+    pub backend_is_cpu: bool,
     /// Whether maps are read back from a device.
-    pub(super) maps: bool,
-    pub(super) picture: bool,
+    pub maps: bool,
+    pub picture: bool,
     /// Points whose light is looked up at a time.
-    pub(super) points: u64,
+    pub points: u64,
 }
 
 impl Needs {
@@ -29,15 +29,17 @@ impl Needs {
     }
 
     pub(super) fn check(&self, scene: &Scene) -> Result<(), Failure> {
+        self.missing(scene).map_or(Ok(()), |bytes| Err(Failure::Memory(bytes)))
+    }
+
+    /// What they are, if the host cannot allocate so much [bytes].
+    pub fn missing(&self, scene: &Scene) -> Option<u64> {
         let bytes = self.bytes(scene);
         let mut probe = Vec::<u8>::new();
         let is_there = usize::try_from(bytes).is_ok_and(|n| probe.try_reserve_exact(n).is_ok());
         // Otherwise the compiler may leave the allocation out.
         std::hint::black_box(&mut probe);
-        if !is_there {
-            return Err(Failure::Memory(bytes));
-        }
-        Ok(())
+        (!is_there).then_some(bytes)
     }
 
     /// Points in the world and in the scene, their order, and their answers.

@@ -41,15 +41,56 @@ mod verify;
 mod wall_clock;
 mod writers;
 
-pub(crate) use arguments::Arguments;
-use arguments::Command;
+use arguments::{Arguments, Command};
+use clap::Parser as _;
 use failure::Failure;
-pub(crate) use files::Quiet;
-pub(crate) use runtime_folder::name_a_runtime_folder;
-pub(crate) use stop::{give_aborts_a_status, hush_decoders};
-pub(crate) use wall_clock::WallClock;
+pub use memory::Needs;
+use std::{ffi::OsString, io::IsTerminal as _};
+use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};
+use wall_clock::WallClock;
 
-pub(crate) fn run(command: Command, clock: &WallClock) -> Result<(), Failure> {
+/// Runs the program `gobo`, once in a process: it listens for signals, and sets where messages go. `arguments`: the
+/// program's name first. Returns the exit status.
+///
+/// On Linux it starts the process anew where the environment names no `XDG_RUNTIME_DIR`, for commands that open a device.
+pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let clock = WallClock::start();
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Of a terminal that is closed.
+            let _ = error.print();
+            return error.exit_code() as u8;
+        }
+    };
+    if arguments.command.opens_a_device() {
+        runtime_folder::name_a_runtime_folder();
+    }
+    let chosen = std::env::var("GOBO_LOG").ok().and_then(|text| text.parse().ok());
+    let warnings = || Targets::new().with_target("gobo", tracing::Level::WARN);
+    let messages = tracing_subscriber::fmt::layer()
+        .with_writer(|| files::Quiet)
+        .with_ansi(std::io::stderr().is_terminal())
+        .without_time()
+        .with_filter(chosen.unwrap_or_else(warnings));
+    let spans = Targets::new().with_target("gobo", tracing::Level::DEBUG);
+    // A host that has set its own keeps it.
+    let _ = tracing_subscriber::registry()
+        .with(messages)
+        .with(clock.clone().with_filter(spans))
+        .try_init();
+    stop::give_aborts_a_status();
+    stop::hush_decoders();
+    match run(arguments.command, &clock) {
+        Ok(()) => 0,
+        Err(failure) => {
+            failure.print();
+            failure.status()
+        }
+    }
+}
+
+fn run(command: Command, clock: &WallClock) -> Result<(), Failure> {
     stop::listen()?;
     inputs::watch();
     match command {

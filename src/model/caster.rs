@@ -1,5 +1,5 @@
 //! Casters: materials, particles and triangles.
-use crate::model::{Gaussian, GaussianOpacity, Grid, Pattern, Strand, VertexColor};
+use crate::model::{FARTHEST, Gaussian, GaussianOpacity, Grid, Pattern, Strand, VertexColor};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
@@ -299,6 +299,27 @@ impl Particle {
     #[must_use]
     pub fn with_color(self, color: impl Into<[f32; 4]>) -> Self {
         Self { color: color.into().into(), ..self }
+    }
+
+    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`Transfer::max_color`] of its material.
+    pub fn problem(&self, max_color: f32) -> Option<&'static str> {
+        let Self { center, radius, color, rotation, .. } = *self;
+        let is_finite =
+            center.is_finite() && radius.is_finite() && color.is_finite() && rotation.is_finite();
+        let rgb = color.truncate();
+        if !is_finite {
+            Some("not finite")
+        } else if center.abs().max_element() > FARTHEST || radius > FARTHEST {
+            Some("too far")
+        } else if radius <= 0.0 {
+            Some("radius not positive")
+        } else if rgb.min_element() < 0.0 || rgb.max_element() > max_color {
+            Some("colour out of range")
+        } else if !(0.0..=1.0).contains(&color.w) {
+            Some("alpha out of range")
+        } else {
+            None
+        }
     }
 }
 

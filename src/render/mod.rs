@@ -6,6 +6,7 @@ mod layers;
 mod place_order;
 mod points;
 mod read_maps;
+mod relight;
 mod work;
 
 #[cfg(feature = "device")]
@@ -25,6 +26,7 @@ use work::{Stages, add_all};
 
 pub use layers::{Surface, SurfaceLayers};
 pub use points::PointLookUp;
+pub use relight::set_to_relight;
 
 pub use crate::{
     picture::debug::DebugMode,

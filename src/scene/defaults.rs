@@ -12,6 +12,13 @@ impl Scene {
     pub fn empty() -> Self {
         empty_scene()
     }
+
+    /// A camera whose picture shows what the scene holds, `size` pixels large: that of a model or particle file that is
+    /// rendered on its own.
+    pub fn usual_camera(&self, size: UVec2) -> Camera {
+        let usual = Camera { size, ..camera(&contents(self)) };
+        framed(usual, self, false)
+    }
 }
 
 pub(super) fn empty_scene() -> Scene {

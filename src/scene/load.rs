@@ -102,6 +102,15 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     load_all(path, options, None).map(|(scene, _)| scene)
 }
 
+/// Like [`load_as`], of the text of a scene file. `path`: what the file would be, for messages and for the files that
+/// it names.
+pub fn load_text(text: &str, path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    phase!("read");
+    Limit::Text.grown_in(path, 0, text.len() as u64)?;
+    let contents = Contents { extension: "toml", splats: None, tables: text.to_owned() };
+    load_contents(path, options, contents, None).map(|(scene, _)| scene)
+}
+
 /// A scene with the splats of a file among its casters.
 #[derive(Debug)]
 pub struct Relit {
@@ -152,7 +161,27 @@ fn load_all(
         formats::refuse_foreign(path)?;
     }
     let splats = is_alone.then(|| kind_of_file(path)).flatten();
-    let file = tables_of(path, &extension, splats)?;
+    let tables = tables_of(path, &extension, splats)?;
+    load_contents(path, options, Contents { extension: &extension, splats, tables }, with)
+}
+
+/// What a file holds, by its name, its head and its text.
+struct Contents<'a> {
+    /// Lower case.
+    extension: &'a str,
+    /// Kind of splats, if it holds them.
+    splats: Option<Kind>,
+    /// Its tables, or those that stand for it.
+    tables: String,
+}
+
+fn load_contents(
+    path: &Path,
+    options: &LoadOptions,
+    Contents { extension, splats, tables: file }: Contents<'_>,
+    with: Option<&Path>,
+) -> Result<(Scene, Option<FoundSplats>), SceneError> {
+    let is_alone = extension != "toml";
     // So that `light.sun.size` can be set if the file has no light.
     let set = &options.set;
     let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
@@ -176,7 +205,7 @@ fn load_all(
     loader.paints = !options.only_checks;
     loader.document(&document)?;
     let found = with.map(|with| loader.found_splats(with)).transpose()?;
-    loader.contents_of(path, &extension, splats)?;
+    loader.contents_of(path, extension, splats)?;
     let Loader { mut scene, model_camera, mut placed, mut still, resting, .. } = loader;
     if has_own_camera(&document) {
         for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {

@@ -81,7 +81,7 @@ pub use formats::{FORMATS, Family, Format, facts, format_of};
 pub use gltf::Model;
 pub use limits::Limit;
 pub use load::{
-    LoadOptions, Relit, check, check_with, inspect, load, load_as, load_with, load_with_splats,
+    LoadOptions, Relit, check, check_with, inspect, load, load_as, load_text, load_with, load_with_splats,
 };
 pub use named::files;
 pub use particles::ParticleFile;

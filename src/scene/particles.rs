@@ -267,27 +267,18 @@ impl<'a> RowKind<'a> {
         }
         let center = Vec3::from_array(std::array::from_fn(value));
         let radius = value(RADIUS);
-        if center.abs().max_element() > FARTHEST || radius > FARTHEST {
-            return Err("too far");
-        }
-        if radius < 0.0 || radius == 0.0 && !self.of_strands {
-            return Err("radius not positive");
-        }
         let rgba = Vec4::from_array(std::array::from_fn(|i| color(RED + i)));
-        let range = 0.0..=self.material.transfer.max_color();
-        if !rgba.truncate().to_array().iter().all(|c| range.contains(c)) {
-            return Err("colour out of range");
-        }
-        if !(0.0..=1.0).contains(&rgba.w) {
-            return Err("alpha out of range");
-        }
         let id = match self.storage[ID] {
             Storage::Absent if self.of_strands => self.first_id,
             Storage::Absent => self.first_id.wrapping_add(number),
             _ => row[ID] as i64 as u32,
         };
         let (rotation, material) = (value(ROTATION), self.material_id);
-        Ok(Particle { center, radius, color: rgba, rotation, material, id })
+        let particle = Particle { center, radius, color: rgba, rotation, material, id };
+        // A strand may end in a point.
+        let is_point = self.of_strands && radius == 0.0;
+        let checked = Particle { radius: if is_point { 1.0 } else { radius }, ..particle };
+        checked.problem(self.material.transfer.max_color()).map_or(Ok(particle), Err)
     }
 }
 

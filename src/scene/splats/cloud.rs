@@ -99,7 +99,7 @@ impl Cloud {
 
 /// The splat with its rotation normalised, its colour clamped and without deviations of 0, or why it cannot be
 /// used.
-fn valid(splat: Gaussian) -> Result<Gaussian, &'static str> {
+pub fn valid(splat: Gaussian) -> Result<Gaussian, &'static str> {
     let Gaussian { rotation, sigma, color, .. } = splat;
     // Squares of a short quaternion would vanish.
     let longest = rotation.to_array().iter().fold(0.0, |most: f32, part| most.max(part.abs()));

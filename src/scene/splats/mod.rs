@@ -25,7 +25,7 @@ mod write_ply;
 mod write_spz;
 
 pub(super) use cloud::HARMONIC;
-pub use cloud::{Cloud, Fault};
+pub use cloud::{Cloud, Fault, valid};
 pub use kind::Kind;
 pub(super) use place::placed;
 pub(super) use spz::Spz;

@@ -1,0 +1,7 @@
+"""``python -m gobo_shadows``: the program ``gobo``."""
+
+import sys
+
+from . import main
+
+sys.exit(main())

@@ -1,0 +1,103 @@
+//! How a call looks at a scene: its camera, and how the picture is exposed.
+use crate::{
+    fault::Fault,
+    state::State,
+    tables::{scene_of, within},
+};
+use gobo::{
+    Camera, Receiver, ShadowSettings,
+    model::{Lens, Occlusion, Tone},
+    scene::Scene,
+};
+use toml::Table;
+
+/// What of a scene a call may have otherwise.
+#[derive(Clone, Debug)]
+pub(crate) struct Look {
+    camera: Camera,
+    exposure: f32,
+    samples: u32,
+    occlusion: Occlusion,
+    bloom: f32,
+    lens: Lens,
+    shutter: f32,
+    tone: Tone,
+    shadow: ShadowSettings,
+}
+
+impl Look {
+    fn of(scene: &Scene) -> Self {
+        Self {
+            camera: scene.camera,
+            exposure: scene.exposure,
+            samples: scene.samples,
+            occlusion: scene.occlusion,
+            bloom: scene.bloom,
+            lens: scene.lens,
+            shutter: scene.shutter,
+            tone: scene.tone,
+            shadow: scene.shadow,
+        }
+    }
+
+    fn put(self, scene: &mut Scene) {
+        let Self { camera, exposure, samples, occlusion, bloom, lens, shutter, tone, shadow } =
+            self;
+        (scene.camera, scene.exposure, scene.samples) = (camera, exposure, samples);
+        (scene.occlusion, scene.bloom, scene.lens) = (occlusion, bloom, lens);
+        (scene.shutter, scene.tone, scene.shadow) = (shutter, tone, shadow);
+    }
+
+    /// Takes over what a `[camera]` table gives. Without a camera that somebody placed, it is where all is seen.
+    fn changed(mut self, state: &State, table: &Table) -> Result<Self, Fault> {
+        let given = scene_of("camera", &within("camera", table.clone()))?;
+        let size = if table.contains_key("size") { given.camera.size } else { self.camera.size };
+        if table.contains_key("eye") && table.contains_key("target") {
+            self.camera = given.camera;
+        } else if !state.has_camera {
+            self.camera = state.scene.usual_camera(size);
+        }
+        self.camera.size = size;
+        for key in table.keys() {
+            match key.as_str() {
+                "exposure" => self.exposure = given.exposure,
+                "samples" => self.samples = given.samples,
+                "occlusion" => self.occlusion = given.occlusion,
+                "bloom" => self.bloom = given.bloom,
+                "lens" | "focus" => self.lens = given.lens,
+                "shutter" => self.shutter = given.shutter,
+                "tone" => self.tone = given.tone,
+                _ => {}
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// Sets the camera that calls without one have.
+pub(crate) fn place(state: &mut State, table: &Table) -> Result<(), Fault> {
+    let look = Look::of(&state.scene).changed(state, table)?;
+    look.put(&mut state.scene);
+    state.has_camera |= table.contains_key("eye") && table.contains_key("target");
+    Ok(())
+}
+
+/// Does `work` with a scene that is seen as a `[camera]` table says. `curve`: nodes of curves, 0 for none.
+pub(crate) fn with<T>(
+    state: &mut State,
+    table: &Table,
+    curve: Option<u32>,
+    work: impl FnOnce(&mut State) -> Result<T, Fault>,
+) -> Result<T, Fault> {
+    let own = Look::of(&state.scene);
+    let mut look = own.clone().changed(state, table)?;
+    match curve {
+        Some(0) => look.shadow.receiver = Receiver::Nearest,
+        Some(nodes) => (look.shadow.receiver, look.shadow.nodes) = (Receiver::Curve, nodes),
+        None => {}
+    }
+    look.put(&mut state.scene);
+    let result = work(state);
+    own.put(&mut state.scene);
+    result
+}
