@@ -30,12 +30,12 @@ pub(crate) enum Command {
     Bench(BenchArguments),
     /// Read and validate a scene; no GPU is touched
     Check {
-        /// A .toml, .glb, .gltf, .ply or .vdb file
+        /// A .toml, .glb, .gltf, .ply or .csv file, or one of splats or a volume
         scene: PathBuf,
     },
     /// Write a scene with all files that it names as one archive, for other machines
     Pack {
-        /// A .toml, .glb, .gltf, .ply, .csv or .vdb file
+        /// A .toml, .glb, .gltf, .ply or .csv file, or one of splats or a volume
         scene: PathBuf,
         /// The archive to write
         #[arg(short, value_name = "SCENE.zip")]
@@ -109,7 +109,7 @@ pub(crate) struct MomentArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArguments {
-    /// A .toml, .glb, .gltf, .ply or .vdb file
+    /// A .toml, .glb, .gltf, .ply or .csv file, or one of splats or a volume
     pub(crate) scene: PathBuf,
     /// The folder to write to
     #[arg(short, default_value = "out", value_name = "DIR")]
@@ -177,7 +177,7 @@ pub(crate) struct InfoArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct LightArguments {
-    /// A .toml, .glb, .gltf, .ply or .vdb file
+    /// A .toml, .glb, .gltf, .ply or .csv file, or one of splats or a volume
     pub(crate) scene: PathBuf,
     /// `NumPy` array of 32-bit floats: N x 3 positions [m], or N x 6 positions and unit normals
     #[arg(long, value_name = "P.npy")]

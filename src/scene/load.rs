@@ -19,6 +19,7 @@ use super::{
     splat_file::{kind_of_file, load_splats},
     splats::{Cloud, Kind},
     tables,
+    volume_file::VolumeFile,
 };
 use crate::model::{Environment, Gaussian, Motion, Occlusion, Sky};
 use glam::Vec3;
@@ -55,7 +56,7 @@ impl Default for LoadOptions {
     }
 }
 
-/// Reads a `.toml`, `.glb`, `.gltf`, `.ply`, `.csv` or `.vdb` file, or one of splats, of any name.
+/// Reads a `.toml`, `.glb`, `.gltf`, `.ply` or `.csv` file, or one of splats or a volume, of any name.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions::default())
 }
@@ -141,8 +142,12 @@ fn load_all(
     phase!("read");
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let is_alone = extension != "toml";
-    let splats = is_alone.then(|| kind_of_file(path)).flatten();
-    let file = tables_of(path, &extension, splats.is_some())?;
+    let is_volume = is_alone && (extension == "vdb" || VolumeFile::is(path));
+    let splats = (is_alone && !is_volume).then(|| kind_of_file(path)).flatten();
+    let file = match is_volume {
+        true => [defaults::ALONE, defaults::VOLUME].concat(),
+        false => tables_of(path, &extension, splats.is_some())?,
+    };
     // So that `light.sun.size` can be set if the file has no light.
     let set = &options.set;
     let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
@@ -151,7 +156,7 @@ fn load_all(
     let text = source::joined(&file, set);
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let mut document = document(&source)?;
-    if extension == "vdb" {
+    if is_volume {
         let file = path.file_name().map(Into::into);
         document.volume.iter_mut().for_each(|table| table.get_mut().file.clone_from(&file));
     }
@@ -161,7 +166,9 @@ fn load_all(
     loader.paints = !options.only_checks;
     loader.document(&document)?;
     let found = with.map(|with| loader.found_splats(with)).transpose()?;
-    loader.contents_of(path, &extension, splats)?;
+    if !is_volume {
+        loader.contents_of(path, &extension, splats)?;
+    }
     let Loader { mut scene, model_camera, mut placed, mut still, resting, .. } = loader;
     if has_own_camera(&document) {
         for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
@@ -215,10 +222,12 @@ fn tables_of(path: &Path, extension: &str, is_splats: bool) -> Result<String, Sc
         "toml" => scene_text(path)?,
         "glb" | "gltf" => defaults::ALONE.to_owned(),
         "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
-        "vdb" => [defaults::ALONE, defaults::VOLUME].concat(),
         _ => {
-            let help = "a scene is a .toml, .glb, .gltf, .ply, .csv or .vdb file, or one of splats: .ply, \
-                        .spz, .sog or .splat";
+            let volumes: String =
+                VolumeFile::extensions().map(|extension| format!(" .{extension}")).collect();
+            let help = "a scene is a .toml, .glb, .gltf, .ply or .csv file, or one of splats: .ply, .spz, .sog or \
+                        .splat, or one of a volume:";
+            let help = &format!("{help}{volumes}");
             let message = format!("no known kind of scene: {extension:?}");
             return Err(SceneError::invalid(path, message, help));
         }

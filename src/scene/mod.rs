@@ -1,10 +1,12 @@
 //! Scene files, for the command line, tests and benches.
 mod animate;
 mod announced;
+mod chest;
 #[doc(hidden)]
 pub mod clouds;
 mod defaults;
 mod deform;
+mod dense;
 #[doc(hidden)]
 pub mod displace;
 mod document;
@@ -40,6 +42,8 @@ mod load;
 mod loader;
 mod loader_files;
 mod loader_splats;
+mod look;
+mod look_presets;
 mod named;
 #[doc(hidden)]
 pub mod noise;
@@ -63,7 +67,9 @@ mod summary;
 mod tables;
 #[doc(hidden)]
 pub mod track;
+mod units;
 mod vdb;
+mod volume_file;
 mod volume_frame;
 mod volumes;
 

@@ -1,6 +1,6 @@
 //! Files that a scene names, by which it can be copied whole.
 use super::{
-    SceneError,
+    SceneError, dense,
     document::{Document, TextureSource, VolumeTable},
     gltf_file::File,
     load::{document, scene_text},
@@ -23,7 +23,9 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     if extension == "glb" || extension == "gltf" {
         files.extend(File::open(path)?.named()?);
     }
-    if extension == "toml" {
+    if extension != "toml" {
+        files.extend(dense::named(path));
+    } else {
         let text = scene_text(path)?;
         let source = SceneText::parse(path, &text, text.len(), &[])?;
         let document = document(&source)?;
@@ -39,6 +41,9 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
             let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
             if key == "file" && (extension == "glb" || extension == "gltf") {
                 files.extend(File::open(&file)?.named()?);
+            }
+            if document.volume.iter().any(|volume| volume.span() == table) {
+                files.extend(dense::named(&file));
             }
             files.push(file);
         }
