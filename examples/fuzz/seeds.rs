@@ -1,6 +1,8 @@
 //! Seed files: scenes of the project, and small files of each other kind.
 use super::{
-    Reader, models,
+    Reader,
+    arrays::{self, Kind, Vti},
+    models,
     points::{self, DOTS},
     splats::{self, SPLATS},
     vdb::{Format, Packing, VdbGrid, file},
@@ -102,6 +104,8 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     readers.extend(splat_files().map(splats));
     readers.extend(mesh_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     readers.extend(point_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
+    let arrays = |(name, extension, seeds)| in_table("volume", name, extension, seeds);
+    readers.extend(array_files().map(arrays));
     Ok(readers)
 }
 
@@ -149,6 +153,32 @@ fn splat_files() -> [Files; 9] {
         ("medium_ply", "ply", vec![medium()]),
         ("ksplat", "ksplat", [0, 1, 2].map(|level| splats::ksplat(level, &SPLATS)).into()),
         ("spz_gltf", "gltf", vec![splats::gltf_spz(&SPLATS).into_bytes()]),
+    ]
+}
+
+/// Dense arrays in each format.
+fn array_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
+    let packers = [None, Some("vtkZLibDataCompressor"), Some("vtkLZ4DataCompressor")];
+    let ways = [Vti::Ascii, Vti::Inline, Vti::Appended, Vti::Raw];
+    let vti = |way| packers.map(|packer| arrays::vti(Kind::I16, false, way, packer));
+    let array = arrays::npy(Kind::F16, false, false);
+    let archive = |is_packed| arrays::npz(&[("density", array.clone())], is_packed);
+    [
+        ("npy_volume", "npy", vec![array.clone(), arrays::npy(Kind::I16, true, true)]),
+        ("npz", "npz", [false, true].map(archive).into()),
+        (
+            "nrrd",
+            "nrrd",
+            ["raw", "gzip", "ascii"].map(|name| arrays::nrrd(Kind::I16, true, name)).into(),
+        ),
+        ("vti", "vti", ways.map(vti).concat()),
+        (
+            "nii",
+            "nii",
+            vec![arrays::nifti(Kind::I16, true), arrays::gzip(&arrays::nifti(Kind::F32, false))],
+        ),
+        ("mha", "mha", [false, true].map(|packed| arrays::meta(Kind::F32, packed, packed)).into()),
+        ("tif", "tif", [false, true].map(|packed| arrays::tiff(Kind::U16, packed, packed)).into()),
     ]
 }
 

@@ -12,7 +12,7 @@ use super::{
     loader::Loader,
     loader_files::MAX_SIDE,
     particles, shapes,
-    volume_frame::Content,
+    volume_frame::FileContent,
 };
 use std::{
     collections::{HashMap, HashSet},
@@ -98,7 +98,7 @@ impl Loader<'_> {
                 Claim::new(table.span(), "generate", cloud.most_bricks())
             }
             given @ VolumeTable { file: Some(file), .. } => {
-                let content = Content::of_file(self.folder.join(file), given, 0);
+                let content = FileContent::new(self.folder.join(file), given);
                 let path = content.path(0.0);
                 let is_colored = given.color_grid.is_some();
                 let entry = known.entry((path, is_colored));

@@ -1,5 +1,8 @@
 //! Generated volumes: clouds, plumes and explosions of noise, the same on every machine but for rounding.
-use super::{SceneError, generate::Chance, keys::Keys, lattice_noise::LatticeNoise};
+use super::{
+    SceneError, chest::hounsfield, generate::Chance, keys::Keys, lattice_noise::LatticeNoise,
+    look::Look,
+};
 use crate::{
     model::{BRICK_SIZE, Brick, Density, Voxels},
     records::pcg,
@@ -18,9 +21,11 @@ pub enum KindOfCloud {
     Plume,
     /// A ball that grows, rises and thins.
     Explosion,
+    /// A chest as a scanner has it, in Hounsfield units, which does not move.
+    Chest,
 }
 
-/// A generated volume: densities of 0 to 1 in a box that stands on the origin of its own space.
+/// A generated volume: densities of 0 to 1, or a scanner's values, in a box that stands on the origin of its own space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cloud {
     pub kind: KindOfCloud,
@@ -47,6 +52,7 @@ impl Cloud {
             KindOfCloud::Cloud => Vec3::new(4.0, 1.6, 3.0),
             KindOfCloud::Plume => Vec3::new(2.0, 4.0, 2.0),
             KindOfCloud::Explosion => Vec3::splat(3.0),
+            KindOfCloud::Chest => Vec3::new(0.36, 0.4, 0.26),
         };
         let most = Self::MOST_VOXELS;
         let help = format!("8 to {most} voxels along the longest edge");
@@ -66,7 +72,7 @@ impl Cloud {
 
     /// Whether it is animated.
     pub(super) fn moves(&self) -> bool {
-        self.speed != 0.0
+        self.speed != 0.0 && self.kind != KindOfCloud::Chest
     }
 
     /// Edge of a voxel [m], and voxels along each edge of the box.
@@ -102,7 +108,7 @@ impl Cloud {
     }
 
     /// Its bricks at a time [s]. `kelvin`: the highest temperature, of what glows.
-    pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>) -> Vec<Brick> {
+    pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>, look: &Look) -> Vec<Brick> {
         phase!("generate");
         let (edge, count) = self.lattice();
         let field = Field::new(self, seconds * f64::from(self.speed));
@@ -117,7 +123,8 @@ impl Cloud {
                 let at = point(voxel.as_ivec3());
                 // Nothing is cut off at the box.
                 let rim = ((half - at.abs()).min_element() * unit).min(at.y * unit);
-                field.density(noise, at / half, at * unit) * smooth(rim / 0.08)
+                let rim = if self.kind == KindOfCloud::Chest { 1.0 } else { smooth(rim / 0.08) };
+                field.density(noise, at / half, at * unit) * rim
             };
             voxels.map(density).collect()
         };
@@ -128,7 +135,10 @@ impl Cloud {
             .collect();
         let density = |voxel: IVec3| {
             let [x, y, z] = voxel.as_uvec3().to_array();
-            slices[z as usize][(y * width + x) as usize]
+            if !look.has(|| point(voxel).as_dvec3()) {
+                return 0.0;
+            }
+            look.density(slices[z as usize][(y * width + x) as usize]).max(0.0)
         };
         let mut bricks = Brick::of_voxels(IVec3::ZERO, count.as_ivec3() - 1, density);
         if let Some(kelvin) = kelvin {
@@ -183,6 +193,7 @@ impl Field {
             KindOfCloud::Cloud => 0.1 * self.time,
             KindOfCloud::Plume => 0.3 * self.time,
             KindOfCloud::Explosion => 0.5 * self.age(),
+            KindOfCloud::Chest => 0.0,
         };
         Noise {
             octaves: std::array::from_fn(|i| {
@@ -234,6 +245,7 @@ impl Field {
                 let thin = 0.18 / (0.18 + high) * smooth((1.0 - high) / 0.25);
                 smooth(body / 0.6) * thin * smooth(high / 0.02)
             }
+            KindOfCloud::Chest => hounsfield(part, noise.billows(point * 4.0)),
             KindOfCloud::Explosion => {
                 let age = self.age();
                 let (from, at) = self.blown(part, age);

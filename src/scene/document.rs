@@ -3,13 +3,16 @@ use super::{
     SceneError,
     clouds::Cloud,
     displace::Displace,
+    error::quoted,
     fur::Fur,
     generate::Generate,
     keys::{ABOVE_ZERO, Keys},
+    look::Look,
     particles::FARTHEST,
     rig::Placement,
     shapes::{self, KindOfShape},
     track::Mode,
+    units::{Up, unit_named},
 };
 use crate::model::{
     Air, ClusterSettings, Lens, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky,
@@ -272,6 +275,12 @@ pub(super) struct VolumeTable {
     /// `g` of Henyey and Greenstein 1941.
     pub anisotropy: f32,
     pub emission: Option<EmissionTable>,
+    pub look: Look,
+    /// Share of the light that matter of a table of colours scatters which goes straight on.
+    pub ahead: f32,
+    /// Unit of the file [m], and its axis that is up, if the scene says so.
+    pub unit: Option<f64>,
+    pub up: Option<Up>,
     pub casts: bool,
     pub visible: bool,
     pub placement: Placement,
@@ -304,6 +313,10 @@ impl VolumeTable {
                 .number("anisotropy", -0.95..=0.95, "from -0.95 to 0.95")?
                 .unwrap_or(0.0),
             emission: keys.one("emission", EmissionTable::read)?.map(Spanned::into_inner),
+            look: Look::read(keys)?,
+            ahead: keys.share("ahead", USUAL_AHEAD)?,
+            unit: unit(keys)?,
+            up: keys.given("up")?,
             casts: keys.value("casts", true)?,
             visible: keys.value("visible", true)?,
             placement: placement(keys)?,
@@ -335,6 +348,18 @@ impl StrandsTable {
             placement: placement(keys)?,
         })
     }
+}
+
+/// Half of what is scattered colours shadows, half is seen.
+const USUAL_AHEAD: f32 = 0.5;
+
+/// A unit of length [m].
+fn unit(keys: &Keys<'_>) -> Result<Option<f64>, SceneError> {
+    let Some(name) = keys.given::<String>("unit")? else { return Ok(None) };
+    let known = unit_named(&name);
+    let message = || format!("no unit is named {}", quoted(&name));
+    let help = "name one of \"m\", \"cm\", \"mm\", \"um\" and \"nm\"";
+    known.map(Some).ok_or_else(|| keys.fault("unit", message(), help))
 }
 
 /// Largest factor of a density [1/m].

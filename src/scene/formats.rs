@@ -1,5 +1,7 @@
 //! Kinds of files that are read: a row each.
-use super::{SceneError, models, particles, points, read, splat_file, splats};
+use super::{
+    SceneError, models, particles, points, read, splat_file, splats, volume_file::VolumeFile,
+};
 use std::path::Path;
 
 /// What files of a kind are read as.
@@ -145,7 +147,19 @@ pub const FORMATS: &[Format] = &[
         "primitives",
         "KHR_gaussian_splatting, plain or by SPZ",
     ),
-    row(Family::Volume, "OpenVDB", &["vdb"], NAME, "grids of floats, halves and colours"),
+    row(Family::Volume, "OpenVDB", &["vdb"], START, "grids of floats, halves and colours"),
+    row(
+        Family::Volume,
+        "NumPy",
+        &["npy", "npz"],
+        START,
+        "an array of 3 axes, or of 4 with channels",
+    ),
+    row(Family::Volume, "NRRD", &["nrrd", "nhdr"], START, "raw, gzip and text; its space"),
+    row(Family::Volume, "VTK image", &["vti"], START, "raw, base64, zlib and text"),
+    row(Family::Volume, "NIfTI-1", &["nii", "nii.gz", "hdr"], START, "its space"),
+    row(Family::Volume, "MetaImage", &["mha", "mhd"], START, "raw and zlib; its space"),
+    row(Family::Volume, "stack of TIFF pages", &["tif", "tiff"], START, "grey and colour"),
     row(Family::Texture, "PNG", &["png"], START, "8 bits a channel"),
     row(Family::Texture, "JPEG", &["jpg", "jpeg"], START, "8 bits a channel"),
     row(Family::Texture, "WebP", &["webp"], START, "8 bits a channel"),
@@ -252,6 +266,9 @@ pub fn format_of(path: &Path) -> Option<&'static Format> {
             models::Kind::Ply => "PLY with faces",
             models::Kind::Obj => "OBJ",
         });
+    }
+    if let Some(endings) = VolumeFile::endings_of(path) {
+        return FORMATS.iter().find(|format| format.endings.contains(&endings[0]));
     }
     let ending = ending(path);
     let is_named = |format: &&Format| format.endings.contains(&ending.as_str());

@@ -20,6 +20,7 @@ use super::{
     splat_file::{kind_of_file, load_splats},
     splats::{Cloud, Kind},
     tables,
+    volume_file::VolumeFile,
 };
 use crate::model::{Environment, Gaussian, Motion, Occlusion, Sky};
 use glam::Vec3;
@@ -107,7 +108,8 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
 pub fn load_text(text: &str, path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     phase!("read");
     Limit::Text.grown_in(path, 0, text.len() as u64)?;
-    let contents = Contents { extension: "toml", splats: None, tables: text.to_owned() };
+    let contents =
+        Contents { extension: "toml", splats: None, is_volume: false, tables: text.to_owned() };
     load_contents(path, options, contents, None).map(|(scene, _)| scene)
 }
 
@@ -160,9 +162,14 @@ fn load_all(
     if is_alone {
         formats::refuse_foreign(path)?;
     }
-    let splats = is_alone.then(|| kind_of_file(path)).flatten();
-    let tables = tables_of(path, &extension, splats)?;
-    load_contents(path, options, Contents { extension: &extension, splats, tables }, with)
+    let is_volume = is_alone && (extension == "vdb" || VolumeFile::is(path));
+    let splats = (is_alone && !is_volume).then(|| kind_of_file(path)).flatten();
+    let tables = match is_volume {
+        true => [defaults::ALONE, defaults::VOLUME].concat(),
+        false => tables_of(path, &extension, splats)?,
+    };
+    let contents = Contents { extension: &extension, splats, is_volume, tables };
+    load_contents(path, options, contents, with)
 }
 
 /// What a file holds, by its name, its head and its text.
@@ -171,6 +178,8 @@ struct Contents<'a> {
     extension: &'a str,
     /// Kind of splats, if it holds them.
     splats: Option<Kind>,
+    /// Whether it is a volume.
+    is_volume: bool,
     /// Its tables, or those that stand for it.
     tables: String,
 }
@@ -178,7 +187,7 @@ struct Contents<'a> {
 fn load_contents(
     path: &Path,
     options: &LoadOptions,
-    Contents { extension, splats, tables: file }: Contents<'_>,
+    Contents { extension, splats, is_volume, tables: file }: Contents<'_>,
     with: Option<&Path>,
 ) -> Result<(Scene, Option<FoundSplats>), SceneError> {
     let is_alone = extension != "toml";
@@ -195,7 +204,7 @@ fn load_contents(
         let name = path.file_name().map(Into::into).or_else(|| path.canonicalize().ok());
         document.splats.iter_mut().for_each(|table| table.get_mut().file.clone_from(&name));
     }
-    if extension == "vdb" {
+    if is_volume {
         let file = path.file_name().map(Into::into);
         document.volume.iter_mut().for_each(|table| table.get_mut().file.clone_from(&file));
     }
@@ -205,7 +214,9 @@ fn load_contents(
     loader.paints = !options.only_checks;
     loader.document(&document)?;
     let found = with.map(|with| loader.found_splats(with)).transpose()?;
-    loader.contents_of(path, extension, splats)?;
+    if !is_volume {
+        loader.contents_of(path, extension, splats)?;
+    }
     let Loader { mut scene, model_camera, mut placed, mut still, resting, .. } = loader;
     if has_own_camera(&document) {
         for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
@@ -264,7 +275,6 @@ fn tables_of(path: &Path, extension: &str, splats: Option<Kind>) -> Result<Strin
         "glb" | "gltf" => defaults::ALONE.to_owned(),
         _ if models::kind_of_file(path).is_some() => defaults::ALONE.to_owned(),
         "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
-        "vdb" => [defaults::ALONE, defaults::VOLUME].concat(),
         _ => return Err(formats::unknown(path)),
     })
 }

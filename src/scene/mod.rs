@@ -1,10 +1,12 @@
 //! Scene files, for the command line, tests and benches.
 mod animate;
 mod announced;
+mod chest;
 #[doc(hidden)]
 pub mod clouds;
 mod defaults;
 mod deform;
+mod dense;
 #[doc(hidden)]
 pub mod displace;
 mod document;
@@ -43,6 +45,8 @@ mod load;
 mod loader;
 mod loader_files;
 mod loader_splats;
+mod look;
+mod look_presets;
 mod models;
 mod named;
 #[doc(hidden)]
@@ -71,7 +75,9 @@ mod summary;
 mod tables;
 #[doc(hidden)]
 pub mod track;
+mod units;
 mod vdb;
+mod volume_file;
 mod volume_frame;
 mod volumes;
 
@@ -81,7 +87,8 @@ pub use formats::{FORMATS, Family, Format, facts, format_of};
 pub use gltf::Model;
 pub use limits::Limit;
 pub use load::{
-    LoadOptions, Relit, check, check_with, inspect, load, load_as, load_text, load_with, load_with_splats,
+    LoadOptions, Relit, check, check_with, inspect, load, load_as, load_text, load_with,
+    load_with_splats,
 };
 pub use named::files;
 pub use particles::ParticleFile;

@@ -1,6 +1,6 @@
 //! Files that a scene names, by which it can be copied whole.
 use super::{
-    SceneError,
+    SceneError, dense,
     document::{Document, TextureSource, VolumeTable},
     gltf_file::File,
     load::{document, scene_text},
@@ -22,7 +22,9 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     read::check(&files[0])?;
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     files.extend(named_by_model(path)?);
-    if extension == "toml" {
+    if extension != "toml" {
+        files.extend(dense::named(path));
+    } else {
         let text = scene_text(path)?;
         let source = SceneText::parse(path, &text, text.len(), &[])?;
         let document = document(&source)?;
@@ -37,6 +39,9 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
             let file = folder.join(&name);
             if key == "file" {
                 files.extend(named_by_model(&file)?);
+            }
+            if document.volume.iter().any(|volume| volume.span() == table) {
+                files.extend(dense::named(&file));
             }
             files.extend(named_files(&file)?);
         }

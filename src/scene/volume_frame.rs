@@ -2,14 +2,18 @@
 use super::{
     SceneError,
     clouds::Cloud,
+    dense::{Dense, tree_of},
     document::VolumeTable,
     error::quoted,
+    look::Look,
     plain::nearest,
     read,
+    units::Up,
     vdb::{Bricks, Fault, Tree, Vdb, VdbGrid},
+    volume_file::VolumeFile,
 };
 use crate::model::{Brick, Scene, Skipped};
-use glam::DAffine3;
+use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
 /// Channels of a grid of colours.
@@ -18,22 +22,33 @@ pub(super) const CHANNELS: usize = 3;
 /// What a volume shows at any time.
 #[derive(Clone, Debug)]
 pub(super) enum Content {
-    File {
-        path: PathBuf,
-        /// First and last number of a sequence of files.
-        frames: Option<[u32; 2]>,
-        /// Name of the grid of densities.
-        grid: Option<String>,
-        /// Grid of colours, and the channel that multiplies densities.
-        color: Option<(String, usize)>,
-        /// Grid of temperatures, and the temperature of a value of 1 [K].
-        hot: Option<(String, f32)>,
-    },
+    File(FileContent),
     Cloud {
         cloud: Cloud,
         /// Highest temperature of what glows [K].
         kelvin: Option<f32>,
+        look: Look,
     },
+}
+
+/// What is shown of a file, or of a sequence of files.
+#[derive(Clone, Debug)]
+pub(super) struct FileContent {
+    path: PathBuf,
+    /// First and last number of a sequence of files.
+    frames: Option<[u32; 2]>,
+    /// Name of the grid of densities.
+    grid: Option<String>,
+    /// Name of a grid of colours.
+    color: Option<String>,
+    /// The channel of colours that multiplies densities.
+    channel: usize,
+    /// Grid of temperatures, and the temperature of a value of 1 [K].
+    hot: Option<(String, f32)>,
+    look: Look,
+    /// What replaces the file's unit [m] and axes.
+    unit: Option<f64>,
+    up: Option<Up>,
 }
 
 /// What a volume shows at one time.
@@ -49,20 +64,10 @@ pub(super) struct Frame {
 }
 
 impl Content {
-    /// `channel`: of a file with a grid of colours.
-    pub(super) fn of_file(path: PathBuf, table: &VolumeTable, channel: usize) -> Self {
-        let hot = table.emission.as_ref().map(|emission| {
-            let grid = emission.grid.clone().unwrap_or_else(|| "temperature".to_owned());
-            (grid, emission.kelvin.unwrap_or(1.0))
-        });
-        let color = table.color_grid.clone().map(|name| (name, channel));
-        Self::File { path, frames: table.frames, grid: table.grid.clone(), color, hot }
-    }
-
     /// Whether it changes with time.
     pub(super) fn moves(&self) -> bool {
         match self {
-            Self::File { frames, .. } => frames.is_some_and(|[first, last]| first < last),
+            Self::File(file) => file.frames.is_some_and(|[first, last]| first < last),
             Self::Cloud { cloud, .. } => cloud.moves(),
         }
     }
@@ -85,45 +90,162 @@ impl Content {
         }
     }
 
-    /// The file at a time [s]; the name of none for a cloud.
-    pub(super) fn path(&self, seconds: f64) -> PathBuf {
+    pub(super) fn at(&self, seconds: f64) -> Result<Frame, SceneError> {
         match self {
-            Self::File { path, frames: None, .. } => path.clone(),
-            Self::File { path, frames: Some([first, last]), .. } => {
-                let frame = (seconds * Scene::FRAME_RATE).round() as u32;
-                numbered(path, first.saturating_add(frame).min(*last)).unwrap_or_default()
+            Self::File(file) => {
+                let path = file.path(seconds);
+                file.frame(&path, &VolumeFile::open(&path, file.grid.as_deref())?)
             }
-            Self::Cloud { .. } => PathBuf::new(),
+            Self::Cloud { cloud, kelvin, look } => {
+                Ok(Frame::of_cloud(cloud, cloud.bricks(seconds, *kelvin, look)))
+            }
+        }
+    }
+}
+
+impl FileContent {
+    pub(super) fn new(path: PathBuf, table: &VolumeTable) -> Self {
+        let hot = table.emission.as_ref().map(|emission| {
+            let grid = emission.grid.clone().unwrap_or_else(|| "temperature".to_owned());
+            (grid, emission.kelvin.unwrap_or(1.0))
+        });
+        Self {
+            path,
+            frames: table.frames,
+            grid: table.grid.clone(),
+            color: table.color_grid.clone(),
+            channel: 0,
+            hot,
+            look: table.look.clone(),
+            unit: table.unit,
+            up: table.up,
         }
     }
 
-    /// Nodes with voxels in a file, or 0 if it cannot be read.
+    /// The same with a channel of its colours.
+    pub(super) fn with_channel(&self, channel: usize) -> Self {
+        Self { channel, ..self.clone() }
+    }
+
+    /// The same with a row of its table of colours.
+    pub(super) fn with_look(&self, look: Look) -> Self {
+        Self { look, ..self.clone() }
+    }
+
+    /// Its file at the start.
+    pub(super) fn open(&self) -> Result<VolumeFile, SceneError> {
+        VolumeFile::open(&self.path(0.0), self.grid.as_deref())
+    }
+
+    /// The file at a time [s].
+    pub(super) fn path(&self, seconds: f64) -> PathBuf {
+        let Some([first, last]) = self.frames else { return self.path.clone() };
+        let frame = (seconds * Scene::FRAME_RATE).round() as u32;
+        numbered(&self.path, first.saturating_add(frame).min(last)).unwrap_or_default()
+    }
+
+    /// Nodes with voxels in a file, or 0 if it cannot be read, or has none.
     pub(super) fn announced(&self, path: &Path) -> u64 {
-        let Self::File { grid, color, .. } = self else { return 0 };
-        let channels = if color.is_some() { CHANNELS as u64 } else { 1 };
-        let grid = open(path).and_then(|vdb| {
-            let i = chosen(&vdb, grid.as_deref())?;
+        let channels = if self.color.is_some() { CHANNELS as u64 } else { 1 };
+        let vdb =
+            read::head(path, 8).is_ok_and(|(head, _)| Vdb::is(&head)).then(|| read::bytes(path));
+        let Some(Ok(bytes)) = vdb else { return 0 };
+        let grid = Vdb::new(bytes).and_then(|vdb| {
+            let i = chosen(&vdb, self.grid.as_deref())?;
             vdb.read(i, false)
         });
         let nodes = |tree: &Tree| (tree.leaves.len() + tree.tiles.len()) as u64;
         grid.map_or(0, |grid| nodes(&grid.tree) * channels)
     }
 
-    pub(super) fn at(&self, seconds: f64) -> Result<Frame, SceneError> {
-        match self {
-            Self::File { grid, color, hot, .. } => {
-                phase!("read");
-                let path = self.path(seconds);
-                read::check(&path)?;
-                let of_file = |Fault { message, help }| SceneError::invalid(&path, message, help);
-                let names = [grid.as_deref(), color.as_ref().map(|(name, _)| &**name)];
-                let channel = color.as_ref().map_or(0, |&(_, channel)| channel);
-                frame(&path, names, channel, hot.as_ref()).map_err(of_file)
-            }
-            Self::Cloud { cloud, kelvin } => {
-                Ok(Frame::of_cloud(cloud, cloud.bricks(seconds, *kelvin)))
-            }
+    /// What it shows of its open file.
+    pub(super) fn frame(&self, path: &Path, file: &VolumeFile) -> Result<Frame, SceneError> {
+        phase!("read");
+        let frame = match file {
+            VolumeFile::Vdb(vdb) => self.of_vdb(path, vdb),
+            VolumeFile::Dense(dense) => self.of_dense(path, dense),
+        };
+        frame.map_err(|Fault { message, help }| SceneError::invalid(path, message, help))
+    }
+
+    fn of_dense(&self, path: &Path, dense: &Dense) -> Result<Frame, Fault> {
+        if self.color.is_some() || self.hot.is_some() {
+            let help = "remove color_grid and emission, or write the grids to a .vdb file";
+            return Err(Fault::new("it has no grids of colours or temperatures", help));
         }
+        let is_colored = dense.channels() > 1;
+        if is_colored && self.look.has_values() {
+            let help = "remove colors and window, or write one number for each voxel";
+            return Err(Fault::new("its voxels have colours of their own", help));
+        }
+        let volume_from_index = dense.volume_from_index(self.unit, self.up);
+        let density = |voxel: [usize; 3]| {
+            let point =
+                || volume_from_index.transform_point3(DVec3::from_array(voxel.map(|at| at as f64)));
+            if self.look.is_clipped() && !self.look.has(point) {
+                0.0
+            } else if is_colored {
+                dense.color(voxel, self.channel)
+            } else {
+                self.look.density(dense.value(voxel))
+            }
+        };
+        let (tree, wrong) = tree_of(dense.size(), density)?;
+        let bricks = tree.into_bricks()?;
+        let notes = dense.notes.iter().map(|note| format!("{}: {note}", path.display())).collect();
+        Ok(Frame::of_bricks(bricks, wrong, volume_from_index, notes))
+    }
+
+    fn of_vdb(&self, path: &Path, vdb: &Vdb) -> Result<Frame, Fault> {
+        let (name, color) = (self.grid.as_deref(), self.color.as_deref());
+        let i = chosen(vdb, name)?;
+        let mut grid = vdb.read(i, true)?;
+        let chosen = vdb.names().nth(i).unwrap_or_default();
+        if grid.class == "level set" {
+            let message = format!("the grid {} is a level set, not a density", quoted(chosen));
+            return Err(Fault::new(message, "convert it to a fog volume, or name another grid"));
+        }
+        let note = |text: &str| format!("{}: {text}", path.display());
+        let mut notes: Vec<String> = vdb.unread.iter().map(|unread| note(unread)).collect();
+        if name.is_none() && chosen != "density" && vdb.names().count() > 1 {
+            notes.push(note(&format!("of its grids, {} is taken for the density", quoted(chosen))));
+        }
+        if grid.background != 0.0 {
+            let background = grid.background;
+            notes.push(note(&format!("the background of {background} counts as nothing")));
+        }
+        let is_elsewhere = |other: &VdbGrid, name: &str| {
+            let names = [chosen, name].map(quoted);
+            let message =
+                format!("the grids {} and {} differ in place or scale", names[0], names[1]);
+            (other.world_from_index != grid.world_from_index)
+                .then(|| Fault::new(message, "resample one to the other"))
+        };
+        for other in vdb.color_names().filter(|&other| Some(other) != color) {
+            notes.push(note(&format!(
+                "the colours of grid {} are not used: color_grid names one",
+                quoted(other)
+            )));
+        }
+        let mut heat = None;
+        if let Some((name, kelvin)) = &self.hot {
+            let temperatures = vdb.read(self::chosen(vdb, Some(name))?, true)?;
+            is_elsewhere(&temperatures, name).map_or(Ok(()), Err)?;
+            heat = Some((temperatures, *kelvin));
+        }
+        if let Some(name) = color {
+            let colors = vdb.read_color(chosen_color(vdb, name)?, self.channel)?;
+            is_elsewhere(&colors, name).map_or(Ok(()), Err)?;
+            grid.tree = grid.tree.times(&colors.tree, colors.background)?;
+        }
+        let axes = self.up.map_or(DMat3::IDENTITY, Up::turn) * self.unit.unwrap_or(1.0);
+        let volume_from_index = DAffine3::from_mat3(axes) * grid.world_from_index;
+        let mut bricks = self.look.shown(grid.tree, volume_from_index)?.into_bricks()?;
+        let mut wrong = [0, 0];
+        if let Some((heat, kelvin)) = heat {
+            wrong = heat.tree.heat(&mut bricks.bricks, kelvin);
+        }
+        Ok(Frame::of_bricks(bricks, wrong, volume_from_index, notes))
     }
 }
 
@@ -131,6 +253,20 @@ impl Frame {
     fn of_cloud(cloud: &Cloud, bricks: Vec<Brick>) -> Self {
         let (skipped, notes) = Default::default();
         Self { bricks, scale: 1.0, volume_from_index: cloud.box_from_index(), skipped, notes }
+    }
+
+    /// `wrong`: numbers of values below 0 and not finite besides those of the bricks.
+    fn of_bricks(
+        bricks: Bricks,
+        wrong: [u64; 2],
+        volume_from_index: DAffine3,
+        notes: Vec<String>,
+    ) -> Self {
+        let Bricks { bricks, scale, negative, not_finite } = bricks;
+        let counts =
+            [("voxel below 0", negative + wrong[0]), ("voxel not finite", not_finite + wrong[1])];
+        let skipped = counts.into_iter().filter(|&(_, count)| count > 0).collect();
+        Self { bricks, scale, volume_from_index, skipped, notes }
     }
 }
 
@@ -141,11 +277,6 @@ pub(super) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
     let (digits, after) = rest.split_once('d')?;
     let width: usize = if digits.is_empty() { 0 } else { digits.parse().ok()? };
     (width <= 9).then(|| path.with_file_name(format!("{before}{number:0width$}{after}")))
-}
-
-fn open(path: &Path) -> Result<Vdb, Fault> {
-    let failed = |error: SceneError| Fault::new(error.to_string(), "check the file");
-    read::bytes(path).map_err(failed).and_then(Vdb::new)
 }
 
 /// Place of the grid of densities in the file.
@@ -187,61 +318,4 @@ fn unknown(kind: &str, wanted: &str, mut known: Vec<&str>) -> Fault {
     let near = nearest(wanted, known).unwrap_or_default();
     let message = format!("there is no {kind} {}, but {of}; {near}", quoted(wanted));
     Fault::new(message.trim_end_matches("; "), "name one of the file's grids")
-}
-
-/// `names`: of the grids of densities and of colours.
-fn frame(
-    path: &Path,
-    [name, color]: [Option<&str>; 2],
-    channel: usize,
-    hot: Option<&(String, f32)>,
-) -> Result<Frame, Fault> {
-    let vdb = open(path)?;
-    let i = chosen(&vdb, name)?;
-    let mut grid = vdb.read(i, true)?;
-    let chosen = vdb.names().nth(i).unwrap_or_default();
-    if grid.class == "level set" {
-        let message = format!("the grid {} is a level set, not a density", quoted(chosen));
-        return Err(Fault::new(message, "convert it to a fog volume, or name another grid"));
-    }
-    let note = |text: &str| format!("{}: {text}", path.display());
-    let mut notes: Vec<String> = vdb.unread.iter().map(|unread| note(unread)).collect();
-    if name.is_none() && chosen != "density" && vdb.names().count() > 1 {
-        notes.push(note(&format!("of its grids, {} is taken for the density", quoted(chosen))));
-    }
-    if grid.background != 0.0 {
-        let background = grid.background;
-        notes.push(note(&format!("the background of {background} counts as nothing")));
-    }
-    let is_elsewhere = |other: &VdbGrid, name: &str| {
-        let names = [chosen, name].map(quoted);
-        let message = format!("the grids {} and {} differ in place or scale", names[0], names[1]);
-        (other.world_from_index != grid.world_from_index)
-            .then(|| Fault::new(message, "resample one to the other"))
-    };
-    for other in vdb.color_names().filter(|&other| Some(other) != color) {
-        notes.push(note(&format!(
-            "the colours of grid {} are not used: color_grid names one",
-            quoted(other)
-        )));
-    }
-    let mut heat = None;
-    if let Some((name, kelvin)) = hot {
-        let temperatures = vdb.read(self::chosen(&vdb, Some(name))?, true)?;
-        is_elsewhere(&temperatures, name).map_or(Ok(()), Err)?;
-        heat = Some((temperatures, *kelvin));
-    }
-    if let Some(name) = color {
-        let colors = vdb.read_color(chosen_color(&vdb, name)?, channel)?;
-        is_elsewhere(&colors, name).map_or(Ok(()), Err)?;
-        grid.tree = grid.tree.times(&colors.tree, colors.background)?;
-    }
-    let Bricks { mut bricks, scale, mut negative, mut not_finite } = grid.tree.into_bricks()?;
-    if let Some((heat, kelvin)) = heat {
-        let [below, wrong] = heat.tree.heat(&mut bricks, kelvin);
-        (negative, not_finite) = (negative + below, not_finite + wrong);
-    }
-    let counts = [("voxel below 0", negative), ("voxel not finite", not_finite)];
-    let skipped = counts.into_iter().filter(|&(_, count)| count > 0).collect();
-    Ok(Frame { bricks, scale, volume_from_index: grid.world_from_index, skipped, notes })
 }

@@ -6,9 +6,10 @@ use super::{
     limits::Limit,
     loader::Loader,
     loader_files::add_skipped,
+    look::{Look, delta_eddington},
     particles::FARTHEST,
     read,
-    volume_frame::{CHANNELS, Content, Frame, numbered},
+    volume_frame::{CHANNELS, Content, FileContent, Frame, numbered},
 };
 use crate::model::{Density, Grid, Material, Motion, Scene, Shape, moved};
 use glam::{Affine3A, DMat4, IVec3, UVec3, Vec3};
@@ -66,6 +67,24 @@ impl Motion for Moving {
     }
 }
 
+/// A grid of a volume: all of it, a channel, or a row of a table of colours.
+struct Part {
+    content: Content,
+    /// What it shows at the start.
+    start: Frame,
+    /// Times the volume's own.
+    extinction: Vec3,
+    albedo: Vec3,
+    /// Place among the volume's materials.
+    material: usize,
+}
+
+impl Part {
+    fn new(content: Content, start: Frame) -> Self {
+        Self { content, start, extinction: Vec3::ONE, albedo: Vec3::ONE, material: 0 }
+    }
+}
+
 /// Shows a frame in a grid.
 fn put(grid: &mut Grid, frame: Frame, world_from_volume: DMat4, factor: f32) {
     let world_from_index = world_from_volume * DMat4::from(frame.volume_from_index);
@@ -110,30 +129,42 @@ const HOTTEST: f32 = 2200.0;
 /// Optical depth along y at which a volume or a medium that is rendered on its own is neither thin nor black.
 pub(super) const USUAL_THICKNESS: f64 = 4.0;
 
+/// A part for each row of the table of colours, or one without a table.
+fn rows(
+    given: &VolumeTable,
+    of_look: impl Fn(Look) -> Result<Part, SceneError>,
+) -> Result<Vec<Part>, SceneError> {
+    let rows = given.look.rows();
+    if rows.is_empty() {
+        return Ok(vec![of_look(given.look.clone())?]);
+    }
+    let of_row = |(material, (look, color)): (usize, (Look, Vec3))| {
+        let [extinction, albedo] = delta_eddington(color, given.ahead);
+        Ok(Part { extinction, albedo, material, ..of_look(look)? })
+    };
+    rows.into_iter().enumerate().map(of_row).collect()
+}
+
 impl Loader<'_> {
     pub(super) fn volume(&mut self, table: &Spanned<VolumeTable>) -> Result<(), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
-        let (key, contents) = self.contents(table)?;
-        let materials = self.scene.materials.len();
-        self.check_limit(Limit::Materials, materials, 1, (span, key))?;
         // A file that is the scene has no key that names it.
         let is_alone =
             given.file.as_ref().is_some_and(|file| self.folder.join(file) == self.source.path());
-        let named = |error| if is_alone { error } else { self.named_by(span, key, error) };
-        let outline = |content: &Content| content.outline().filter(|_| !self.makes_start);
-        let starts =
-            contents.iter().map(|content| outline(content).map_or_else(|| content.at(0.0), Ok));
-        let starts = starts.collect::<Result<Vec<_>, _>>().map_err(named)?;
-        let have = self.scene.grids.iter().map(|grid| grid.bricks.len()).sum();
-        let bricks = starts.iter().map(|start| start.bricks.len()).sum();
-        self.check_limit(Limit::Bricks, have, bricks, (span, key))?;
+        let named = |error| if is_alone { error } else { self.named_by(span, "file", error) };
+        let (key, parts) = self.parts(table, &named)?;
+        let first_material = self.scene.materials.len();
+        let materials = parts.iter().map(|part| part.material + 1).max().unwrap_or(0);
+        self.check_limit(Limit::Materials, first_material, materials, (span, key))?;
+        let have: usize = self.scene.grids.iter().map(|grid| grid.bricks.len()).sum();
+        let mut bricks = 0;
         let world_from_volume = given.placement.at(0.0).as_dmat4();
-        let grids = (0..).zip(&starts).map(|(channel, start)| {
-            // Of a grid of colours each channel is a grid that takes no other.
-            let axis = if contents.len() == 1 { Vec3::ONE } else { Vec3::AXES[channel] };
-            self.grid(table, start.clone(), world_from_volume, axis)
-        });
-        let grids = grids.collect::<Result<Vec<_>, _>>()?;
+        let mut grids = Vec::new();
+        for part in &parts {
+            bricks += part.start.bricks.len();
+            self.check_limit(Limit::Bricks, have, bricks, (span, key))?;
+            grids.push(self.grid(table, part, world_from_volume)?);
+        }
         let factor = given.factor.unwrap_or_else(|| {
             let thickness = grids.iter().map(thickness).fold(0.0, f64::max);
             if !is_alone || thickness <= 0.0 {
@@ -146,19 +177,25 @@ impl Loader<'_> {
             ));
             factor.min(MOST_FACTOR)
         });
-        self.scene.materials.push(Material {
-            name: format!("volume {}", self.scene.grids.len()),
-            shape: Shape::Brick,
-            tint: given.albedo.extend(1.0),
-            casts: given.casts,
-            visible: given.visible,
-            ..Material::default()
-        });
-        // What a file leaves out is the same for all channels.
-        self.scene.notes.extend_from_slice(&starts[0].notes);
-        for ((content, start), mut grid) in contents.into_iter().zip(starts).zip(grids) {
+        for material in 0..materials {
+            let part = parts.iter().find(|part| part.material == material);
+            let albedo = part.map_or(Vec3::ONE, |part| part.albedo);
+            self.scene.materials.push(Material {
+                name: format!("volume {}", self.scene.grids.len() + material),
+                shape: Shape::Brick,
+                tint: (given.albedo * albedo).extend(1.0),
+                casts: given.casts,
+                visible: given.visible,
+                ..Material::default()
+            });
+        }
+        // What a file leaves out is the same for all parts.
+        if let Some(part) = parts.first() {
+            self.scene.notes.extend_from_slice(&part.start.notes);
+            add_skipped(&mut self.scene.skipped, &part.start.skipped);
+        }
+        for (Part { content, start, .. }, mut grid) in parts.into_iter().zip(grids) {
             grid.factor *= factor;
-            add_skipped(&mut self.scene.skipped, &start.skipped);
             if content.moves() {
                 let is_outline = !self.makes_start && content.outline().is_some();
                 let start = (!is_outline).then(|| Arc::new(start));
@@ -172,23 +209,30 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Contents of a volume by channel, and the key that says where they are from.
-    fn contents(
+    /// The parts of a volume, and the key that says where they are from. `named`: an error of its file.
+    fn parts(
         &self,
         table: &Spanned<VolumeTable>,
-    ) -> Result<(&'static str, Vec<Content>), SceneError> {
+        named: &impl Fn(SceneError) -> SceneError,
+    ) -> Result<(&'static str, Vec<Part>), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
         match (&given.file, &given.generate) {
-            (Some(file), None) => Ok(("file", self.of_file(table, file)?)),
+            (Some(file), None) => {
+                let content = self.of_file(table, file)?;
+                let parts = self.of_open_file(table, &content, named)?;
+                Ok(("file", parts))
+            }
             (None, Some(cloud)) => {
-                let key = match given {
-                    VolumeTable { frames: Some(_), .. } => "frames",
-                    VolumeTable { grid: Some(_), .. } => "density",
-                    VolumeTable { color_grid: Some(_), .. } => "color_grid",
-                    _ => return Ok(("generate", vec![self.of_cloud(table, *cloud)?])),
+                let (key, what) = match given {
+                    VolumeTable { frames: Some(_), .. } => ("frames", "frames or a grid"),
+                    VolumeTable { grid: Some(_), .. } => ("density", "frames or a grid"),
+                    VolumeTable { color_grid: Some(_), .. } => ("color_grid", "frames or a grid"),
+                    VolumeTable { unit: Some(_), .. } => ("unit", "a unit or an axis"),
+                    VolumeTable { up: Some(_), .. } => ("up", "a unit or an axis"),
+                    _ => return Ok(("generate", self.of_cloud(table, *cloud)?)),
                 };
                 let help = "remove it: a generated volume has no files";
-                Err(self.error(span, key, "frames or a grid of what has no file", help))
+                Err(self.error(span, key, &format!("{what} of what has no file"), help))
             }
             _ => {
                 let message = "a volume needs either a file or generate";
@@ -197,23 +241,22 @@ impl Loader<'_> {
         }
     }
 
-    /// A grid of the volume. `axis`: the channels that it takes.
+    /// A grid of the volume.
     fn grid(
         &self,
         table: &Spanned<VolumeTable>,
-        start: Frame,
+        part: &Part,
         world_from_volume: DMat4,
-        axis: Vec3,
     ) -> Result<Grid, SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
         let mut grid = Grid {
-            extinction: given.color * axis,
-            material: self.scene.materials.len() as u32,
+            extinction: given.color * part.extinction,
+            material: (self.scene.materials.len() + part.material) as u32,
             anisotropy: given.anisotropy,
             emission: given.emission.as_ref().map_or(0.0, |emission| emission.factor),
             ..Grid::default()
         };
-        put(&mut grid, start, world_from_volume, 1.0);
+        put(&mut grid, part.start.clone(), world_from_volume, 1.0);
         if let Some(problem) = grid.problem() {
             let help = "change the scale, or the transform of the file";
             return Err(self.error(span, "scale", &format!("the volume: {problem}"), help));
@@ -227,36 +270,81 @@ impl Loader<'_> {
     }
 
     /// A generated volume; only an explosion is hot.
-    fn of_cloud(&self, table: &Spanned<VolumeTable>, cloud: Cloud) -> Result<Content, SceneError> {
-        let Some(emission) = &table.get_ref().emission else {
-            return Ok(Content::Cloud { cloud, kelvin: None });
+    fn of_cloud(
+        &self,
+        table: &Spanned<VolumeTable>,
+        cloud: Cloud,
+    ) -> Result<Vec<Part>, SceneError> {
+        let given = table.get_ref();
+        let kelvin = match &given.emission {
+            None => None,
+            Some(emission) if cloud.kind != KindOfCloud::Explosion || emission.grid.is_some() => {
+                let help = "only explosions glow, and have no grid";
+                return Err(self.error(
+                    &table.span(),
+                    "emission",
+                    "emission of what is cold",
+                    help,
+                ));
+            }
+            Some(emission) => Some(emission.kelvin.unwrap_or(HOTTEST)),
         };
-        if cloud.kind != KindOfCloud::Explosion || emission.grid.is_some() {
-            let help = "only explosions glow, and have no grid";
-            return Err(self.error(&table.span(), "emission", "emission of what is cold", help));
-        }
-        let kelvin = emission.kelvin.unwrap_or(HOTTEST);
-        Ok(Content::Cloud { cloud, kelvin: Some(kelvin) })
+        let part = |look| {
+            let content = Content::Cloud { cloud, kelvin, look };
+            let outline = content.outline().filter(|_| !self.makes_start);
+            let start = outline.map_or_else(|| content.at(0.0), Ok)?;
+            Ok(Part::new(content, start))
+        };
+        rows(given, part)
     }
 
-    /// A file, or all of a sequence, which must be there; of each channel if it has a grid of colours.
+    /// The parts of a file at the start: of channels, of rows of a table of colours, or one.
+    fn of_open_file(
+        &self,
+        table: &Spanned<VolumeTable>,
+        content: &FileContent,
+        named: &impl Fn(SceneError) -> SceneError,
+    ) -> Result<Vec<Part>, SceneError> {
+        let given = table.get_ref();
+        if given.color_grid.is_some() && !given.look.rows().is_empty() {
+            let help = "remove one of the two";
+            let message = "a table of colours and a grid of colours";
+            return Err(self.error(&table.span(), "colors", message, help));
+        }
+        let file = content.open().map_err(named)?;
+        let path = content.path(0.0);
+        let part = |content: FileContent| {
+            let start = content.frame(&path, &file).map_err(named)?;
+            Ok(Part::new(Content::File(content), start))
+        };
+        if given.color_grid.is_some() || file.channels() > 1 {
+            // Each channel is a grid that takes no other.
+            let of_channel = |channel| {
+                let part = part(content.with_channel(channel))?;
+                Ok(Part { extinction: Vec3::AXES[channel], ..part })
+            };
+            return (0..CHANNELS).map(of_channel).collect();
+        }
+        let of_look = |look| part(content.with_look(look));
+        rows(given, of_look)
+    }
+
+    /// A file, or all of a sequence, which must be there.
     fn of_file(
         &self,
         table: &Spanned<VolumeTable>,
         file: &Path,
-    ) -> Result<Vec<Content>, SceneError> {
+    ) -> Result<FileContent, SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
         let path = self.folder.join(file);
         let is_sequence = numbered(&path, 0).is_some();
-        let channels = if given.color_grid.is_some() { CHANNELS } else { 1 };
-        let contents =
-            (0..channels).map(|channel| Content::of_file(path.clone(), given, channel)).collect();
+        let content = FileContent::new(path.clone(), given);
         let Some([first, last]) = given.frames else {
             if is_sequence && !path.exists() {
                 let help = "add `frames = [first, last]`";
                 return Err(self.error(span, "file", "a sequence of files without frames", help));
             }
-            return Ok(contents);
+            return Ok(content);
         };
         if !is_sequence {
             let help = "write %04d where the number of four digits stands";
@@ -266,6 +354,6 @@ impl Loader<'_> {
             let path: PathBuf = numbered(&path, frame).unwrap_or_default();
             read::check(&path).map_err(|error| self.named_by(span, "file", error))?;
         }
-        Ok(contents)
+        Ok(content)
     }
 }

@@ -1,4 +1,5 @@
 pub(crate) mod area_truth;
+pub(crate) mod arrays;
 pub(crate) mod brute_force;
 pub(crate) mod compare;
 pub(crate) mod edge_truth;

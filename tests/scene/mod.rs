@@ -1,6 +1,7 @@
 //! Scene files, particle files, models, and generated contents.
 mod alone;
 mod animate;
+mod arrays;
 mod bounded;
 mod defaults;
 mod displace;
@@ -18,6 +19,8 @@ mod gltf_light;
 mod hostile;
 mod issues;
 mod limits;
+mod look_errors;
+mod looks;
 mod meshes;
 mod messages;
 mod noise;

@@ -9,6 +9,7 @@ use crate::{
 };
 use glam::{IVec3, UVec3};
 use half::f16;
+use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 
 /// The bricks of a tree.
@@ -153,13 +154,12 @@ impl Tree {
             return Err(Fault::new(message, "use a smaller grid, or a machine with more memory"));
         }
         let lookup = VoxelSources::new(&self, 0.0);
-        let mut bricks = Vec::new();
-        for origin in origins {
-            match lookup.brick(IVec3::from(origin)) {
-                Some(brick) if brick.voxels().is_none() => boxes.push(brick),
-                brick => bricks.extend(brick),
-            }
-        }
+        let made: Vec<_> =
+            origins.into_par_iter().filter_map(|at| lookup.brick(IVec3::from(at))).collect();
+        let (bricks, others): (Vec<_>, Vec<_>) =
+            made.into_iter().partition(|brick| brick.voxels().is_some());
+        boxes.extend(others);
+        let mut bricks = bricks;
         bricks.extend(joined(boxes));
         Ok(Bricks { bricks, scale, negative, not_finite })
     }
@@ -181,7 +181,7 @@ impl Tree {
     }
 
     /// Values of voxels, then of tiles.
-    fn values_mut(&mut self) -> impl Iterator<Item = &mut f32> {
+    pub(in crate::scene) fn values_mut(&mut self) -> impl Iterator<Item = &mut f32> {
         self.values.iter_mut().chain(self.tiles.iter_mut().map(|tile| &mut tile.value))
     }
 

@@ -17,7 +17,7 @@ impl Fault {
         Self { message: message.into(), help }
     }
 
-    pub(super) fn damaged(message: impl Into<String>) -> Self {
+    pub(in crate::scene) fn damaged(message: impl Into<String>) -> Self {
         Self::new(message, DAMAGED)
     }
 }

@@ -1,6 +1,7 @@
 //! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"), versions 218
 //! to 225: grids of numbers, and of colours. Memory is at most some twenty times the file's size.
 mod bricks;
+mod cut;
 mod input;
 mod product;
 mod tree;
@@ -8,7 +9,7 @@ mod values;
 
 pub(in crate::scene) use bricks::Bricks;
 pub(in crate::scene) use input::Fault;
-pub(in crate::scene) use tree::{MOST_NODES, Tree};
+pub(in crate::scene) use tree::{LEAF_EDGE, LEAF_VOXELS, MOST_NODES, Tile, Tree};
 
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use input::Input;
@@ -64,6 +65,11 @@ const MAPS: u32 = 219;
 const PACKED: u32 = 220;
 
 impl Vdb {
+    /// Whether the first bytes of a file are those of such a file.
+    pub(in crate::scene) fn is(head: &[u8]) -> bool {
+        head.starts_with(&MAGIC.to_le_bytes())
+    }
+
     /// Reads the heads of all grids.
     pub(in crate::scene) fn new(bytes: Vec<u8>) -> Result<Self, Fault> {
         let mut input = Input::new(&bytes, 0)?;
