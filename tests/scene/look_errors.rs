@@ -1,6 +1,9 @@
 //! What classification before interpolation costs, on a scan with thin bones and a thin skin.
 use crate::common::{files::read, scenes::Chance};
-use gobo::{glam::DVec3, model::Grid};
+use gobo::{
+    glam::{DVec3, UVec3},
+    model::Grid,
+};
 
 /// Opacities of the table `body`, by value.
 const BODY: [(f64, f64); 5] =
