@@ -26,6 +26,7 @@ mod sources;
 mod splat_files;
 mod splats;
 mod strands;
+mod text;
 mod trails;
 mod vdb;
 mod volume_colors;
