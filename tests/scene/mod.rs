@@ -33,6 +33,7 @@ mod splat_files;
 mod splat_folders;
 mod splats;
 mod strands;
+mod text;
 mod trails;
 mod vdb;
 mod volume_colors;

@@ -3,10 +3,9 @@
 import sys
 from pathlib import Path
 
+import gobo_shadows as gobo
 import numpy as np
 from matplotlib import pyplot
-
-import gobo_shadows as gobo
 
 WHITE = {"transfer": "opaque", "tint": [0.8, 0.8, 0.8, 1.0]}
 
