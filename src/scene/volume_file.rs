@@ -18,7 +18,7 @@ impl VolumeFile {
     /// Endings of names that files of volumes have.
     pub(super) fn extensions() -> impl Iterator<Item = &'static str> {
         let dense = dense::FORMATS.iter().flat_map(|format| format.extensions);
-        std::iter::once("vdb").chain(dense.copied())
+        ["vdb", "nvdb"].into_iter().chain(dense.copied())
     }
 
     /// Whether a file is one, by its head.
@@ -35,7 +35,8 @@ impl VolumeFile {
             return format.read(path, grid).map(Self::Dense);
         }
         let bytes = read::bytes(path)?;
-        let is_named = path.extension().is_some_and(|extension| extension == "vdb");
+        let is_named =
+            path.extension().is_some_and(|extension| extension == "vdb" || extension == "nvdb");
         if !is_named && !Vdb::is(&bytes) {
             let endings: Vec<_> = Self::extensions().map(|ending| format!(".{ending}")).collect();
             let help = format!("volumes are files of these kinds: {}", endings.join(" "));

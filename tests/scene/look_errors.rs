@@ -1,6 +1,9 @@
 //! What classification before interpolation costs, on a scan with thin bones and a thin skin.
 use crate::common::{files::read, scenes::Chance};
-use gobo::{glam::DVec3, model::Grid};
+use gobo::{
+    glam::{DVec3, UVec3},
+    model::Grid,
+};
 
 /// Opacities of the table `body`, by value.
 const BODY: [(f64, f64); 5] =
@@ -28,7 +31,7 @@ impl Field {
             for brick in &grid.bricks {
                 let voxels = brick.voxels().expect("no box");
                 for i in 0..512_u32 {
-                    let own = gobo::glam::UVec3::new(i % 8, i / 8 % 8, i / 64);
+                    let own = UVec3::new(i % 8, i / 8 % 8, i / 64);
                     let at = brick.origin + own.as_ivec3();
                     if at.min_element() >= 0 && at.max_element() < size as i32 {
                         let [x, y, z] = at.to_array().map(|at| at as usize);

@@ -22,6 +22,7 @@ mod limits;
 mod look_errors;
 mod looks;
 mod messages;
+mod nano;
 mod noise;
 mod particles;
 mod ply;
