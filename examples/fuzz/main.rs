@@ -10,6 +10,9 @@ mod arrays;
 mod keys;
 mod models;
 mod mutate;
+#[path = "../../tests/common/nano.rs"]
+#[allow(dead_code, reason = "tests write more kinds of files")]
+mod nano;
 #[path = "../../tests/common/points.rs"]
 #[allow(dead_code, reason = "tests write other kinds of files")]
 mod points;

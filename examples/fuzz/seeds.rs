@@ -3,6 +3,7 @@ use super::{
     Reader,
     arrays::{self, Kind, Vti},
     models,
+    nano::{self, Codec},
     points::{self, DOTS},
     splats::{self, SPLATS},
     vdb::{Format, Packing, VdbGrid, file},
@@ -157,7 +158,14 @@ fn splat_files() -> [Files; 9] {
 }
 
 /// Dense arrays in each format.
-fn array_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
+fn array_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 8] {
+    let mut grid = VdbGrid::default();
+    grid.set(IVec3::new(1, 2, 3), 4.0);
+    grid.tiles.insert(([8, 0, 0], 8), (2.0, true));
+    let nano =
+        |(kind, codec)| nano::segment(codec, &[("density", kind, nano::grid(kind, 2, &grid))]);
+    let nano =
+        [(nano::FLOAT, Codec::Zip), (nano::FPN, Codec::Zip), (nano::HALF, Codec::Blosc)].map(nano);
     let packers = [None, Some("vtkZLibDataCompressor"), Some("vtkLZ4DataCompressor")];
     let ways = [Vti::Ascii, Vti::Inline, Vti::Appended, Vti::Raw];
     let vti = |way| packers.map(|packer| arrays::vti(Kind::I16, false, way, packer));
@@ -165,6 +173,7 @@ fn array_files() -> [(&'static str, &'static str, Vec<Vec<u8>>); 7] {
     let archive = |is_packed| arrays::npz(&[("density", array.clone())], is_packed);
     [
         ("npy_volume", "npy", vec![array.clone(), arrays::npy(Kind::I16, true, true)]),
+        ("nvdb", "nvdb", nano.into()),
         ("npz", "npz", [false, true].map(archive).into()),
         (
             "nrrd",

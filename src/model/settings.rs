@@ -31,7 +31,7 @@ pub struct ShadowSettings {
     pub filter: ShadowFilter,
     /// Distance behind a stored depth from which a receiver is shadowed, 0 or more \[m\]; for lights without their own.
     /// Default none: a quarter of a texel there, on slopes as much as [`Self::normal_bias`] asks for, of lights with a size four
-    /// texels, and 2^-15 of the view's depth range at least, so that scenes of any size have the same shadows.
+    /// texels, within 2^-15 and 2^-9 of the view's depth range, so that scenes of any size have the same shadows.
     pub bias: Option<f32>,
     /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels, 0 or more
     /// \[texels\]; for lights without their own. Default 0.

@@ -47,8 +47,9 @@ pub const TEXELS_BIT: u32 = 1 << 15;
 /// Depth bias where none is stated \[texels\]; of a light with a size, whose spots may cross the planes of what they shade.
 const BIAS_TEXELS: f32 = 0.25;
 const SOFT_BIAS_TEXELS: f32 = 4.0;
-/// Least bias in texels, as a share of the view's depth range: two steps of a curve's depths.
+/// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
 pub const LEAST_BIAS: f32 = 1.0 / 32768.0;
+pub const LARGEST_BIAS: f32 = 1.0 / 512.0;
 /// Least cosine of a slope that a bias in texels covers alone: 66 degrees.
 pub const LEAST_COSINE: f32 = 0.4;
 
@@ -141,7 +142,8 @@ impl GpuLight {
         }
         let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         let slope = self.normal_bias * sine / cosine.max(LEAST_COSINE);
-        (self.bias.max(slope) * texel).max(LEAST_BIAS * (view.far - view.near))
+        let range = view.far - view.near;
+        (self.bias.max(slope) * texel).clamp(LEAST_BIAS * range, LARGEST_BIAS * range)
     }
 
     /// Whether its maps are read with another filter than the spline, or with a slope-scaled bias.

@@ -26,7 +26,7 @@ pub(super) fn hounsfield(place: Vec3, lumps: f32) -> f32 {
     let bone = spine(at).max(ribs(at)).max(front(at));
     // A shell of dense bone around a spongy core.
     let dense = 1.0 - step(bone - 0.4, 0.4);
-    fill(step(bone, 0.12), 330.0 + 60.0 * lumps + 850.0 * dense);
+    fill(step(bone, 0.35), 330.0 + 60.0 * lumps + 850.0 * dense);
     value
 }
 

@@ -148,6 +148,7 @@ pub const FORMATS: &[Format] = &[
         "KHR_gaussian_splatting, plain or by SPZ",
     ),
     row(Family::Volume, "OpenVDB", &["vdb"], START, "grids of floats, halves and colours"),
+    row(Family::Volume, "NanoVDB", &["nvdb"], START, "grids of numbers, plain and quantised"),
     row(
         Family::Volume,
         "NumPy",

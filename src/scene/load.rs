@@ -162,7 +162,7 @@ fn load_all(
     if is_alone {
         formats::refuse_foreign(path)?;
     }
-    let is_volume = is_alone && (extension == "vdb" || VolumeFile::is(path));
+    let is_volume = is_alone && (matches!(&*extension, "vdb" | "nvdb") || VolumeFile::is(path));
     let splats = (is_alone && !is_volume).then(|| kind_of_file(path)).flatten();
     let tables = match is_volume {
         true => [defaults::ALONE, defaults::VOLUME].concat(),

@@ -18,14 +18,17 @@ impl VolumeFile {
     /// Endings of names that files of volumes have.
     pub(super) fn extensions() -> impl Iterator<Item = &'static str> {
         let dense = dense::FORMATS.iter().flat_map(|format| format.extensions);
-        std::iter::once("vdb").chain(dense.copied())
+        ["vdb", "nvdb"].into_iter().chain(dense.copied())
     }
 
     /// Endings of names of a file's kind, by its head; `None` if it is no volume.
     pub(super) fn endings_of(path: &Path) -> Option<&'static [&'static str]> {
-        let is_vdb = || read::head(path, 8).is_ok_and(|(head, _)| Vdb::is(&head));
-        let dense = dense::format_of(path).map(|format| format.extensions);
-        dense.or_else(|| is_vdb().then_some(&["vdb"]))
+        if let Some(dense) = dense::format_of(path) {
+            return Some(dense.extensions);
+        }
+        let (head, _) = read::head(path, 8).ok()?;
+        let endings: &[&str] = if Vdb::is_nano(&head) { &["nvdb"] } else { &["vdb"] };
+        Vdb::is(&head).then_some(endings)
     }
 
     /// Whether a file is one, by its head.
@@ -41,7 +44,8 @@ impl VolumeFile {
             return format.read(path, grid).map(Self::Dense);
         }
         let bytes = read::bytes(path)?;
-        let is_named = path.extension().is_some_and(|extension| extension == "vdb");
+        let is_named =
+            path.extension().is_some_and(|extension| extension == "vdb" || extension == "nvdb");
         if !is_named && !Vdb::is(&bytes) {
             let endings: Vec<_> = Self::extensions().map(|ending| format!(".{ending}")).collect();
             let help = format!("volumes are files of these kinds: {}", endings.join(" "));

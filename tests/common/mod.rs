@@ -7,6 +7,7 @@ pub(crate) mod files;
 pub(crate) mod gaussian_truth;
 pub(crate) mod grid_truth;
 pub(crate) mod model;
+pub(crate) mod nano;
 pub(crate) mod points;
 pub(crate) mod scenes;
 pub(crate) mod splats;

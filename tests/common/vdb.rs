@@ -324,14 +324,14 @@ impl Out {
     }
 }
 
-fn zipped(plain: &[u8]) -> Vec<u8> {
+pub(crate) fn zipped(plain: &[u8]) -> Vec<u8> {
     let mut zip = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
     zip.write_all(plain).unwrap();
     zip.finish().unwrap()
 }
 
 /// A Blosc frame of one block: bytes sorted by their place in a number, in a stream each if there are enough.
-fn blosc(plain: &[u8], number: usize) -> Vec<u8> {
+pub(crate) fn blosc(plain: &[u8], number: usize) -> Vec<u8> {
     let count = plain.len() / number;
     let sorted: Vec<u8> = (0..plain.len()).map(|i| plain[i % count * number + i / count]).collect();
     let mut streams = Vec::new();

@@ -23,6 +23,7 @@ mod look_errors;
 mod looks;
 mod meshes;
 mod messages;
+mod nano;
 mod noise;
 mod particles;
 mod ply;

@@ -22,8 +22,9 @@ fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
     return select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale;
 }
 
-// Least bias in texels, as a share of the view's depth range: two steps of a curve's depths.
+// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
 const LEAST_BIAS: f32 = 0.000030517578125;
+const LARGEST_BIAS: f32 = 0.001953125;
 
 // Least cosine of a slope that a bias in texels covers alone: 66 degrees.
 const LEAST_COSINE: f32 = 0.4;
@@ -32,7 +33,8 @@ const LEAST_COSINE: f32 = 0.4;
 // `texel`: edge of a texel at the point's depth [m]; `sine`: of the slope.
 fn depth_bias(light: GpuLight, view: GpuView, texel: f32, sine: f32) -> f32 {
     let slope = light.normal_bias * sine / max(sqrt(max(1.0 - sine * sine, 0.0)), LEAST_COSINE);
-    let of_texels = max(max(light.bias, slope) * texel, LEAST_BIAS * (view.far - view.near));
+    let range = view.far - view.near;
+    let of_texels = clamp(max(light.bias, slope) * texel, LEAST_BIAS * range, LARGEST_BIAS * range);
     return select(light.bias, of_texels, (light.traits & TEXELS_BIT) != 0u);
 }
 

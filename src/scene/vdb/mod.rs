@@ -3,6 +3,8 @@
 mod bricks;
 mod cut;
 mod input;
+mod nano;
+mod nano_tree;
 mod product;
 mod tree;
 mod values;
@@ -27,6 +29,8 @@ pub(in crate::scene) struct Vdb {
     heads: Vec<Head>,
     /// Grids of colours.
     colors: Vec<Head>,
+    /// Grids of a `NanoVDB` file.
+    nano: Vec<nano::Head>,
     /// Grids that cannot be read, a sentence each.
     pub(in crate::scene) unread: Vec<String>,
 }
@@ -67,11 +71,21 @@ const PACKED: u32 = 220;
 impl Vdb {
     /// Whether the first bytes of a file are those of such a file.
     pub(in crate::scene) fn is(head: &[u8]) -> bool {
-        head.starts_with(&MAGIC.to_le_bytes())
+        Self::is_nano(head) || head.starts_with(&MAGIC.to_le_bytes())
+    }
+
+    /// Whether a head is that of NanoVDB.
+    pub(in crate::scene) fn is_nano(head: &[u8]) -> bool {
+        nano::is(head)
     }
 
     /// Reads the heads of all grids.
     pub(in crate::scene) fn new(bytes: Vec<u8>) -> Result<Self, Fault> {
+        if nano::is(&bytes) {
+            let (nano, unread) = nano::heads(&bytes)?;
+            let (heads, colors) = Default::default();
+            return Ok(Self { bytes, version: 0, zip: false, heads, colors, nano, unread });
+        }
         let mut input = Input::new(&bytes, 0)?;
         if input.i64("the head of the file")? != MAGIC {
             return Err(Fault::new("not an OpenVDB file", "name a .vdb file"));
@@ -92,8 +106,8 @@ impl Vdb {
         metadata(&mut input)?;
         let count = input.u32("the number of grids")?;
         let mut at = input.at();
-        let mut vdb =
-            Self { bytes, version, zip, heads: Vec::new(), colors: Vec::new(), unread: Vec::new() };
+        let (heads, colors, nano, unread) = Default::default();
+        let mut vdb = Self { bytes, version, zip, heads, colors, nano, unread };
         for i in 0..count {
             let Some(next) = vdb.head(at, has_offsets)? else {
                 vdb.unread.push(format!("{} grids behind it", count - i - 1));
@@ -171,11 +185,15 @@ impl Vdb {
 
     /// Names of the grids of numbers.
     pub(in crate::scene) fn names(&self) -> impl Iterator<Item = &str> {
-        self.heads.iter().map(|head| &*head.name)
+        let nano = self.nano.iter().map(|head| &*head.name);
+        self.heads.iter().map(|head| &*head.name).chain(nano)
     }
 
     /// Reads a grid by its place in [`Self::names`]; without its leaves' values if not `has_values`.
     pub(in crate::scene) fn read(&self, i: usize, has_values: bool) -> Result<VdbGrid, Fault> {
+        if let Some(head) = self.nano.get(i) {
+            return self.read_nano(head, has_values).map_err(|fault| of_grid(&head.name, &fault));
+        }
         let head = &self.heads[i];
         self.read_head(head, has_values, 0).map(|(grid, _)| grid)
     }
@@ -197,11 +215,8 @@ impl Vdb {
         has_values: bool,
         channel: usize,
     ) -> Result<(VdbGrid, usize), Fault> {
-        let of_grid = |fault: Fault| Fault {
-            message: format!("grid {}: {}", shown(&head.name), fault.message),
-            help: fault.help,
-        };
-        self.read_grid(head, has_values, channel).map_err(of_grid)
+        let grid = self.read_grid(head, has_values, channel);
+        grid.map_err(|fault| of_grid(&head.name, &fault))
     }
 
     fn read_grid(
@@ -248,6 +263,11 @@ impl Vdb {
         let background = encoding.background;
         Ok((VdbGrid { world_from_index, class, background, tree }, input.at()))
     }
+}
+
+/// What is wrong with a grid.
+fn of_grid(name: &str, fault: &Fault) -> Fault {
+    Fault::new(format!("grid {}: {}", shown(name), fault.message), fault.help)
 }
 
 /// A name for messages.
@@ -309,9 +329,15 @@ fn transform(input: &mut Input<'_>, version: u32) -> Result<DAffine3, Fault> {
             return Err(Fault::new(format!("its transform is {}", shown(&kind)), help));
         }
     };
+    check(&affine)?;
+    Ok(affine)
+}
+
+/// Refuses a transform without an inverse.
+fn check(affine: &DAffine3) -> Result<(), Fault> {
     let (matrix, determinant) = (affine.matrix3, affine.matrix3.determinant());
     if !affine.is_finite() || !determinant.is_normal() || !matrix.inverse().is_finite() {
         return Err(Fault::damaged("its transform is not finite or cannot be inverted"));
     }
-    Ok(affine)
+    Ok(())
 }

@@ -15,7 +15,7 @@ pub(in crate::scene) const LEAF_VOXELS: usize = 512;
 pub(super) const LOWER_EDGE: i32 = 128;
 pub(in crate::scene) const UPPER_EDGE: i32 = 4096;
 /// Farthest origin of a part of the root that is read.
-const FARTHEST: i32 = MAX_INDEX - UPPER_EDGE;
+pub(super) const FARTHEST: i32 = MAX_INDEX - UPPER_EDGE;
 
 /// A box of voxels of one value.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -211,7 +211,7 @@ fn wrong_length(found: usize, expected: usize) -> Fault {
 }
 
 /// Unpacks a zlib stream.
-fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), Fault> {
+pub(super) fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), Fault> {
     let mut stream = flate2::Decompress::new(true);
     let end = stream.decompress(packed, unpacked, flate2::FlushDecompress::Finish);
     match end {
@@ -226,7 +226,11 @@ fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), Fault> {
 
 /// Unpacks a frame of Blosc 1 (Alted 2010, `README_HEADER.rst`): blocks of LZ4 streams with the bytes of
 /// numbers sorted by their place.
-fn blosc(frame: &[u8], unpacked: &mut [u8], shuffled: &mut Vec<u8>) -> Result<(), Fault> {
+pub(super) fn blosc(
+    frame: &[u8],
+    unpacked: &mut [u8],
+    shuffled: &mut Vec<u8>,
+) -> Result<(), Fault> {
     /// Streams of a block are split where there are enough numbers in each.
     const MOST_SPLITS: usize = 16;
     const LEAST_SPLIT: usize = 128;
