@@ -143,7 +143,7 @@ impl GpuLight {
         let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         let slope = self.normal_bias * sine / cosine.max(LEAST_COSINE);
         let range = view.far - view.near;
-        (self.bias.max(slope) * texel).clamp(LEAST_BIAS * range, LARGEST_BIAS * range)
+        (self.bias.max(slope) * texel).max(LEAST_BIAS * range).min(LARGEST_BIAS * range)
     }
 
     /// Whether its maps are read with another filter than the spline, or with a slope-scaled bias.
