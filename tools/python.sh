@@ -35,6 +35,7 @@ case ${1:-} in
         ls dist/*.whl
         ;;
     test)
+        cargo fmt --check --manifest-path "$crate/Cargo.toml"
         environment "$build" 'maturin>=1.9,<2'
         wheels=target/python/wheels
         rm -rf "$wheels" target/python/test

@@ -97,7 +97,11 @@ pub(crate) fn scene_of(what: &str, tables: &Table) -> Result<Scene, Fault> {
     options.start = false;
     scene::load_text(&text, Path::new(NAME), &options).map_err(|error| match error {
         SceneError::Document { message, help, .. } => {
-            Fault::input(format!("{what}: {message}"), help.unwrap_or_default())
+            let help = help.unwrap_or_default();
+            Fault::input(
+                format!("{what}: {message}"),
+                help.replace("to the scene file", "to the working folder"),
+            )
         }
         SceneError::Invalid { path, message, help } if path == Path::new(NAME) => {
             Fault::input(format!("{what}: {message}"), help.unwrap_or_default())

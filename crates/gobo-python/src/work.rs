@@ -17,8 +17,15 @@ use gobo::{
 use std::ops::Range;
 use toml::Table;
 
-/// Points that are looked up at a time, at most: between them a call can be interrupted.
-const MOST_POINTS: usize = 1 << 20;
+/// Points that are looked up at a time, at most: between them a call that was interrupted ends.
+fn most_points(renderer: &Renderer) -> usize {
+    match (renderer.has_device(), renderer.is_software()) {
+        (false, _) => 1 << 13,
+        (true, true) => 1 << 17,
+        (true, false) => 1 << 20,
+    }
+}
+
 /// Shares that are looked up at a time, at most.
 const MOST_SHARES: usize = 1 << 23;
 /// Farthest coordinate of a point [m].
@@ -111,8 +118,9 @@ pub(crate) fn light(
     if count > 0 && lights > 0 {
         let mut receivers = Receivers::default();
         receivers.extend(points.iter().map(|point| point.position));
+        let at_a_time = (MOST_SHARES / lights).clamp(1, most_points(renderer));
         let mut look_up = renderer.point_look_up(&state.scene, receivers)?;
-        for some in points.chunks((MOST_SHARES / lights).clamp(1, MOST_POINTS)) {
+        for some in points.chunks(at_a_time) {
             stop.check()?;
             shares.extend(look_up.shares(some)?);
         }
