@@ -6,7 +6,7 @@
 //! | `.compressed.ply` (`PlayCanvas`) | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
 //! | `.splat` | as they are | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | x right, y up, z back, as here | 8 bits | logarithm |
+//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
 //! | `.ksplat` 0.1 (mkkellogg) | as they are | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |

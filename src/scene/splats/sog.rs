@@ -1,5 +1,4 @@
-//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder. x is
-//! right, y up, z back.
+//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder.
 use super::{
     cloud::{Cloud, Fault, HARMONIC},
     packed::smallest_three,
