@@ -103,11 +103,27 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     readers.extend(models);
     let splats = |(name, extension, seeds)| in_table("splats", name, extension, seeds);
     readers.extend(splat_files().map(splats));
+    readers.push(splats(("sog_json", "json", sog_json(out)?)));
     readers.extend(mesh_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     readers.extend(point_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     let arrays = |(name, extension, seeds)| in_table("volume", name, extension, seeds);
     readers.extend(array_files().map(arrays));
     Ok(readers)
+}
+
+/// What names the images of a SOG, and the levels of a streamed one, in a folder that has them.
+fn sog_json(out: &Path) -> io::Result<Vec<Vec<u8>>> {
+    let files = splats::sog_files(&SPLATS);
+    fs::create_dir_all(out.join("level"))?;
+    for (name, bytes) in &files {
+        fs::write(out.join("level").join(name), bytes)?;
+        fs::write(out.join(name), bytes)?;
+    }
+    let levels = r#"{"version": 1, "count": 4, "lodLevels": 2, "filenames": ["level/meta.json"],
+"environment": "level/meta.json", "tree": {"children": [
+{"lods": {"0": {"file": 0, "offset": 0, "count": 2}, "1": {"file": 0, "offset": 1, "count": 1}}},
+{"lods": {"0": {"file": 0, "offset": 2, "count": 1}}}]}}"#;
+    Ok(vec![files[0].1.clone(), levels.as_bytes().to_vec()])
 }
 
 /// Clouds of points in each format.

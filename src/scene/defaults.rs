@@ -47,7 +47,7 @@ profile = "flat"
 "#;
 
 /// Splats of a file with levels of detail that is rendered on its own.
-pub(super) const SPLATS: &str = "[[splats]]\n";
+pub(super) const SPLATS: &str = "[[splats]]\nrotation = [180, 0, 0]\n";
 
 /// [`sun`] in the format of a scene file.
 pub(super) const SUN: &str = r#"

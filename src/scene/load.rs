@@ -289,7 +289,10 @@ impl Loader<'_> {
     ) -> Result<(), SceneError> {
         let is_model = matches!(extension, "glb" | "gltf") || models::kind_of_file(path).is_some();
         match extension {
-            _ if splats == Some(Kind::SogLevels) => Ok(()),
+            _ if splats == Some(Kind::SogLevels) => {
+                self.note_turned(path);
+                Ok(())
+            }
             _ if splats.is_some() => self.splats_alone(path, splats),
             _ if is_model => {
                 let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);

@@ -83,10 +83,7 @@ impl Loader<'_> {
         let is_turned = kind.is_some_and(Kind::points_down) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
-            let name = path.display();
-            let note = "turned by 180 degrees about x, as y points down in most such files; a \
-                        [[splats]] table reads it as it is";
-            self.scene.notes.push(format!("{name}: {note}"));
+            self.note_turned(path);
         }
         let thickness = thickness(&cloud);
         if let Some(density) = cloud.extinction.filter(|_| thickness > 0.0) {
@@ -127,6 +124,13 @@ impl Loader<'_> {
         };
         let placement = Placement::still(Vec3::ZERO, rotation, Vec3::ONE);
         self.add_splats(cloud, material, &placement, false).map(|_| ())
+    }
+
+    pub(super) fn note_turned(&mut self, path: &Path) {
+        let name = path.display();
+        let note = "turned by 180 degrees about x, as y points down in most such files; a \
+                    [[splats]] table reads it as it is";
+        self.scene.notes.push(format!("{name}: {note}"));
     }
 
     fn note_of_file(&mut self, path: &Path, cloud: &Cloud) {

@@ -39,6 +39,11 @@ fn a_sog_in_a_folder_is_read() {
         assert!(cloud.splats.iter().zip(&SPLATS).all(|(splat, stored)| at(splat, stored)));
         assert_eq!(scene::load(&path).unwrap().gaussians.len(), 3);
     }
+    // By its contents, whatever its name.
+    fs::copy(own.join("meta.json"), own.join("other.txt")).unwrap();
+    fs::write(own.join("meta.json"), "{}").unwrap();
+    assert_eq!(load_splats(&own.join("other.txt")).unwrap().splats.len(), 3);
+    fs::rename(own.join("other.txt"), own.join("meta.json")).unwrap();
     let table = folder.write("s.toml", "[[splats]]\nfile = \"capture\"\n");
     assert_eq!(scene::load(&table).unwrap().gaussians.len(), 3);
     // What a copy of the scene needs.

@@ -154,7 +154,7 @@ fn a_file_alone_is_framed_on_a_ground() {
         ("a.ply", ply("ascii", &SPLATS, 0), true),
         ("b.splat", bare(&SPLATS), true),
         ("c.spz", spz(4, &SPLATS), false),
-        ("d.sog", sog(&SPLATS), false),
+        ("d.sog", sog(&SPLATS), true),
         ("e.gltf", gltf(&SPLATS, false).into_bytes(), false),
         ("no.kind", spz(2, &SPLATS), false),
     ];

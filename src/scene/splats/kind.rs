@@ -22,8 +22,8 @@ pub enum Kind {
 
 impl Kind {
     /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took over
-    /// the axes of photogrammetry.
+    /// the axes of photogrammetry. `PlayCanvas` writes SOG with the axes of the PLY that it is made from.
     pub(in crate::scene) fn points_down(self) -> bool {
-        matches!(self, Self::Ply | Self::Packed | Self::Bare | Self::Ksplat)
+        self != Self::Spz
     }
 }

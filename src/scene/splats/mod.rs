@@ -6,7 +6,7 @@
 //! | `.compressed.ply` (`PlayCanvas`) | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
 //! | `.splat` | as they are | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | x right, y up, z back, as here | 8 bits | logarithm |
+//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
 //! | `.ksplat` 0.1 (mkkellogg) | as they are | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
@@ -32,7 +32,7 @@ pub(super) use spz::Spz;
 pub use write_ply::to_ply;
 pub use write_spz::to_spz;
 
-use sog_store::Store;
+use sog_store::{Store, file_name};
 use std::path::{Path, PathBuf};
 
 /// Kind of splats in a file of a length \[bytes\], by its start; `None` if they are none, or glTF.
@@ -83,8 +83,8 @@ pub fn read_kind(kind: Kind, path: &Path, bytes: &[u8], lod: Option<u32>) -> Res
         Kind::Packed => packed::read(bytes),
         Kind::Bare => bare::read(bytes),
         Kind::Spz => spz::read(bytes),
-        Kind::Sog => sog::read(&mut Store::zip(bytes)?),
-        Kind::SogFolder => sog::read(&mut Store::folder(folder(path))),
+        Kind::Sog => sog::read(&mut Store::zip(bytes)?, sog::META),
+        Kind::SogFolder => sog::read(&mut Store::folder(folder(path)), &file_name(path)),
         Kind::SogLevels => sog_levels::read(path, bytes, lod),
         Kind::Ksplat => ksplat::read(bytes),
     }
@@ -95,7 +95,10 @@ pub(super) fn files(kind: Kind, path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf
     match kind {
         Kind::SogFolder => {
             let folder = folder(path);
-            sog::images(folder)?.iter().map(|name| sog_store::path_in(folder, name)).collect()
+            sog::images(folder, &file_name(path))?
+                .iter()
+                .map(|name| sog_store::path_in(folder, name))
+                .collect()
         }
         Kind::SogLevels => sog_levels::files(path, bytes),
         _ => Ok(Vec::new()),

@@ -1,5 +1,4 @@
-//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder. x is
-//! right, y up, z back.
+//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder.
 use super::{
     cloud::{Cloud, Fault, HARMONIC},
     packed::smallest_three,
@@ -80,9 +79,9 @@ pub(super) struct Sog {
 }
 
 impl Sog {
-    /// Reads the images that `meta.json` in the store names.
-    pub(super) fn open(store: &mut Store<'_>) -> Result<Self, Fault> {
-        let meta = meta(store)?;
+    /// Reads the images that a `meta.json` of this name in the store names.
+    pub(super) fn open(store: &mut Store<'_>, name: &str) -> Result<Self, Fault> {
+        let meta = meta(store, name)?;
         Limit::Splats.grown(0, meta.count)?;
         let mut texels = 0;
         let mut image = |name: &str| image(store, name, meta.count, &mut texels);
@@ -136,9 +135,9 @@ impl Sog {
     }
 }
 
-/// Reads a store: a zip, or the folder of a `meta.json`.
-pub(super) fn read(store: &mut Store<'_>) -> Result<Cloud, Fault> {
-    let sog = Sog::open(store)?;
+/// Reads a store: a zip, or the folder of a `meta.json` of this name.
+pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<Cloud, Fault> {
+    let sog = Sog::open(store, name)?;
     let mut cloud = Cloud::with_room(sog.count)?;
     for i in 0..sog.count as usize {
         cloud.push(sog.splat(i)?);
@@ -148,15 +147,15 @@ pub(super) fn read(store: &mut Store<'_>) -> Result<Cloud, Fault> {
 }
 
 /// Names of the images beside a `meta.json`.
-pub(super) fn images(folder: &Path) -> Result<Vec<String>, Fault> {
-    let Meta { means, scales, quats, sh0, higher, .. } = meta(&mut Store::folder(folder))?;
+pub(super) fn images(folder: &Path, name: &str) -> Result<Vec<String>, Fault> {
+    let Meta { means, scales, quats, sh0, higher, .. } = meta(&mut Store::folder(folder), name)?;
     let higher = higher.map(|higher| higher.files).unwrap_or_default();
     let plain = [scales.files, quats.files, sh0.files].concat();
     Ok(means.files.into_iter().chain(plain).chain(higher).collect())
 }
 
-fn meta(store: &mut Store<'_>) -> Result<Meta, Fault> {
-    let meta = store.member(META, MAX_META)?;
+fn meta(store: &mut Store<'_>, name: &str) -> Result<Meta, Fault> {
+    let meta = store.member(name, MAX_META)?;
     let version: serde_json::Value = serde_json::from_slice(&meta)
         .map_err(|error| (format!("meta.json: not valid JSON: {error}"), DAMAGED))?;
     if version.get("version").and_then(serde_json::Value::as_u64) != Some(2) {

@@ -3,7 +3,7 @@
 use super::{
     cloud::{Cloud, Fault},
     sog::{self, DAMAGED, Sog},
-    sog_store::{Store, path_in},
+    sog_store::{Store, file_name, path_in},
 };
 use crate::scene::{error::quoted, limits::Limit};
 use serde::Deserialize;
@@ -151,7 +151,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud,
 fn open(folder: &Path, name: &str) -> Result<Sog, Fault> {
     let place = path_in(folder, name)?;
     let inside = place.parent().unwrap_or(folder);
-    Sog::open(&mut Store::folder(inside)).map_err(in_file(name))
+    Sog::open(&mut Store::folder(inside), &file_name(&place)).map_err(in_file(name))
 }
 
 fn push(cloud: &mut Cloud, sog: &Sog, run: Range<u64>, name: &str) -> Result<(), Fault> {
@@ -173,7 +173,7 @@ pub(super) fn files(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>, Fault> {
     for name in meta.filenames.iter().chain(&meta.environment) {
         let meta = path_in(folder, name)?;
         let inside = meta.parent().unwrap_or(folder);
-        for image in sog::images(inside).map_err(in_file(name))? {
+        for image in sog::images(inside, &file_name(&meta)).map_err(in_file(name))? {
             files.push(path_in(inside, &image)?);
         }
         files.push(meta);

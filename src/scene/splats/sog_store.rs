@@ -2,6 +2,7 @@
 use super::{cloud::Fault, sog::DAMAGED};
 use crate::scene::{SceneError, error::quoted, read};
 use std::{
+    borrow::Cow,
     io::{Cursor, Read as _},
     path::{Path, PathBuf},
 };
@@ -72,4 +73,9 @@ pub(super) fn path_in(folder: &Path, name: &str) -> Result<PathBuf, Fault> {
         return Err((message, "name files in the folder or below it"));
     }
     Ok(folder.join(name))
+}
+
+/// Last part of a path.
+pub(super) fn file_name(path: &Path) -> Cow<'_, str> {
+    path.file_name().unwrap_or_default().to_string_lossy()
 }
