@@ -142,8 +142,11 @@ fn load_all(
     phase!("read");
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let is_alone = extension != "toml";
-    let is_volume = is_alone && (extension == "vdb" || VolumeFile::is(path));
-    let splats = (is_alone && !is_volume).then(|| kind_of_file(path)).flatten();
+    let is_known = is_alone && VolumeFile::is(path);
+    let splats = (is_alone && !is_known).then(|| kind_of_file(path)).flatten();
+    // A file that is damaged, or not there, is known by its name.
+    let is_named = || VolumeFile::extensions().any(|own| own == extension);
+    let is_volume = is_known || splats.is_none() && is_named();
     let file = match is_volume {
         true => [defaults::ALONE, defaults::VOLUME].concat(),
         false => tables_of(path, &extension, splats.is_some())?,
