@@ -162,8 +162,11 @@ fn load_all(
     if is_alone {
         formats::refuse_foreign(path)?;
     }
-    let is_volume = is_alone && (matches!(&*extension, "vdb" | "nvdb") || VolumeFile::is(path));
-    let splats = (is_alone && !is_volume).then(|| kind_of_file(path)).flatten();
+    let is_known = is_alone && VolumeFile::is(path);
+    let splats = (is_alone && !is_known).then(|| kind_of_file(path)).flatten();
+    // A file that is damaged, or not there, is known by its name.
+    let is_named = || VolumeFile::extensions().any(|own| own == extension);
+    let is_volume = is_known || splats.is_none() && is_named();
     let tables = match is_volume {
         true => [defaults::ALONE, defaults::VOLUME].concat(),
         false => tables_of(path, &extension, splats)?,

@@ -301,6 +301,8 @@ fn a_file_alone_is_a_scene_whatever_its_name() {
         assert!(scene.notes.iter().any(|note| note.contains("density of 1")), "{name}");
         assert!(scene::check(&path).is_ok());
     }
+    let error = scene::load(&folder.0.join("none.nii")).unwrap_err().to_string();
+    assert!(error.contains("none.nii") && error.contains("os error 2"), "{error}");
     let error = scene::load(&folder.write("h.nrrd", "NRRD0004\ntype: uchar\n\n")).unwrap_err();
     let text = format!("{error}; {}", error.help().unwrap());
     assert!(text.contains("h.nrrd") && text.contains("no field `sizes`"), "{text}");
