@@ -74,7 +74,7 @@ impl Vdb {
         Self::is_nano(head) || head.starts_with(&MAGIC.to_le_bytes())
     }
 
-    /// Whether a head is that of NanoVDB.
+    /// Whether a head is that of `NanoVDB`.
     pub(in crate::scene) fn is_nano(head: &[u8]) -> bool {
         nano::is(head)
     }
