@@ -18,11 +18,13 @@ use std::ops::Range;
 use toml::Table;
 
 /// Points that are looked up at a time, at most: between them a call that was interrupted ends.
-fn most_points(renderer: &Renderer) -> usize {
+fn most_points(renderer: &Renderer, scene: &Scene) -> usize {
+    // The reference makes all maps of a light with a size anew each time.
+    let is_costly = scene.lights.iter().any(|light| light.area().is_some());
     match (renderer.has_device(), renderer.is_software()) {
-        (false, _) => 1 << 13,
+        (false, _) if !is_costly => 1 << 13,
         (true, true) => 1 << 17,
-        (true, false) => 1 << 20,
+        _ => 1 << 20,
     }
 }
 
@@ -118,7 +120,7 @@ pub(crate) fn light(
     if count > 0 && lights > 0 {
         let mut receivers = Receivers::default();
         receivers.extend(points.iter().map(|point| point.position));
-        let at_a_time = (MOST_SHARES / lights).clamp(1, most_points(renderer));
+        let at_a_time = (MOST_SHARES / lights).clamp(1, most_points(renderer, &state.scene));
         let mut look_up = renderer.point_look_up(&state.scene, receivers)?;
         for some in points.chunks(at_a_time) {
             stop.check()?;

@@ -85,10 +85,10 @@ import gobo_shadows as gobo
 gobo.use_adapter("cpu")
 rng = np.random.default_rng(1)
 scene = gobo.Scene(shadow={"size": 256, "receiver": "curve", "nodes": 16})
-scene.add_light("point", position=(0, 3, 0), source={"kind": "sphere", "radius": 0.5})
+scene.add_light("point", position=(0, 3, 0))
 scene.add_particles(rng.uniform(-1, 1, (20000, 3)), 0.2, (0.5, 0.5, 0.5), 0.1)
-points = rng.uniform(-2, 2, (2_000_000, 3))
-threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+points = rng.uniform(-2, 2, (8_000_000, 3))
+threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 began = time.perf_counter()
 try:
     scene.light(points)
