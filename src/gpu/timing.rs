@@ -1,4 +1,5 @@
 //! Milliseconds per stage, by GPU timestamps or by the wall clock.
+use super::Gpu;
 use std::time::Instant;
 
 /// Timestamps that one frame may write.
@@ -32,6 +33,24 @@ enum Timer {
     Steps(Box<Steps>),
     /// The host's profiler, and whether it has begun a pass.
     Host(Box<dyn Profiler>, bool),
+}
+
+/// Whether a device's timestamps tell when work is done. A software adapter takes them when it reads commands, and some
+/// drivers write 0. Blocks for an empty pass.
+pub fn has_timestamps(gpu: &Gpu) -> bool {
+    if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
+        return false;
+    }
+    let mut timeline = Timeline::new(&gpu.device, &gpu.queue);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    drop(timeline.pass(&mut encoder, "gobo timestamps"));
+    timeline.finish(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    timeline.ticks(&gpu.device).is_some_and(|ticks| are_written(&ticks))
+}
+
+fn are_written(ticks: &[u64]) -> bool {
+    ticks.iter().any(|&tick| tick != 0)
 }
 
 /// Prefix of all labels.
@@ -207,28 +226,61 @@ impl Timeline {
         }
     }
 
-    /// Stages in order of first appearance and their times \[ms\]. Blocks until the frame is done.
+    /// Stages in order of first appearance and their times \[ms\]; none where the driver writes no timestamps. Blocks until
+    /// the frame is done.
     pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
-        let queries = match &self.timer {
-            Timer::Steps(steps) => return steps.times.clone(),
-            Timer::Queries(queries) if !self.stages.is_empty() => queries,
-            _ => return Vec::new(),
-        };
+        match &self.timer {
+            Timer::Steps(steps) => steps.times.clone(),
+            Timer::Queries(queries) => {
+                let ticks = self.ticks(device).filter(|ticks| are_written(ticks));
+                ticks.map_or_else(Vec::new, |ticks| times(&self.stages, &ticks, queries.period))
+            }
+            Timer::None | Timer::Host(..) => Vec::new(),
+        }
+    }
+
+    /// Ticks at the begin and the end of each pass; `None` without passes, or if they cannot be read.
+    fn ticks(&self, device: &wgpu::Device) -> Option<Vec<u64>> {
+        let Timer::Queries(queries) = &self.timer else { return None };
+        if self.stages.is_empty() {
+            return None;
+        }
         let slice = queries.readback.slice(..self.stages.len() as u64 * 16);
         slice.map_async(wgpu::MapMode::Read, |_| ());
         if device.poll(wgpu::PollType::wait_indefinitely()).is_err() {
-            return Vec::new();
+            return None;
         }
-        let mut times: Vec<(&'static str, f64)> = Vec::new();
-        if let Ok(bytes) = slice.get_mapped_range() {
-            let ticks: &[u64] = bytemuck::cast_slice(&bytes);
-            for (stage, stamps) in self.stages.iter().zip(ticks.chunks_exact(2)) {
-                let ticks = stamps[1].saturating_sub(stamps[0]) as f64;
-                let ms = ticks * f64::from(queries.period) * 1e-6;
-                add_time(&mut times, stage, ms);
-            }
-        }
+        let bytes = slice.get_mapped_range().ok();
+        let ticks = bytes.map(|bytes| bytemuck::pod_collect_to_vec(&bytes));
         queries.readback.unmap();
-        times
+        ticks
+    }
+}
+
+/// Times of stages \[ms\] by the ticks of their passes; `period`: length of a tick \[ns\].
+fn times(stages: &[&'static str], ticks: &[u64], period: f32) -> Vec<(&'static str, f64)> {
+    let mut times = Vec::new();
+    for (stage, stamps) in stages.iter().zip(ticks.chunks_exact(2)) {
+        let ticks = stamps[1].saturating_sub(stamps[0]) as f64;
+        add_time(&mut times, stage, ticks * f64::from(period) * 1e-6);
+    }
+    times
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{are_written, times};
+
+    #[test]
+    fn zeros_are_no_times() {
+        assert!(!are_written(&[0; 6]));
+        assert!(are_written(&[0, 0, 7, 7]), "a pass may take less than a tick");
+    }
+
+    #[test]
+    fn passes_of_a_stage_are_added() {
+        let stages = ["gobo sort", "gobo bin", "gobo sort"];
+        let is = times(&stages, &[1_000, 3_000, 3_000, 3_500, 9_000, 8_000], 2.0);
+        assert_eq!(is, [("sort", 0.004), ("bin", 0.001)]);
     }
 }

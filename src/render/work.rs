@@ -1,5 +1,5 @@
 //! Submits commands and waits for them, so that each stage has a time.
-use crate::gpu::{Gpu, Timeline, add_time};
+use crate::gpu::{Gpu, Timeline, add_time, has_timestamps};
 
 /// Stages and their times [ms], in order of first appearance.
 pub(super) type Stages = Vec<(&'static str, f64)>;
@@ -13,11 +13,10 @@ pub(super) struct Work {
 
 impl Work {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        // A software adapter takes timestamps when it records, not when the work is done.
-        let timeline = if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
-            Timeline::stepped(&gpu.device, &gpu.queue)
-        } else {
+        let timeline = if has_timestamps(gpu) {
             Timeline::new(&gpu.device, &gpu.queue)
+        } else {
+            Timeline::stepped(&gpu.device, &gpu.queue)
         };
         Self { timeline, stages: Vec::new() }
     }

@@ -1,6 +1,10 @@
 //! Time of one frame [ms]: by GPU timestamps, or by the wall clock where these mean nothing.
 use crate::cli::failure::Failure;
-use gobo::{Error, internals::gpu::Gpu, wgpu};
+use gobo::{
+    Error,
+    internals::gpu::{Gpu, has_timestamps},
+    wgpu,
+};
 use std::time::Instant;
 
 pub(super) struct Clock {
@@ -13,11 +17,10 @@ struct Stamps {
 }
 
 impl Clock {
-    /// A software adapter takes timestamps when commands are read, not when work is done.
     pub(super) fn new(gpu: &Gpu) -> Self {
         let features =
             wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
-        let has = gpu.has(features) && gpu.adapter.device_type != wgpu::DeviceType::Cpu;
+        let has = gpu.has(features) && has_timestamps(gpu);
         let stamps = has.then(|| Stamps {
             set: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("frame"),
