@@ -82,6 +82,8 @@ import os, signal, sys, threading, time
 import numpy as np
 import gobo_shadows as gobo
 
+# What a shell starts in the background ignores it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 gobo.use_adapter("cpu")
 rng = np.random.default_rng(1)
 scene = gobo.Scene(shadow={"size": 256, "receiver": "curve", "nodes": 16})
