@@ -50,6 +50,8 @@ const SOFT_BIAS_TEXELS: f32 = 4.0;
 /// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
 pub const LEAST_BIAS: f32 = 1.0 / 32768.0;
 pub const LARGEST_BIAS: f32 = 1.0 / 512.0;
+/// Least bias of a caster as a receiver, whose neighbours overlap it \[texels\].
+pub const CASTER_BIAS: f32 = 4.0;
 /// Least cosine of a slope that a bias in texels covers alone: 66 degrees.
 pub const LEAST_COSINE: f32 = 0.4;
 
@@ -135,15 +137,15 @@ impl GpuLight {
     }
 
     /// Depth bias in a view \[m\]. In texels it covers the slope as far as it can, as the point moves less then. `texel`: edge of
-    /// a texel at the receiver's depth \[m\]; `sine`: of the slope.
-    pub fn depth_bias(&self, view: &GpuView, texel: f32, sine: f32) -> f32 {
+    /// a texel at the receiver's depth \[m\]; `sine`: of the slope; `least`: \[texels\].
+    pub fn depth_bias(&self, view: &GpuView, texel: f32, sine: f32, least: f32) -> f32 {
         if self.traits & TEXELS_BIT == 0 {
             return self.bias;
         }
         let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         let slope = self.normal_bias * sine / cosine.max(LEAST_COSINE);
         let range = view.far - view.near;
-        (self.bias.max(slope) * texel).max(LEAST_BIAS * range).min(LARGEST_BIAS * range)
+        (self.bias.max(least).max(slope) * texel).max(LEAST_BIAS * range).min(LARGEST_BIAS * range)
     }
 
     /// Whether its maps are read with another filter than the spline, or with a slope-scaled bias.

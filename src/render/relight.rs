@@ -6,6 +6,7 @@ use crate::{
         Gaussian, GaussianOpacity, Light, LightKind, Projection, Receiver, ReceiverPoint, Scene,
         ShadowFilter, View,
     },
+    records::{CASTER_BIAS, LARGEST_BIAS},
     reference::shading::{Lighting, incoming},
     view::shadow_views,
 };
@@ -55,7 +56,8 @@ impl Renderer {
                     let views = &views;
                     scene.lights.iter().enumerate().map(move |(index, light)| {
                         let of_light = views.iter().filter(|view| view.light == Some(index));
-                        let before = before(gaussian, opacity, light, of_light);
+                        let bias = light.look_up.bias.or(scene.shadow.bias);
+                        let before = before(gaussian, opacity, light, bias, of_light);
                         ReceiverPoint { position: before + scene.origin, normal: Vec3::ZERO }
                     })
                 })
@@ -77,11 +79,12 @@ impl Renderer {
 }
 
 /// The point on the way from a splat's centre to the light from which no texel around it finds the splat itself in
-/// front. `views`: those of the light.
+/// front; and where no bias is stated, no neighbour that overlaps it. `views`: those of the light.
 fn before<'a>(
     gaussian: &Gaussian,
     opacity: GaussianOpacity,
     light: &Light,
+    bias: Option<f32>,
     views: impl Iterator<Item = &'a View>,
 ) -> Vec3 {
     let center = gaussian.center;
@@ -91,8 +94,8 @@ fn before<'a>(
             (center - position).normalize_or(Vec3::NEG_Y)
         }
     };
-    // Edge of a texel at the splat, and the step of depths in curves.
-    let (mut texel, mut step) = (0.0_f64, 0.0_f64);
+    // Edge of a texel at the splat, and the depth range.
+    let (mut texel, mut range) = (0.0_f64, 0.0_f64);
     for view in views {
         let along = f64::from(-view.view_from_world.transform_point3(center).z);
         let spread = match view.projection {
@@ -101,13 +104,18 @@ fn before<'a>(
             Projection::Orthographic => 1.0,
         };
         texel = texel.max(spread / f64::from(view.scale));
-        step = step.max(f64::from(view.far - view.near) / 65535.0);
+        range = range.max(f64::from(view.far - view.near));
     }
+    let step = range / 65535.0;
     let slack = match light.kind {
         LightKind::Directional { .. } => 2.0 * step,
         LightKind::Spot { .. } | LightKind::Point { .. } => 2.0 * step + TAPS * texel,
     };
-    center - ray * (own_reach(gaussian, opacity, ray, texel) + slack) as f32
+    let beside = match bias {
+        Some(_) => 0.0,
+        None => (f64::from(CASTER_BIAS) * texel).min(f64::from(LARGEST_BIAS) * range),
+    };
+    center - ray * (own_reach(gaussian, opacity, ray, texel) + slack + beside) as f32
 }
 
 /// How far towards the light a splat's own hits are before its centre, within the filter's texels of `texel` metres:

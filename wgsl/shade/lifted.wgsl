@@ -29,12 +29,15 @@ const LARGEST_BIAS: f32 = 0.001953125;
 // Least cosine of a slope that a bias in texels covers alone: 66 degrees.
 const LEAST_COSINE: f32 = 0.4;
 
+// Least bias of a caster as a receiver, whose neighbours overlap it [texels].
+const CASTER_BIAS: f32 = 4.0;
+
 // Depth bias in the view [m]. In texels it covers the slope as far as it can, as the point moves less then.
-// `texel`: edge of a texel at the point's depth [m]; `sine`: of the slope.
-fn depth_bias(light: GpuLight, view: GpuView, texel: f32, sine: f32) -> f32 {
+// `texel`: edge of a texel at the point's depth [m]; `sine`: of the slope; `least`: [texels].
+fn depth_bias(light: GpuLight, view: GpuView, texel: f32, sine: f32, least: f32) -> f32 {
     let slope = light.normal_bias * sine / max(sqrt(max(1.0 - sine * sine, 0.0)), LEAST_COSINE);
     let range = view.far - view.near;
-    let of_texels = clamp(max(light.bias, slope) * texel, LEAST_BIAS * range, LARGEST_BIAS * range);
+    let of_texels = clamp(max(max(light.bias, least), slope) * texel, LEAST_BIAS * range, LARGEST_BIAS * range);
     return select(light.bias, of_texels, (light.traits & TEXELS_BIT) != 0u);
 }
 
@@ -64,14 +67,15 @@ fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     // The bias is a part of the normal bias: edges of shadows move with the point.
     let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
     let sine = surface.w / lift(light);
-    let bias = depth_bias(light, view, texel, select(0.0, sine, has_normal));
+    let least = select(0.0, CASTER_BIAS, kept.w > 0.0);
+    let bias = depth_bias(light, view, texel, select(0.0, sine, has_normal), least);
     let covered = bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
     // In spots what shades the point ends at its own plane.
     let rest = select(surface.w * texel - part, 0.0, is_soft(light));
     let point = kept.xyz + surface.xyz * rest;
     // A point without a normal is on no translucent caster that could tint it.
-    let tint_bias = select(depth_bias(light, view, 0.0, 0.0), bias, has_normal);
+    let tint_bias = select(depth_bias(light, view, 0.0, 0.0, 0.0), bias, has_normal || kept.w > 0.0);
     var added = max(kept.w, 0.0);
     if HAS_FILTERS {
         added += floats_of(aside(ASIDE_LEAST)).w * texel;

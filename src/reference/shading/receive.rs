@@ -2,7 +2,7 @@
 use super::{Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline};
 use crate::{
     model::Receives,
-    records::{GpuLight, GpuView, ROLE_FACE, ROLE_WINDOW, SPLINE_REACH},
+    records::{CASTER_BIAS, GpuLight, GpuView, ROLE_FACE, ROLE_WINDOW, SPLINE_REACH},
     reference::receive::{MapTexel, light_by_channel, receive, receive_curve},
 };
 use glam::{Vec2, Vec3};
@@ -174,7 +174,9 @@ impl Lighting<'_> {
         // The bias is a part of the normal bias: edges of shadows move with the point.
         let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
         let has_normal = surface.normal != Vec3::ZERO;
-        let bias = light.depth_bias(view, texel, if has_normal { slant.sine } else { 0.0 });
+        let sine = if has_normal { slant.sine } else { 0.0 };
+        let least = if slant.reach > 0.0 { CASTER_BIAS } else { 0.0 };
+        let bias = light.depth_bias(view, texel, sine, least);
         let part = (bias * cosine).min(light.normal_bias * slant.sine * texel);
         let is_soft = is_soft(light, receiver);
         let lift = if is_soft { 0.0 } else { reach * slant.sine * texel - part };
@@ -184,7 +186,8 @@ impl Lighting<'_> {
             return (point, Bias { solid: added, tint: added });
         }
         // A point without a normal is on no translucent caster that could tint it.
-        let tint = if has_normal { bias } else { light.depth_bias(view, 0.0, 0.0) };
+        let is_on_caster = has_normal || slant.reach > 0.0;
+        let tint = if is_on_caster { bias } else { light.depth_bias(view, 0.0, 0.0, 0.0) };
         (point, Bias { solid: bias + added, tint: tint + added })
     }
 
