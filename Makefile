@@ -82,15 +82,15 @@ test-widths: setup
 	done
 
 # In a headless Chromium on SwiftShader: every exported kernel of core, and with subgroups where it has them, by its WGSL
-# compiler, Tint; and the example of examples/web beside its native picture.
+# compiler, Tint; and the page and the npm package of crates/gobo-web, as visitors use them, beside native pictures.
 web-test: web-kernels
-	sh tools/web_example.sh
+	sh tools/web_page.sh
 
 # Its kernels alone.
 web-kernels: program
 	sh tools/web_kernels.sh
 
-# The example of examples/web as a page: target/web/page/index.html.
+# The page, dist/web, which any server shows, and the npm package, dist/npm and its tarball.
 web:
 	sh tools/web.sh
 

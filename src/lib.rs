@@ -49,7 +49,7 @@
 //! - `cli`: the program `gobo`, also as the function `program`; with the others, on by default.
 //! - `internals`: the inside, for this repository's tests and program; without a promise.
 #![cfg_attr(
-    not(feature = "internals"),
+    not(all(feature = "internals", feature = "picture")),
     allow(
         dead_code,
         unreachable_pub,

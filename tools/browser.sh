@@ -1,12 +1,15 @@
 #!/bin/sh
 # Opens a page in a headless Chromium with WebGPU on SwiftShader and waits until it says on its console
 # `web-test: passed` or `web-test: failed`: tools/browser.sh PAGE. CHROMIUM may name the browser; LIMIT
-# [s].
+# [s]. PAGE is a file or an address.
 set -eu
 
 say() { printf 'web-test: %s\n' "$*" >&2; }
 
-page=$1
+case $1 in
+    http*) page=$1 ;;
+    *) page=file://$1 ;;
+esac
 limit=${LIMIT:-900}
 
 browser=${CHROMIUM:-}
@@ -53,7 +56,7 @@ setsid "$browser" --headless=new --no-sandbox --no-first-run --user-data-dir="$f
     --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader --enable-unsafe-swiftshader \
     --enable-features=Vulkan,VulkanFromANGLE,DefaultANGLEVulkan --use-angle=vulkan \
     --use-vulkan=swiftshader --disable-vulkan-surface --disable-gpu-watchdog \
-    --enable-logging=stderr "file://$page" >"$log" 2>&1 &
+    --enable-logging=stderr "$page" >"$log" 2>&1 &
 pid=$!
 waited=0
 while ! grep -qE 'web-test: (passed|failed)' "$log"; do

@@ -15,7 +15,7 @@ use gobo::{
     host::Input,
     internals::{
         frame::{Command, Commands, Dispatch, Work},
-        gpu::{Kernel, Resource, Selection, Tier},
+        gpu::{Kernel, Resource, Selection, Tier, printed},
         view::shadow_views,
     },
     model::Scene,
@@ -227,7 +227,7 @@ impl Recording<'_> {
         let id = self.unique(kernel.name());
         let wrong = |reason: String| Failure::Wrong(format!("{id}: {reason}"));
         let module = kernel.module().ok_or_else(|| wrong("it calls the host".to_owned()))?;
-        let wgsl = translate::printed(module).map_err(wrong)?;
+        let wgsl = printed(module).map_err(wrong)?;
         let source = translate::Kernel::new(kernel.entry(), wgsl, &[], self.target);
         let source = source.map_err(wrong)?;
         let translated = translate(&source).map_err(wrong)?;

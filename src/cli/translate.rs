@@ -5,7 +5,7 @@ use super::{
     values::Target,
     writers::{BufferSizes, glsl, hlsl, msl, slots, spirv},
 };
-use gobo::internals::gpu::Constant;
+use gobo::internals::gpu::{Constant, ENABLED};
 use naga::{
     Module, back,
     valid::{
@@ -188,21 +188,10 @@ pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
     Ok(Translation { source, entry_point, workgroup_size, features, sizes, slots })
 }
 
-/// First lines of WGSL with subgroups in browsers, whose compilers see no more than that lanes' own values decide a branch:
-/// ballots do, which all lanes share.
-const ENABLED: &str = "enable subgroups;\ndiagnostic(off, subgroup_uniformity);\n\n";
-
 /// WGSL as browsers want it, if they have all its features.
 fn enabled(wgsl: &str, features: &[&str]) -> String {
     let head = if features == ["SUBGROUP"] { ENABLED } else { "" };
     format!("{head}{wgsl}")
-}
-
-/// The WGSL of a module.
-pub(crate) fn printed(module: &Module) -> Result<String, String> {
-    let info = validate(module, Capabilities::all())?;
-    let flags = back::wgsl::WriterFlags::empty();
-    back::wgsl::write_string(module, &info, flags).map_err(|error| error.to_string())
 }
 
 fn parse(wgsl: &str) -> Result<Module, String> {

@@ -5,22 +5,15 @@ use super::{
     resource::Binding,
     tier::Tier,
 };
-#[cfg(not(target_arch = "wasm32"))]
 pub(super) use naga::Module;
 use std::{
     fmt::{self, Write as _},
     hash::{DefaultHasher, Hash, Hasher},
 };
 
-/// Browsers have no parser for kernels.
-#[cfg(target_arch = "wasm32")]
-pub(super) type Module = std::convert::Infallible;
-
 /// A module as wgpu takes it.
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) fn shader_source(module: &Module) -> wgpu::ShaderSource<'static> {
-    #[cfg(target_arch = "wasm32")]
-    match *module {}
-    #[cfg(not(target_arch = "wasm32"))]
     wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone()))
 }
 
@@ -133,8 +126,8 @@ pub struct Specialised {
     pub linked: Linked,
     /// Source with constants in place of overrides, and the lines of `linked`.
     pub wgsl: String,
-    /// `wgsl` without what the constants leave unreached. `None` in browsers, and if it is no WGSL, which a
-    /// device reports.
+    /// `wgsl` without what the constants leave unreached. `None` in browsers, whose `wgsl` that is, and if it is no WGSL,
+    /// which a device reports.
     pub module: Option<Module>,
     pub bindings: Vec<Binding>,
 }
@@ -166,9 +159,19 @@ impl Specialised {
         Ok(Self { linked, wgsl, module, bindings })
     }
 
+    /// What a kernel binds is counted against limits, and is not there for what it never reaches.
     #[cfg(target_arch = "wasm32")]
     fn new(linked: Linked, wgsl: String, _: Tier, _: Option<&str>) -> Result<Self, KernelError> {
-        let bindings = linked.bindings()?;
+        let mut bindings = linked.bindings()?;
+        let pruned = naga::front::wgsl::parse_str(&wgsl).ok().and_then(|mut module| {
+            super::link::prune(&mut module);
+            Some((super::link::for_browsers(&module).ok()?, module))
+        });
+        let Some((wgsl, module)) = pruned else {
+            return Ok(Self { linked, wgsl, module: None, bindings });
+        };
+        let variables = || module.global_variables.iter().map(|(_, it)| it.name.as_deref());
+        bindings.retain(|binding| variables().any(|name| name == Some(binding.name)));
         Ok(Self { linked, wgsl, module: None, bindings })
     }
 

@@ -14,12 +14,16 @@
 #[cfg(not(target_arch = "wasm32"))]
 mod loaded;
 mod parse;
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(any(target_arch = "wasm32", feature = "cli"))]
+mod printed;
 mod pruned;
 mod unrolled;
 
 pub use parse::words;
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(any(target_arch = "wasm32", feature = "cli"))]
+pub use printed::for_browsers;
+#[cfg(feature = "cli")]
+pub use printed::{ENABLED, printed};
 pub(super) use pruned::prune;
 
 use parse::{File, Import};

@@ -7,8 +7,7 @@ use super::{
 };
 use image::{DynamicImage, ImageDecoder as _, ImageReader, RgbaImage};
 use std::{
-    fs::File,
-    io::{BufRead, BufReader, Cursor, Seek},
+    io::{BufRead, Cursor, Seek},
     path::Path,
 };
 
@@ -28,7 +27,7 @@ pub(super) fn size(bytes: &[u8], most: u32) -> Option<[u32; 2]> {
 pub(super) fn size_of_file(path: &Path, most: u32) -> Option<[u32; 2]> {
     let (head, length) = read::head(path, MAX_HEADER).ok()?;
     check_header(&head, length).ok()?;
-    size_of(BufReader::new(File::open(path).ok()?), most)
+    size_of(read::open(path).ok()?, most)
 }
 
 /// Longest header of a Radiance image, with the line of its size [bytes]. Those that programs write have a few hundred.

@@ -35,6 +35,7 @@ mod gltf_splat_json;
 mod gltf_splats;
 mod gltf_texture;
 mod gltf_variants;
+mod held;
 mod images;
 mod keys;
 mod ktx2;
@@ -85,6 +86,7 @@ pub use crate::model::Scene;
 pub use error::SceneError;
 pub use formats::{FORMATS, Family, Format, facts, format_of};
 pub use gltf::Model;
+pub use held::{HeldFile, HeldFiles, hold_files};
 pub use limits::Limit;
 pub use load::{
     LoadOptions, Relit, check, check_with, inspect, load, load_as, load_text, load_with,

@@ -64,7 +64,7 @@ pub(super) fn read(
 pub(super) fn named(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let Parsed { materials, mut files, .. } = parse(path)?;
     files.extend(materials.iter().flat_map(|material| Materials::images(path, material)));
-    files.retain(|file| file.is_file());
+    files.retain(|file| read::is_file(file));
     Ok(files)
 }
 

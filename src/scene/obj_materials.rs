@@ -127,7 +127,7 @@ impl<'a> Materials<'a> {
     fn texture(&mut self, names: [Option<&str>; 2]) -> Result<Option<u32>, SceneError> {
         let mut image = |name: Option<&str>| {
             let name = name?;
-            let path = beside(self.path, file_of(name)).filter(|path| path.is_file());
+            let path = beside(self.path, file_of(name)).filter(|path| read::is_file(path));
             if path.is_none() {
                 self.missing.insert(name.to_owned());
             }

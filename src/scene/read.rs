@@ -1,8 +1,12 @@
 //! Reading of untrusted files.
-use super::SceneError;
+use super::{
+    SceneError,
+    held::{HeldFile, held},
+    limits,
+};
 use std::{
     fs,
-    io::{self, Read as _},
+    io::{self, BufRead, BufReader, Cursor, Read as _, Seek},
     path::{Component, Path},
     sync::OnceLock,
 };
@@ -19,17 +23,50 @@ pub fn watch_files(watch: fn(&Path)) {
 
 /// All bytes of a regular file. A pipe or a device might never end.
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
+    if let Some(file) = held(path) {
+        return held_bytes(path, &file, u64::MAX);
+    }
     check(path)?;
     fs::read(path).map_err(|source| failed(path, source))
 }
 
+fn held_bytes(path: &Path, file: &HeldFile, most: u64) -> Result<Vec<u8>, SceneError> {
+    if !limits::has_memory(file.length().min(most)) {
+        return Err(failed(path, io::ErrorKind::OutOfMemory.into()));
+    }
+    file.first(most).map_err(|source| failed(path, source))
+}
+
 /// The first bytes of a regular file, at most so many, and its length.
 pub(super) fn head(path: &Path, most: u64) -> Result<(Vec<u8>, u64), SceneError> {
+    if let Some(file) = held(path) {
+        return Ok((held_bytes(path, &file, most)?, file.length()));
+    }
     let length = length(path)?;
     let mut bytes = Vec::new();
     let file = fs::File::open(path).map_err(|source| failed(path, source))?;
     file.take(most).read_to_end(&mut bytes).map_err(|source| failed(path, source))?;
     Ok((bytes, length))
+}
+
+/// What a decoder reads a file from.
+pub(super) trait Contents: BufRead + Seek {}
+
+impl<T: BufRead + Seek> Contents for T {}
+
+/// A regular file, to be read in parts.
+pub(super) fn open(path: &Path) -> Result<Box<dyn Contents>, SceneError> {
+    if let Some(file) = held(path) {
+        return Ok(Box::new(Cursor::new(held_bytes(path, &file, u64::MAX)?)));
+    }
+    check(path)?;
+    let file = fs::File::open(path).map_err(|source| failed(path, source))?;
+    Ok(Box::new(BufReader::new(file)))
+}
+
+/// Whether there is a regular file.
+pub(super) fn is_file(path: &Path) -> bool {
+    held(path).is_some() || path.is_file()
 }
 
 /// Checks that the path is a regular file.
@@ -39,6 +76,9 @@ pub(super) fn check(path: &Path) -> Result<(), SceneError> {
 
 /// Length of a regular file that is about to be read [bytes].
 pub(super) fn length(path: &Path) -> Result<u64, SceneError> {
+    if let Some(file) = held(path) {
+        return Ok(file.length());
+    }
     let metadata = fs::metadata(path).map_err(|source| failed(path, source))?;
     let kind = metadata.file_type();
     if kind.is_file() {
@@ -54,6 +94,10 @@ pub(super) fn length(path: &Path) -> Result<u64, SceneError> {
 fn failed(path: &Path, source: io::Error) -> SceneError {
     if source.kind() == io::ErrorKind::OutOfMemory {
         return SceneError::memory(path, "no memory for the file");
+    }
+    if source.kind() == io::ErrorKind::Unsupported {
+        let help = "give it together with the file that names it";
+        return SceneError::invalid(path, "is not among the files that were given", help);
     }
     SceneError::Read { path: path.to_owned(), source }
 }

@@ -48,7 +48,7 @@ pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
         return path.into();
     }
     let mut metas = METAS.iter().map(|name| path.join(name));
-    metas.find(|meta| meta.is_file()).map_or(path.into(), Cow::Owned)
+    metas.find(|meta| read::is_file(meta)).map_or(path.into(), Cow::Owned)
 }
 
 /// Kind of splats in a file or folder, by its head; `None` if they are none, or glTF, or the file cannot be read.

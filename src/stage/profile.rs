@@ -21,7 +21,7 @@ pub struct Profile {
     pub scatter_tiny: bool,
     /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in registers, as what
     /// look-ups lay aside, and all loops over them are written out. On llvmpipe, which loads workgroup memory slowly;
-    /// SwiftShader's compiler takes minutes for such a kernel.
+    /// SwiftShader's compiler takes minutes for such a kernel, and in a browser ends with the process: the software there.
     pub columns: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.
@@ -44,12 +44,14 @@ pub struct Profile {
 impl Profile {
     pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
         let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
+        let is_swiftshader = adapter.driver.starts_with("SwiftShader")
+            || adapter.backend == wgpu::Backend::BrowserWebGpu;
         let lanes = [adapter.subgroup_min_size, adapter.subgroup_max_size];
         Self {
             shape: if is_software { Shape::Serial } else { Shape::Wide },
             disc_segment: if is_software { DISC_SEGMENT } else { WIDE_DISC_SEGMENT },
             scatter_tiny: !is_software,
-            columns: is_software && !adapter.driver.starts_with("SwiftShader"),
+            columns: is_software && !is_swiftshader,
             kinds_apart: is_software,
             wide: adapter.subgroup_max_size > 32,
             ballots: adapter.subgroup_max_size <= 64,

@@ -1,7 +1,7 @@
 //! Kernels with values for their overrides are valid, and hold nothing that these values leave unreached.
 use crate::common::scenes::Chance;
 use gobo::internals::{
-    gpu::{Constant, KernelDesc, Tier},
+    gpu::{Constant, ENABLED, KernelDesc, Tier, for_browsers},
     stage::variants,
 };
 use naga::{
@@ -132,4 +132,31 @@ fn no_branch_is_left_that_is_never_taken() {
     }
     // The check can fail: many functions have such branches before.
     assert!(dropped > 500 && shorter > 50, "{dropped} functions, {shorter} kernels");
+}
+
+/// Numbers of what a module binds.
+fn numbers(module: &Module) -> BTreeSet<u32> {
+    module.global_variables.iter().filter_map(|(_, it)| Some(it.binding?.binding)).collect()
+}
+
+/// Browsers take the pruned module as WGSL: it binds the same, enters at the same name, and says that it has subgroups
+/// where it has.
+#[test]
+fn what_browsers_compile_is_the_pruned_module() {
+    let mut with_subgroups = 0;
+    for (desc, tier) in variants().filter(|(_, tier)| *tier != Tier::Native) {
+        let kernel = desc.specialised(tier, &[], &values(desc, tier, None)).unwrap();
+        let pruned = kernel.module.as_ref().unwrap();
+        let text = for_browsers(pruned).unwrap_or_else(|error| panic!("{}: {error}", desc.name));
+        let bare = text.strip_prefix(ENABLED);
+        let asks = kernel.wgsl.contains("subgroup_") || kernel.wgsl.contains("subgroupBallot");
+        assert!(asks || bare.is_none(), "{} has no subgroups", desc.name);
+        with_subgroups += usize::from(bare.is_some());
+        let read = parse_str(bare.unwrap_or(&text)).unwrap();
+        // Names of variables may be others.
+        assert_eq!(numbers(&read), numbers(pruned), "{}", desc.name);
+        assert!(read.entry_points.iter().any(|entry| entry.name == desc.entry), "{}", desc.name);
+        validate(&read).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    }
+    assert!(with_subgroups > 5, "{with_subgroups} kernels with subgroups");
 }

@@ -16,6 +16,7 @@ mod gltf_compressed;
 mod gltf_files;
 mod gltf_ignored;
 mod gltf_light;
+mod held;
 mod hostile;
 mod issues;
 mod limits;

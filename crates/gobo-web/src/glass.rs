@@ -1,0 +1,14 @@
+//! The scene that the page begins with.
+use gobo::{
+    Scene,
+    scene::{LoadOptions, SceneError, load_text},
+};
+use std::path::Path;
+
+/// A folding screen of coloured panes in the sun, and what stands behind it.
+///
+/// # Errors
+/// None, unless the file of the scene is damaged.
+pub fn stained_glass() -> Result<Scene, SceneError> {
+    load_text(include_str!("glass.toml"), Path::new("glass.toml"), &LoadOptions::default())
+}
