@@ -218,6 +218,8 @@ export class GoboView extends HTMLElement {
             this.dispatchEvent(new CustomEvent("gobo-open", { detail: { name, contents: gobo.contents() } }));
             await this.#loop(run);
         } catch (error) {
+            // Where the device is lost, what waits for it fails as well: `#lost` opens another.
+            await soon(500);
             if (run === this.#run) {
                 // What is shown goes with the scene that was there.
                 this.#run += 1;
