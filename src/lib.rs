@@ -143,7 +143,9 @@ use gpu::error;
 #[cfg(feature = "cli")]
 pub use cli::program;
 pub use glam;
-pub use gpu::{Gpu, KernelError, KernelJob, Memory, Support, Tier, Timeline, error::Error};
+pub use gpu::{
+    Gpu, KernelError, KernelJob, KernelTime, Memory, Support, Tier, Timeline, error::Error,
+};
 pub use model::{
     Bounds, Brick, Camera, Casters, Counters, Gaussian, Grid, Light, LightKind, Material, Particle,
     Receiver, Scene, ShadowSettings, Shape, Strand, StrandVertex, Texture, Transfer, Triangle,
