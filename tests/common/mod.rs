@@ -26,7 +26,14 @@ use gobo::{
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+
+/// The repository, of the tests or where `CARGO_MANIFEST_DIR` says: that of a packed test binary is elsewhere.
+pub(crate) fn root() -> PathBuf {
+    let other = std::env::var_os("CARGO_MANIFEST_DIR");
+    other.map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
+}
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 

@@ -11,7 +11,6 @@ use gobo::{
     model::{LightKind, Material, Profile, Receiver, ShadowSettings, Shape, Transfer, Triangle},
     scene::{self, Scene},
 };
-use std::path::Path;
 
 pub(crate) fn curved(scene: Scene, nodes: u32) -> Scene {
     let shadow = ShadowSettings { receiver: Receiver::Curve, nodes, ..scene.shadow };
@@ -156,7 +155,7 @@ fn slabs_do_not_depend_on_the_order_of_equal_depths() {
 /// A cloud of overlapping puffs, whose ramps are merged at every hit: they ascend, and so light never grows.
 #[test]
 fn ramps_of_overlapping_puffs_ascend() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/issues/oloengine-723.toml");
+    let path = crate::common::root().join("data/issues/oloengine-723.toml");
     let scene = scene::load(&path).unwrap();
     let expected = cpu(&scene);
     for (name, maps) in [

@@ -3,13 +3,13 @@ use gobo::{
     RenderOptions, Renderer,
     scene::{self, Scene},
 };
-use std::{path::Path, time::Instant};
+use std::time::Instant;
 
 /// Most that an estimate may be off, as a factor: it counts casters and texels, and not what their hits cost each.
 const FACTOR: f64 = 3.0;
 
 fn load(name: &str, set: &[(&str, &str)]) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    let path = crate::common::root().join("data").join(name);
     let set: Vec<_> = set.iter().map(|&(k, v)| (k.to_owned(), v.to_owned())).collect();
     scene::load_with(&path, &set).unwrap()
 }

@@ -247,7 +247,7 @@ fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 
 /// A floor that rises towards the lamp is no occluder of itself, though nobody says how it lies.
 #[test]
 fn points_without_normals_are_lit_as_their_surface() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = crate::common::root();
     let scene = gobo::scene::load(&root.join("data/soft_glass.toml")).unwrap();
     let floor = |x: f32, z: f32| ReceiverPoint {
         position: Vec3::new(x, 0.0, z) - scene.origin,

@@ -7,7 +7,6 @@ use gobo::{
     model::{ReceiverPoint, Source},
     scene::{Scene, load},
 };
-use std::path::Path;
 
 /// Under a straight edge at height h, a square light at height H has a transmittance of `x / w + 1/2` at a
 /// distance x from the edge's shadow, where `w = edge h / (H - h)`.
@@ -237,7 +236,7 @@ fn thin_slanted_bars_have_no_beads() {
 /// around the point.
 #[test]
 fn a_bar_in_a_fade_is_not_as_sharp_as_the_map() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let path = crate::common::root().join("data/soft_box.toml");
     let scene = load(&path).unwrap();
     let points: Vec<_> = (0..17)
         .map(|i| ReceiverPoint {
@@ -266,7 +265,7 @@ fn worst_error(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
 /// and none of them shades itself or the other.
 #[test]
 fn a_corner_behind_a_bar_is_lit_from_both_sides() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let path = crate::common::root().join("data/soft_box.toml");
     let scene = load(&path).unwrap();
     let on_walls = |i: usize| {
         let (height, along) = (1.2 + 0.1 * (i / 24) as f32, -2.54 + 0.02 * (i % 24 / 2) as f32);
@@ -284,7 +283,7 @@ fn a_corner_behind_a_bar_is_lit_from_both_sides() {
 /// Behind a lead bar and behind a wall that the bar hides from the map's centre: as dark as beside the bar.
 #[test]
 fn a_floor_behind_a_bar_and_a_wall_is_dark() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let path = crate::common::root().join("data/soft_box.toml");
     let scene = load(&path).unwrap();
     let on_floor = |i: usize| {
         let (x, z) = (-2.67 - 0.03 * (i % 8) as f32, 2.2 + 0.03 * (i / 8) as f32);

@@ -7,7 +7,6 @@ use gobo::{
     model::{ReceiverPoint, Source},
     scene::{Scene, load},
 };
-use std::path::Path;
 
 /// Places on a light: in a penumbra they are off by 0.01 at most.
 const PLACES: usize = 256;
@@ -130,7 +129,7 @@ fn tubes_shine_through_blinds() {
 /// A ball and four posts on the floor under a lattice: their shadows meet them within its penumbrae.
 #[test]
 fn contact_under_another_penumbra() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_lattice.toml");
+    let path = crate::common::root().join("data/soft_lattice.toml");
     let mut scene = load(&path).unwrap();
     let at = |i: usize| (i as f32 + 0.5) / 60.0 * 2.6;
     let floor = |i: usize| Vec3::new(at(i % 60) - 1.5, 0.0, at(i / 60) - 1.45) - scene.origin;
