@@ -4,6 +4,7 @@ mod asides;
 mod bloom;
 mod bricks;
 mod catcher;
+mod constant;
 mod dense_bricks;
 mod emitters;
 mod environment;
