@@ -5,6 +5,7 @@ mod bloom;
 mod bricks;
 mod catcher;
 mod constant;
+mod coplanar;
 mod dense_bricks;
 mod emitters;
 mod environment;
