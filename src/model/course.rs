@@ -119,14 +119,15 @@ impl Scene {
         if motions.is_empty() {
             return;
         }
-        let reach = |casts: &dyn Fn(u32) -> bool| {
-            let reaches = motions.iter().map(|motion| motion.reach(casts));
+        let reach = |wanted: &dyn Fn(u32) -> bool| {
+            let reaches = motions.iter().map(|motion| motion.reach(wanted));
             let all = reaches.fold(Bounds::EMPTY, |all, reach| all.with(&reach));
             let margin = (all.max - all.min).max(Vec3::ZERO) * MARGIN;
             Bounds { min: all.min - margin, max: all.max + margin }
         };
         let casts = |material: u32| self.materials[material as usize].casts;
-        let (all, casters) = (reach(&|_| true), reach(&casts));
+        let casters = reach(&casts);
+        let all = casters.with(&reach(&|material| !casts(material)));
         let start = self.bounds();
         let is_held = all.is_finite()
             && !start.is_empty()
@@ -153,17 +154,22 @@ impl Scene {
         (self.course.moments, self.skipped) = (moments, skipped);
     }
 
-    /// The scene with its triangles, lights and camera alone, to be set to [`Self::moments`].
+    /// The scene with its triangles, lights and camera alone, and what moves with them, to be set to [`Self::moments`].
     pub(crate) fn solids(&self) -> Self {
         let motions = self.motions.iter().filter(|motion| motion.span().is_some());
+        let moves_particles = motions.clone().any(|motion| motion.moves_particles());
+        let (mut gaussians, mut strands) = (Vec::new(), Vec::new());
+        if moves_particles {
+            (gaussians, strands) = (self.gaussians.clone(), self.strands.clone());
+        }
         Self {
             camera: self.camera,
             shadow: self.shadow,
             lights: self.lights.clone(),
             materials: self.materials.clone(),
             triangles: self.triangles.clone(),
-            gaussians: self.gaussians.clone(),
-            strands: self.strands.clone(),
+            gaussians,
+            strands,
             around: self.bounds(),
             air: self.air,
             motions: motions.cloned().collect(),

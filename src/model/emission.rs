@@ -166,7 +166,7 @@ impl Emitter {
     /// Box around where a few of the particles ever are \[m\], evenly chosen of all that start on the emitter's path and while
     /// the first of those behind it live, as if they were not a fluid. `most_steps`: of all of them together.
     pub fn reach(&self, farthest: f32, most_steps: usize) -> Bounds {
-        const MAX: usize = 1000;
+        const MAX: usize = 512;
         let longest = self.forces.longest();
         let most = MAX.min(most_steps / longest as usize).max(1);
         let way = self.forces.path.last().map_or(0.0, |row| f64::from(row[0].max(0.0)));

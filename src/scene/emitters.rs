@@ -103,7 +103,7 @@ impl Motion for Emitters {
     }
 
     fn reach(&self, wanted: &dyn Fn(u32) -> bool) -> Bounds {
-        let steps = MAX_SAMPLED / self.emitters.len();
+        let steps = MAX_SAMPLED / 8 / self.emitters.len();
         let wanted = self.emitters.iter().filter(|emitter| {
             wanted(emitter.material) || emitter.trail.is_some_and(|trail| wanted(trail.material))
         });
