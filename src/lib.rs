@@ -157,5 +157,5 @@ pub use shadows::{
     CasterCount, CasterLoader, GridLoader, HostCasters, HostDepth, HostGrid, HostInputs, Maps,
     Prepared, Shadows,
 };
-pub use view::{atlas::MapSlot, light_views};
+pub use view::{HeldBounds, atlas::MapSlot, light_views};
 pub use wgpu;

@@ -20,7 +20,7 @@ use gobo::{
             UNIT_ROUNDING, VIEW_TEXELS, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT,
         },
         reference::{
-            FAINT, accumulate, air, bloom, brick, brick_light, capsule,
+            FAINT, accumulate, air, bloom, brick, brick_light, capsule, coplanar,
             curve::{
                 self,
                 tile::{ROUNDING, SLAB_PAIRS, TRACE},
@@ -64,6 +64,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("OCCLUDER_DIRECTIONS", occlusion::OCCLUDER_DIRECTIONS),
         ("MAX_IMAGE_TAPS", MAX_IMAGE_TAPS),
         ("OCCLUDER_STEPS", occlusion::OCCLUDER_STEPS),
+        ("PLACES", occlusion::PLACES),
         ("MAX_LIT_SAMPLES", air::MAX_LIT_SAMPLES),
         ("MAX_AIR_SAMPLES", air::MAX_AIR_SAMPLES),
         ("ALL_LIGHTS", ALL_LIGHTS),
@@ -299,6 +300,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("MAX_BLOOM", bloom::MAX_BLOOM),
         ("FILM_WHITE", shading::FILM_WHITE),
         ("PI", std::f32::consts::PI),
+        ("COPLANAR", coplanar::COPLANAR),
         ("FLAT_SQUARE", occlusion::FLAT_SQUARE),
         ("OCCLUDER_REACH", occlusion::OCCLUDER_REACH),
         ("SLICE_FACING", occlusion::SLICE_FACING),

@@ -24,7 +24,7 @@ pub(super) fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Tria
     [[corner, corner + right, far], [corner, far, corner + up]].map(|p| triangle(p, material))
 }
 
-fn block(low: Vec3, high: Vec3) -> Vec<Triangle> {
+pub(super) fn block(low: Vec3, high: Vec3) -> Vec<Triangle> {
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * (high - low));
     let sides = [(low, x, y), (low + z, x, y), (low, x, z), (low + y, x, z), (low, y, z)];
     let sides = sides.into_iter().chain([(low + x, y, z)]);
