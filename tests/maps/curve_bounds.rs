@@ -56,7 +56,7 @@ fn curves_beat_what_others_store() {
             Rays::Panes => 0.01,
             Rays::Puffs => 0.25,
         };
-        for method in [Method::Curve(8), Method::Slabs(8)] {
+        for method in [Method::Curve(8), Method::TwoWalks(8)] {
             let error = sample.error(method);
             let (mean, high) = (error.mean, error.high);
             assert!(high < fourier.high, "{rays:?} {method:?}: {high} {fourier:?}");
