@@ -23,6 +23,7 @@ use gobo::{
         records::Picture,
         shadows::Config,
     },
+    model::Receiver,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };
@@ -134,8 +135,9 @@ pub(crate) fn map_frame_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame 
 pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let mut renderer = any_renderer(tier);
-    renderer
-        .configure(|Config { toggles, .. }| (toggles.scatter_tiny, toggles.parts) = (true, false));
+    renderer.configure(|Config { toggles, .. }| {
+        (toggles.scatter_tiny, toggles.parts, toggles.queued) = (true, false, false);
+    });
     let frame = renderer.render(scene, &options);
     renderer.configure(|config| config.toggles.parts = true);
     frame.unwrap_or_else(|error| panic!("{error}"))
@@ -143,7 +145,12 @@ pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
 
 fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) -> Frame {
     let mut renderer = any_renderer(tier);
-    renderer.configure(|config| config.toggles.scatter_tiny = scatter);
+    // Queues end nodes of curves for many texels at once: `maps::queue` holds theirs.
+    let queued = scene.shadow.receiver != Receiver::Curve;
+    renderer.configure(|config| {
+        config.toggles.scatter_tiny = scatter;
+        config.toggles.queued = queued && config.profile.queued;
+    });
     renderer.render(scene, options).unwrap_or_else(|error| panic!("{error}"))
 }
 

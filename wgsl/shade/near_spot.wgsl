@@ -2,7 +2,7 @@
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
-import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
+import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, node_start};
 import package::features::NODES;
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::receiver::is_solid;
@@ -58,7 +58,7 @@ fn take_ramp(start: f32, length: f32, drop: vec3<f32>, end: f32) {
 
 fn near_node(node: vec2<u32>, end: f32) {
     let start = node_start(node);
-    let drop = select(vec3(0.0), near_left - node_light(node), start > 0.0);
+    let drop = select(vec3(0.0), near_left - near_left * node_passed(node), start > 0.0);
     near_left -= drop;
     take_ramp(start, max(node_length(node), 1.0), drop, end);
 }
@@ -78,7 +78,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
             near_node(nodes.xy, filter_end);
             near_node(nodes.zw, filter_end);
             pair += 1u;
-            if pair >= NODES / 2u || node_start(nodes.zw) >= filter_end {
+            if pair >= NODES / 2u {
                 break;
             }
         }

@@ -12,6 +12,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "BRIGHTEST",
     "OVERLAP",
     "PIXELS_OF_TILE",
+    "SLAB_PAIRS",
     "SMALL",
     "BANDS",
     "CELLS",
