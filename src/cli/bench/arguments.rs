@@ -207,7 +207,10 @@ fn one_case(text: &str) -> Result<OneCase, String> {
 }
 
 fn limit(text: &str) -> Result<f64, String> {
-    within(text, 0.1, 100.0).map(f64::from)
+    match text.trim().parse::<f64>() {
+        Ok(value) if (0.1..=100.0).contains(&value) => Ok(value),
+        _ => Err(format!("{text:?} is not a number in 0.1..=100")),
+    }
 }
 
 fn whole(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {
