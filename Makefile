@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels export-check gpu-static ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels export-check gpu-static gpu-pack gpu-pack-test ash web viewer bevy fuzz soak doc deny \
 	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -105,6 +105,14 @@ bevy: setup
 # Every exported kernel through spirv-val and glslangValidator.
 export-check: program
 	sh tools/export_check.sh
+
+# dist/gpu-pack.tar.gz: what measures a card on a machine without Rust, network and sources (tools/gpu_pack/run.sh), and its
+# proof on this machine's driver.
+gpu-pack: program
+	sh tools/gpu_pack.sh
+
+gpu-pack-test: gpu-pack
+	sh tools/gpu_pack_test.sh
 
 # What exported kernels need on GPUs (registers, spills, code), by a GPU's compiler without one: tools/gpu_static/limits.toml.
 gpu-static: program

@@ -143,7 +143,9 @@ use gpu::error;
 #[cfg(feature = "cli")]
 pub use cli::program;
 pub use glam;
-pub use gpu::{Gpu, KernelError, KernelJob, Memory, Support, Tier, Timeline, error::Error};
+pub use gpu::{
+    Gpu, KernelError, KernelJob, KernelTime, Memory, Support, Tier, Timeline, error::Error,
+};
 pub use model::{
     Bounds, Brick, Camera, Casters, Counters, Gaussian, Grid, Light, LightKind, Material, Particle,
     Receiver, Scene, ShadowSettings, Shape, Strand, StrandVertex, Texture, Transfer, Triangle,
@@ -155,5 +157,5 @@ pub use shadows::{
     CasterCount, CasterLoader, GridLoader, HostCasters, HostDepth, HostGrid, HostInputs, Maps,
     Prepared, Shadows,
 };
-pub use view::{atlas::MapSlot, light_views};
+pub use view::{HeldBounds, atlas::MapSlot, light_views};
 pub use wgpu;

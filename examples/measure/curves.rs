@@ -5,7 +5,10 @@ use crate::{
 };
 use gobo::{
     glam::Vec3,
-    internals::reference::curve::{Streaming, light_at},
+    internals::reference::curve::{
+        Streaming, light_at,
+        two_walks::{self, PointHit},
+    },
     scene::generate::Chance,
 };
 
@@ -92,8 +95,8 @@ pub(crate) enum Method {
     Nearest,
     /// A curve with K nodes.
     Curve(u32),
-    /// A curve with K nodes, whose hits are inserted a slab at a time.
-    Slabs(u32),
+    /// A curve with K nodes by two walks.
+    TwoWalks(u32),
     /// Fourier opacity map, 15 coefficients a channel.
     Fourier,
     /// Moment map, 4 moments a channel and its total.
@@ -106,9 +109,9 @@ impl Method {
         Self::Curve(4),
         Self::Curve(8),
         Self::Curve(16),
-        Self::Slabs(4),
-        Self::Slabs(8),
-        Self::Slabs(16),
+        Self::TwoWalks(4),
+        Self::TwoWalks(8),
+        Self::TwoWalks(16),
         Self::Fourier,
         Self::Moments,
     ];
@@ -117,7 +120,7 @@ impl Method {
         match self {
             Self::Nearest => "nearest depth".to_owned(),
             Self::Curve(nodes) => format!("curve, K = {nodes}"),
-            Self::Slabs(nodes) => format!("curve, K = {nodes}, in slabs"),
+            Self::TwoWalks(nodes) => format!("curve, K = {nodes}, by two walks"),
             Self::Fourier => "Fourier, 15 coefficients".to_owned(),
             Self::Moments => "4 moments".to_owned(),
         }
@@ -127,7 +130,7 @@ impl Method {
     pub(crate) fn bytes(self) -> u32 {
         match self {
             Self::Nearest => 12,
-            Self::Curve(nodes) | Self::Slabs(nodes) => 12 + 8 * nodes,
+            Self::Curve(nodes) | Self::TwoWalks(nodes) => 12 + 8 * nodes,
             // Stored as 16-bit floats.
             Self::Fourier => 3 * 15 * 2,
             Self::Moments => 3 * 5 * 4,
@@ -203,7 +206,15 @@ fn light_of(method: Method, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
             }
             packed(&curve)
         }
-        Method::Slabs(nodes) => packed(&slabs(hits, nodes)),
+        Method::TwoWalks(nodes) => {
+            let point = |&(depth, light): &Hit| {
+                let absorbed = Vec3::ONE - light;
+                PointHit { depth, absorbed, presence: absorbed.max_element() }
+            };
+            let hits: Vec<_> = hits.iter().map(point).collect();
+            let (nodes, _) = two_walks::curve(&hits, nodes, false);
+            Box::new(move |z| light_at(&nodes, z, false))
+        }
         Method::Fourier => {
             let map = Fourier::new(hits);
             Box::new(move |z| map.light_at(z))
@@ -218,31 +229,4 @@ fn light_of(method: Method, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
 fn packed(curve: &Streaming) -> Box<dyn Fn(f32) -> Vec3> {
     let nodes: Vec<_> = curve.pack().collect();
     Box::new(move |z| light_at(&nodes, z, false))
-}
-
-/// Like the CPU reference `tile`, where every pair hits the texel.
-fn slabs(hits: &[Hit], nodes: u32) -> Streaming {
-    use gobo::internals::reference::curve::{
-        taken::Taken,
-        tile::{SLAB_PAIRS, max_exact_hits, slab_count},
-    };
-    let mut curve = Streaming::new(nodes, false);
-    let few = hits.len() <= max_exact_hits(nodes) as usize;
-    let reach = (hits[hits.len() - 1].0 - hits[0].0) / slab_count(nodes) as f32;
-    let mut rest = hits;
-    while let Some(&(start, _)) = rest.first() {
-        let within = |&(depth, _): &Hit| depth - start <= reach;
-        let count = rest.iter().take(SLAB_PAIRS).take_while(|hit| within(hit)).count();
-        let count = if few && curve.has_free_node() { 1 } else { count };
-        let (slab, others) = rest.split_at(count);
-        let (mut taken, mut all) = (Taken::NONE, Vec3::ONE);
-        for &(depth, light) in slab {
-            taken.add(depth, (all * (Vec3::ONE - light)).element_sum());
-            all *= light;
-        }
-        let [start, end] = taken.fitted(start, slab[count - 1].0);
-        curve.insert(start, end, all);
-        rest = others;
-    }
-    curve
 }

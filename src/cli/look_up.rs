@@ -16,7 +16,7 @@ pub(super) struct LookUp {
     file: String,
     /// Of the maps' curves; 0 where there are none.
     nodes: u32,
-    /// Whether some caster may be of the `gain` transfer.
+    /// Whether some caster may be of the `gain` or the `over` transfer.
     gain: bool,
     bindings: Vec<BindingEntry>,
 }

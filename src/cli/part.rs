@@ -51,7 +51,7 @@ pub(super) struct Head {
 
 /// Longest head that is read [bytes]: thousands of views have a megabyte each thousand.
 const MAX_HEAD: u64 = 1 << 26;
-const MAGIC: &[u8] = b"gobo part 1\n";
+const MAGIC: &[u8] = b"gobo part 2\n";
 const DIGEST: u64 = 32;
 
 /// Longest name of a view's files, of two numbered names of 64 characters at most [bytes].

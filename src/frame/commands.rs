@@ -137,6 +137,15 @@ impl Commands {
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         let (mut step, mut commands) = (None, &self.0[..]);
         while let Some(command) = commands.first() {
+            if let (Command::Pass { label, dispatches }, true) = (command, timeline.is_by_kernel())
+            {
+                for dispatch in dispatches {
+                    let mut pass = timeline.kernel_pass(encoder, label, dispatch.kernel.name());
+                    dispatch.record(&mut pass);
+                }
+                (step, commands) = (None, &commands[1..]);
+                continue;
+            }
             if let Command::Pass { label, .. } = command {
                 // Each dispatch sees the writes of those before, in one pass as in several. A pass costs wgpu more
                 // than a dispatch, and has a time of its own.

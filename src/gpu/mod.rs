@@ -41,5 +41,5 @@ pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
 #[cfg(feature = "picture")]
 pub(crate) use timing::add_time;
-pub use timing::{Profiler, Timeline, has_timestamps};
+pub use timing::{KernelTime, Profiler, Timeline, has_timestamps};
 pub(crate) use transfer::{filled, read_back, staging};

@@ -1,9 +1,9 @@
-//! Milliseconds per stage, by GPU timestamps or by the wall clock.
+//! Milliseconds per stage or kernel, by GPU timestamps or by the wall clock.
 use super::Gpu;
 use std::time::Instant;
 
-/// Timestamps that one frame may write.
-const MAX_STAMPS: u32 = 2048;
+/// Timestamps that one frame may write: the most of a query set in WebGPU.
+const MAX_STAMPS: u32 = 4096;
 
 /// A host's own timer of compute passes, for [`Timeline::profiled`].
 pub trait Profiler: std::fmt::Debug + Send {
@@ -22,7 +22,33 @@ pub trait Profiler: std::fmt::Debug + Send {
 #[derive(Debug)]
 pub struct Timeline {
     timer: Timer,
-    stages: Vec<&'static str>,
+    passes: Vec<Timed>,
+    by_kernel: bool,
+    /// Passes for which there are no timestamps left.
+    untimed: u32,
+}
+
+/// What a time is of: a label, and a kernel where each dispatch is timed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Timed {
+    label: &'static str,
+    kernel: Option<&'static str>,
+}
+
+impl Timed {
+    fn stage(&self) -> &'static str {
+        self.label.strip_prefix(PREFIX).unwrap_or(self.label)
+    }
+}
+
+/// Time of a kernel in a stage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KernelTime {
+    pub stage: &'static str,
+    pub kernel: &'static str,
+    pub dispatches: u32,
+    /// Sum over its dispatches \[ms\].
+    pub ms: f64,
 }
 
 /// Source of the times.
@@ -61,8 +87,8 @@ const PREFIX: &str = "gobo ";
 struct Steps {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    times: Vec<(&'static str, f64)>,
-    open: Option<&'static str>,
+    times: Vec<(Timed, f64)>,
+    open: Option<Timed>,
 }
 
 impl Steps {
@@ -78,10 +104,10 @@ impl Steps {
             // A lost device is the host's to notice.
             let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
         };
-        let Some(stage) = open else { return work() };
+        let Some(timed) = open else { return work() };
         phase!("kernels");
         work();
-        add_time(&mut self.times, stage, started.elapsed().as_secs_f64() * 1e3);
+        self.times.push((timed, started.elapsed().as_secs_f64() * 1e3));
     }
 }
 
@@ -142,7 +168,23 @@ impl Timeline {
     }
 
     fn by(timer: Timer) -> Self {
-        Self { timer, stages: Vec::new() }
+        Self { timer, passes: Vec::new(), by_kernel: false, untimed: 0 }
+    }
+
+    /// Gives each dispatch a pass, and so a time, of its own. An untimed timeline does not.
+    pub fn by_kernel(mut self) -> Self {
+        self.by_kernel = self.is_timed();
+        self
+    }
+
+    /// Whether each dispatch has a pass of its own.
+    pub(crate) fn is_by_kernel(&self) -> bool {
+        self.by_kernel
+    }
+
+    /// Passes of the frame that have no time, since it has more than timestamps for.
+    pub fn untimed_passes(&self) -> u32 {
+        self.untimed
     }
 
     /// A timeline for adapters with meaningless timestamps, if frames may wait: it submits and waits
@@ -160,7 +202,8 @@ impl Timeline {
 
     /// Forgets the stages, before the next frame.
     pub fn reset(&mut self) {
-        self.stages.clear();
+        self.passes.clear();
+        self.untimed = 0;
         if let Timer::Steps(steps) = &mut self.timer {
             steps.times.clear();
         }
@@ -168,10 +211,14 @@ impl Timeline {
 
     /// Assigns what is recorded next, outside a pass, to `label`. Only a stepped timeline uses it.
     pub fn step(&mut self, encoder: &mut wgpu::CommandEncoder, label: &'static str) {
+        self.step_of(encoder, Timed { label, kernel: None });
+    }
+
+    fn step_of(&mut self, encoder: &mut wgpu::CommandEncoder, timed: Timed) {
         self.end(encoder);
         if let Timer::Steps(steps) = &mut self.timer {
             steps.run(encoder);
-            steps.open = Some(label);
+            steps.open = Some(timed);
         }
     }
 
@@ -189,11 +236,29 @@ impl Timeline {
         encoder: &'e mut wgpu::CommandEncoder,
         label: &'static str,
     ) -> wgpu::ComputePass<'e> {
-        self.step(encoder, label);
-        let first = 2 * self.stages.len() as u32;
+        self.timed_pass(encoder, Timed { label, kernel: None })
+    }
+
+    /// Like [`Self::pass`], for a dispatch of `kernel` alone.
+    pub(crate) fn kernel_pass<'e>(
+        &mut self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        label: &'static str,
+        kernel: &'static str,
+    ) -> wgpu::ComputePass<'e> {
+        self.timed_pass(encoder, Timed { label, kernel: Some(kernel) })
+    }
+
+    fn timed_pass<'e>(
+        &mut self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        timed: Timed,
+    ) -> wgpu::ComputePass<'e> {
+        self.step_of(encoder, timed);
+        let (label, first) = (timed.label, 2 * self.passes.len() as u32);
         let timestamp_writes = match &mut self.timer {
             Timer::Queries(queries) if first + 2 <= MAX_STAMPS => {
-                self.stages.push(label);
+                self.passes.push(timed);
                 Some(wgpu::ComputePassTimestampWrites {
                     query_set: &queries.set,
                     beginning_of_pass_write_index: Some(first),
@@ -204,7 +269,11 @@ impl Timeline {
                 *open = true;
                 profiler.begin(encoder, label)
             }
-            _ => None,
+            Timer::Queries(_) => {
+                self.untimed += 1;
+                None
+            }
+            Timer::None | Timer::Steps(_) => None,
         };
         encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(label),
@@ -218,7 +287,7 @@ impl Timeline {
         if let Timer::Steps(steps) = &mut self.timer {
             steps.run(encoder);
         }
-        let count = 2 * self.stages.len() as u32;
+        let count = 2 * self.passes.len() as u32;
         if let (Timer::Queries(queries), 1..) = (&self.timer, count) {
             encoder.resolve_query_set(&queries.set, 0..count, &queries.resolved, 0);
             let bytes = u64::from(count) * 8;
@@ -229,11 +298,26 @@ impl Timeline {
     /// Stages in order of first appearance and their times \[ms\]; none where the driver writes no timestamps. Blocks until
     /// the frame is done.
     pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
+        let mut times = Vec::new();
+        for (timed, ms) in self.times(device) {
+            add_time(&mut times, timed.label, ms);
+        }
+        times
+    }
+
+    /// Kernels by stage, in order of first appearance, of a timeline [by kernel](Self::by_kernel). Blocks until the frame is
+    /// done.
+    pub fn read_kernels(&self, device: &wgpu::Device) -> Vec<KernelTime> {
+        kernel_times(&self.times(device))
+    }
+
+    /// Times of all passes \[ms\].
+    fn times(&self, device: &wgpu::Device) -> Vec<(Timed, f64)> {
         match &self.timer {
             Timer::Steps(steps) => steps.times.clone(),
             Timer::Queries(queries) => {
                 let ticks = self.ticks(device).filter(|ticks| are_written(ticks));
-                ticks.map_or_else(Vec::new, |ticks| times(&self.stages, &ticks, queries.period))
+                ticks.map_or_else(Vec::new, |ticks| times(&self.passes, &ticks, queries.period))
             }
             Timer::None | Timer::Host(..) => Vec::new(),
         }
@@ -242,10 +326,10 @@ impl Timeline {
     /// Ticks at the begin and the end of each pass; `None` without passes, or if they cannot be read.
     fn ticks(&self, device: &wgpu::Device) -> Option<Vec<u64>> {
         let Timer::Queries(queries) = &self.timer else { return None };
-        if self.stages.is_empty() {
+        if self.passes.is_empty() {
             return None;
         }
-        let slice = queries.readback.slice(..self.stages.len() as u64 * 16);
+        let slice = queries.readback.slice(..self.passes.len() as u64 * 16);
         slice.map_async(wgpu::MapMode::Read, |_| ());
         if device.poll(wgpu::PollType::wait_indefinitely()).is_err() {
             return None;
@@ -257,19 +341,29 @@ impl Timeline {
     }
 }
 
-/// Times of stages \[ms\] by the ticks of their passes; `period`: length of a tick \[ns\].
-fn times(stages: &[&'static str], ticks: &[u64], period: f32) -> Vec<(&'static str, f64)> {
-    let mut times = Vec::new();
-    for (stage, stamps) in stages.iter().zip(ticks.chunks_exact(2)) {
-        let ticks = stamps[1].saturating_sub(stamps[0]) as f64;
-        add_time(&mut times, stage, ticks * f64::from(period) * 1e-6);
+/// Times of passes \[ms\] by their ticks; `period`: length of a tick \[ns\].
+fn times(passes: &[Timed], ticks: &[u64], period: f32) -> Vec<(Timed, f64)> {
+    let ms = |stamps: &[u64]| stamps[1].saturating_sub(stamps[0]) as f64 * f64::from(period) * 1e-6;
+    passes.iter().copied().zip(ticks.chunks_exact(2).map(ms)).collect()
+}
+
+/// Sums of the times of kernels by stage, without passes that are of no kernel.
+fn kernel_times(times: &[(Timed, f64)]) -> Vec<KernelTime> {
+    let mut sums: Vec<KernelTime> = Vec::new();
+    for &(timed, ms) in times {
+        let Some(kernel) = timed.kernel else { continue };
+        let stage = timed.stage();
+        match sums.iter_mut().find(|sum| (sum.stage, sum.kernel) == (stage, kernel)) {
+            Some(sum) => (sum.dispatches, sum.ms) = (sum.dispatches + 1, sum.ms + ms),
+            None => sums.push(KernelTime { stage, kernel, dispatches: 1, ms }),
+        }
     }
-    times
+    sums
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{are_written, times};
+    use super::{KernelTime, Timed, add_time, are_written, kernel_times, times};
 
     #[test]
     fn zeros_are_no_times() {
@@ -278,9 +372,14 @@ mod tests {
     }
 
     #[test]
-    fn passes_of_a_stage_are_added() {
-        let stages = ["gobo sort", "gobo bin", "gobo sort"];
-        let is = times(&stages, &[1_000, 3_000, 3_000, 3_500, 9_000, 8_000], 2.0);
-        assert_eq!(is, [("sort", 0.004), ("bin", 0.001)]);
+    fn passes_of_a_stage_and_of_a_kernel_are_added() {
+        let of = |label, kernel| Timed { label, kernel: Some(kernel) };
+        let passes = [of("gobo sort", "count"), of("gobo bin", "count"), of("gobo sort", "count")];
+        let is = times(&passes, &[1_000, 3_000, 3_000, 3_500, 9_000, 8_000], 2.0);
+        let mut stages = Vec::new();
+        is.iter().for_each(|(timed, ms)| add_time(&mut stages, timed.label, *ms));
+        assert_eq!(stages, [("sort", 0.004), ("bin", 0.001)]);
+        let sum = |stage, dispatches, ms| KernelTime { stage, kernel: "count", dispatches, ms };
+        assert_eq!(kernel_times(&is), [sum("sort", 2, 0.004), sum("bin", 1, 0.001)]);
     }
 }

@@ -22,8 +22,7 @@ pub enum Source {
     },
     /// A rectangle around the position of a spot or point light.
     Rect {
-        /// Edge along `cross(direction, up)` \[m\]; up is +y, or +z where the direction is within 8 degrees
-        /// of y.
+        /// Edge along `cross(direction, up)` \[m\]; up is +y, or +z where the direction is y or -y.
         width: f32,
         /// Edge across the width \[m\].
         height: f32,
@@ -43,7 +42,6 @@ pub const MAX_SOURCE_SIZE: f32 = 1e4;
 pub const MAX_SUN_ANGLE: f32 = PI / 3.0;
 /// Most parts of a source that have maps of their own.
 pub const MAX_VIEWPOINTS: u32 = 9;
-
 impl Source {
     /// Whether it has no size.
     pub fn is_point(&self) -> bool {
@@ -66,9 +64,14 @@ impl Source {
             Self::Sun { angle } => return [Vec3::X * (0.5 * angle).tan(), Vec3::ZERO],
         };
         let along = direction.as_dvec3().normalize_or(glam::DVec3::NEG_Y).as_vec3();
-        let up = if along.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
+        let up = if Self::is_upright(along) { Vec3::Z } else { Vec3::Y };
         let right = along.cross(up).normalize();
         [right * sizes[0], right.cross(along) * sizes[1]]
+    }
+
+    /// Whether a direction is y or -y, but for rounding.
+    pub(crate) fn is_upright(direction: Vec3) -> bool {
+        direction.x.hypot(direction.z) < 1e-5 * direction.length()
     }
 
     /// One of `count` equal parts.

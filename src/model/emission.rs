@@ -163,6 +163,33 @@ impl Emitter {
         numbers.step_by(every).take(most).filter_map(flown).collect()
     }
 
+    /// Box around where a few of the particles ever are \[m\], evenly chosen of all that start on the emitter's path and while
+    /// the first of those behind it live, as if they were not a fluid. `most_steps`: of all of them together.
+    pub fn reach(&self, farthest: f32, most_steps: usize) -> Bounds {
+        const MAX: usize = 512;
+        let longest = self.forces.longest();
+        let most = MAX.min(most_steps / longest as usize).max(1);
+        let way = self.forces.path.last().map_or(0.0, |row| f64::from(row[0].max(0.0)));
+        let way = (way * STEPS_PER_SECOND) as u32;
+        let last = self.steps.min(way.saturating_add(longest));
+        let numbers = 0..self.forces.started_before(last.max(1));
+        let every = numbers.len().div_ceil(most).max(1);
+        let radius = self.radius.iter().copied().fold(0.0, f32::max);
+        let mut all = Bounds::EMPTY;
+        for number in numbers.step_by(every) {
+            let mut emitted = self.forces.start(number);
+            let first = self.forces.starts_in(number);
+            for step in first..first.saturating_add(emitted.life) {
+                if emitted.position.is_finite() && emitted.position.abs().max_element() <= farthest
+                {
+                    all = all.with_sphere(emitted.position, radius);
+                }
+                self.forces.advance(&mut emitted, step);
+            }
+        }
+        all
+    }
+
     /// Numbers of the particles that may be alive at a step.
     fn numbers(&self, step: u32) -> Range<u32> {
         let before = |step: u32| self.forces.started_before(step.min(self.steps));

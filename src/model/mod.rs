@@ -7,6 +7,7 @@ mod caster;
 mod class;
 mod clip;
 mod counters;
+mod course;
 pub mod dither;
 pub mod emission;
 pub mod emitter;
@@ -42,6 +43,8 @@ pub use class::Class;
 pub(crate) use class::{CLASSES, by_class};
 pub use clip::InvalidClip;
 pub use counters::{Counters, Skipped};
+pub use course::Course;
+pub(crate) use course::{Moment, WindowsKey};
 pub use dither::Pattern;
 pub use environment::{
     Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, octahedral,

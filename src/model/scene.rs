@@ -1,6 +1,6 @@
 //! The scene: everything a frame is made from.
 use super::{
-    Air, Bounds, Camera, Casters, ClusterSettings, Environment, FARTHEST, Gaussian, Grid,
+    Air, Bounds, Camera, Casters, ClusterSettings, Course, Environment, FARTHEST, Gaussian, Grid,
     IRRADIANCE, Lens, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped,
     Strand, Texture, Tone, Triangle, emission::Emission,
 };
@@ -61,6 +61,8 @@ pub struct Scene {
     pub strands: Vec<Strand>,
     /// Bounds of casters that are left out, but have the views fitted to them as well: those of other shares.
     pub around: Bounds,
+    /// What its frames have in common, if it moves: its views are the same in all of them.
+    pub course: Course,
     /// Ambient radiance if there is no environment: linear rgb.
     pub ambient: Vec3,
     /// Background radiance that the camera sees and mirrors show if there is no environment: linear rgb.
@@ -110,6 +112,20 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     /// Index of its first particle in the scene, if it sends any out.
     fn first_particle(&self) -> Option<usize> {
         None
+    }
+
+    /// First and last time at which it moves triangles, lights or the camera \[s\]; `None` if it moves none of them.
+    fn span(&self) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// Sets lights and the camera alone to their state at `seconds` from the start.
+    fn steer(&self, _scene: &mut Scene, _seconds: f64) {}
+
+    /// Box around where that of what it moves ever is whose material is `wanted` \[m\]: about, and empty where that is
+    /// not known.
+    fn reach(&self, _wanted: &dyn Fn(u32) -> bool) -> Bounds {
+        Bounds::EMPTY
     }
 
     /// The motion with its particles left to a device, if it has emitters, and for each emitter that stays on
@@ -180,7 +196,7 @@ impl Scene {
     /// Bounds of all casters and receivers.
     pub fn bounds(&self) -> Bounds {
         let particles =
-            self.particles.iter().fold(self.around, |b, p| b.with_sphere(p.center, p.radius));
+            self.particles.iter().fold(self.held(), |b, p| b.with_sphere(p.center, p.radius));
         let gaussians = self.gaussians.iter().fold(particles, |b, g| {
             b.with(&g.bounds(self.materials[g.material as usize].gaussian))
         });
@@ -287,6 +303,7 @@ impl Default for Scene {
             grids: Vec::new(),
             strands: Vec::new(),
             around: Bounds::EMPTY,
+            course: Course::default(),
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),
             environment: None,

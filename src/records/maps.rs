@@ -36,8 +36,8 @@ pub struct Picture {
     pub light: Vec<[f32; 3]>,
 }
 
-/// A node of a map: start (16 bits), square root of the length (12), red, green, blue (12 each). A node
-/// that starts at 0 is unused.
+/// A node of a map: start (16 bits), square root of the length (12), red, green, blue that it passes by itself (12 each).
+/// A node that starts at 0 is unused.
 pub type PackedNode = [u32; 2];
 
 /// The curves of one view.
@@ -45,8 +45,8 @@ pub type PackedNode = [u32; 2];
 pub struct CurveMap {
     /// Nodes of a texel (K).
     pub nodes: usize,
-    /// Whether light may increase along a curve (`gain` casters).
+    /// Whether light may increase along a curve (`gain` and `over` casters).
     pub gain: bool,
-    /// Nodes of each texel, nearest first; texels row by row.
+    /// Nodes of each texel; texels row by row.
     pub packed: Vec<PackedNode>,
 }

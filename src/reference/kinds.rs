@@ -1,7 +1,7 @@
 //! Kinds of a scene's filtering casters, which decide how maps are accumulated.
 use crate::model::{Casters, Class, Shape};
 
-/// Whether all filtering casters are those of [`super::curve::tile::CurveModes::slabs`].
+/// Whether all filtering casters are those of [`super::curve::tile::CurveModes::discs`].
 pub(super) fn only_discs(scene: &Casters<'_>) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));

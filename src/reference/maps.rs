@@ -156,7 +156,7 @@ impl<'a> SceneRecords<'a> {
             curve_modes: (shadow.curve_nodes() > 0).then(|| CurveModes {
                 nodes: shadow.curve_nodes(),
                 gain: uses(Transfer::Gain),
-                slabs: only_discs(&all),
+                discs: only_discs(&all),
                 over: uses(Transfer::Over),
                 volumes: has_volumes,
                 bodies: has_volumes || any_puff(&all),
@@ -226,7 +226,7 @@ impl<'a> SceneRecords<'a> {
                     counters.disordered += u64::from(tile[in_tile].disordered);
                 }
             }
-            maps.curve = Some(CurveMap { nodes, gain: modes.gain, packed });
+            maps.curve = Some(CurveMap { nodes, gain: modes.gain || modes.over, packed });
             self.dither(&mut maps, &gpu_view, &depths, modes.over);
             return maps;
         }

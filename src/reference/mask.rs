@@ -24,6 +24,8 @@ pub const MIN_FACING: f32 = -1e-3;
 /// Surface that the camera sees in a pixel of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenSurface {
+    /// Id of the object that it is of, if it is a triangle's.
+    pub object: Option<u32>,
     /// Light depth in the camera's view; 1 without a surface.
     pub depth: f32,
     pub point: Option<Point>,

@@ -10,6 +10,7 @@ pub mod brick_light;
 pub mod capsule;
 pub mod caster_hit;
 pub mod cluster;
+pub mod coplanar;
 pub mod curve;
 pub mod dither;
 mod effort;

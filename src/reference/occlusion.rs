@@ -5,10 +5,12 @@ use crate::records::{GpuView, OcclusionRadius};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Directions of a pixel; 2x2 pixels have others between them.
+/// Directions of a pixel; the next three have others between them.
 pub const OCCLUDER_DIRECTIONS: u32 = 3;
-/// Places along a direction, to either side.
-pub const OCCLUDER_STEPS: u32 = 5;
+/// Places along a direction, to either side; 4x4 pixels have others between them.
+pub const OCCLUDER_STEPS: u32 = 6;
+/// Where in its step a pixel's places are [quarters], of four pixels.
+pub const PLACES: u32 = 0x2431;
 /// Farthest of them [heights of the picture].
 pub const OCCLUDER_REACH: f32 = 0.25;
 /// Length of a normal in a slice that it is across.
@@ -129,13 +131,15 @@ impl Search<'_> {
         }
         let point = self.point(pixel.as_vec2(), around_pixel.depth);
         let (normal, to_eye) = (self.normal(around_pixel, point), -point.normalize());
-        let turn = ((texel.x & 1) | (texel.y & 1) << 1) as f32 * 0.25;
+        let turn = ((texel.x + texel.y) & 3) as f32 * 0.25;
+        let twice = (texel.y << 1) ^ (((texel.y >> 1) & 1) * 7);
+        let part = ((PLACES >> (4 * ((texel.x ^ twice) & 3))) & 7) as f32 * 0.25;
         let (mut seen, mut whole) = (0.0, 0.0);
         for i in 0..OCCLUDER_DIRECTIONS {
             let (sin, cos) = ((i as f32 + turn) * (PI / OCCLUDER_DIRECTIONS as f32)).sin_cos();
             let step = Vec2::new(cos, sin);
             let slice = Slice::new(step, normal, to_eye);
-            let risen = |side: f32| self.risen(pixel.as_vec2(), point, &slice, step, side);
+            let risen = |side: f32| self.risen(pixel, point, &slice, step * side, [side, part]);
             let right = (slice.tilt + FRAC_PI_2 - risen(1.0)).max(0.0);
             let left = (slice.tilt - FRAC_PI_2 + risen(-1.0)).min(0.0);
             seen += slice.facing * (slice.arc(left) + slice.arc(right)).max(0.0);
@@ -144,25 +148,32 @@ impl Search<'_> {
         (if whole > 0.0 { seen / whole } else { 1.0 }, -point.z)
     }
 
-    /// Angle above the surface's plane below which no light comes, on one side of a slice.
-    fn risen(&self, pixel: Vec2, point: Vec3, slice: &Slice, step: Vec2, side: f32) -> f32 {
+    /// Angle above the surface's plane below which no light comes, on one side of a slice. `step`: to that side; `part`: of a
+    /// step, at which its place is. Beyond its border the picture is as far as at the border: what rises there goes on.
+    fn risen(
+        &self,
+        pixel: UVec2,
+        point: Vec3,
+        slice: &Slice,
+        step: Vec2,
+        [side, part]: [f32; 2],
+    ) -> f32 {
         let radius = self.radius_at(point);
         let reach = (radius * self.view.scale / -point.z).min(OCCLUDER_REACH * self.view.size.y);
         let mut least = 1.0_f32;
         for i in 0..OCCLUDER_STEPS {
-            let part = (i as f32 + 0.7) / OCCLUDER_STEPS as f32;
+            let part = (i as f32 + part) / OCCLUDER_STEPS as f32;
             let far = (part * part * reach).max(i as f32 + 1.0);
-            let texel = pixel + (step * side * far).map(f32::round_ties_even);
-            if texel.cmplt(Vec2::ZERO).any() || texel.cmpgt(self.view.size - 1.0).any() {
+            let texel = pixel.as_vec2() + (step * far).map(f32::round_ties_even);
+            let inside = texel.clamp(Vec2::ZERO, self.view.size - 1.0);
+            let depth = self.of(inside.as_uvec2()).depth;
+            let seen = self.point(inside, depth) - point;
+            let rises = seen.dot(slice.above) * slice.facing;
+            if depth >= 1.0 || rises * rises.abs() <= FLAT_SQUARE * seen.length_squared() {
                 continue;
             }
-            let depth = self.of(texel.as_uvec2()).depth;
             let away = self.point(texel, depth) - point;
             let (above, along) = (away.dot(slice.above), away.dot(slice.along) * side);
-            let risen = above * slice.facing;
-            if depth >= 1.0 || risen * risen.abs() < FLAT_SQUARE * away.length_squared() {
-                continue;
-            }
             let cosine = along / (along * along + above * above).max(TINY).sqrt();
             let square = away.length_squared() / (radius * radius);
             let share = ((1.0 - square) * (4.0 / 3.0)).clamp(0.0, 1.0);
@@ -180,12 +191,12 @@ impl Search<'_> {
         let point = self.point(pixel.as_vec2(), around_pixel.depth);
         let normal = self.normal(around_pixel, point);
         let (mut sum, mut weights) = (0.0, 0.0);
-        for i in 0..16 {
-            let texel = (pixel / 2).as_ivec2() - 1 + IVec2::new(i & 3, i >> 2);
+        for i in 0..25 {
+            let texel = (pixel / 2).as_ivec2() - 2 + IVec2::new(i % 5, i / 5);
             let inside = texel.clamp(IVec2::ZERO, half.as_ivec2() - 1);
             let (share, distance) = shares[(inside.y as u32 * half.x + inside.x as u32) as usize];
-            let near =
-                1.0 - 0.5 * (pixel.as_vec2() * 0.5 - texel.as_vec2()).abs().min(Vec2::splat(2.0));
+            let near = (2.5 - (pixel.as_vec2() * 0.5 - texel.as_vec2()).abs())
+                .clamp(Vec2::ZERO, Vec2::ONE);
             let slope = self.point((inside * 2).as_vec2(), 0.0) / self.view.near;
             let off =
                 (slope * distance - point).dot(normal).abs() / (OFF_PLANE * self.radius_at(point));

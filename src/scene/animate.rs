@@ -9,7 +9,7 @@ use super::{
     source::SceneText,
     track::{Channel, Track},
 };
-use crate::model::{LightKind, Motion};
+use crate::model::{LightKind, Motion, Source};
 use glam::{Vec3, Vec4};
 use std::{
     collections::HashMap,
@@ -57,6 +57,8 @@ enum Target {
     Extinction,
 }
 
+/// Time after which a light that swings is no longer upright [s].
+const SOON: f64 = 1e-3;
 /// Kinds of what has a place.
 const PLACED: [&str; 4] = ["shape", "mesh", "splats", "strands"];
 const CAMERA: &[&str] = &["eye", "target", "up", "fov_y", "exposure"];
@@ -124,12 +126,22 @@ impl Motion for Keyed {
                 }
                 LightKind::Directional { .. } => {}
             },
-            Target::Direction(light) => match &mut lights[light].kind {
-                LightKind::Directional { direction } | LightKind::Spot { direction, .. } => {
-                    *direction = vector.try_normalize().unwrap_or(*direction);
+            Target::Direction(light) => {
+                match &mut lights[light].kind {
+                    LightKind::Directional { direction } | LightKind::Spot { direction, .. } => {
+                        *direction = vector.try_normalize().unwrap_or(*direction);
+                    }
+                    LightKind::Point { .. } => {}
                 }
-                LightKind::Point { .. } => {}
-            },
+                // One that swings through the vertical has there the frame in which it goes on.
+                let soon = self.track.at(seconds + SOON).truncate();
+                let toward = if Source::is_upright(vector) { soon } else { vector };
+                if let Some(Source::Disc { direction, .. } | Source::Rect { direction, .. }) =
+                    &mut lights[light].source
+                {
+                    *direction = toward.try_normalize().unwrap_or(*direction);
+                }
+            }
             Target::Color(light) => lights[light].color = vector,
             Target::Intensity(light) => lights[light].intensity = number,
             Target::Angle(light) => {
@@ -154,6 +166,15 @@ impl Motion for Keyed {
                 }
             }
         }
+    }
+
+    fn span(&self) -> Option<[f64; 2]> {
+        let times = self.track.times();
+        Some([times[0], times[times.len() - 1]].map(f64::from))
+    }
+
+    fn steer(&self, scene: &mut Scene, seconds: f64) {
+        self.apply(scene, seconds);
     }
 
     fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {

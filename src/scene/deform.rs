@@ -84,8 +84,8 @@ impl Deform {
         Ok(())
     }
 
-    pub(super) fn moves(&self) -> bool {
-        self.targets.iter().any(|target| target.track.is_some())
+    pub(super) fn tracks(&self) -> impl Iterator<Item = &Track> {
+        self.targets.iter().filter_map(|target| target.track.as_ref())
     }
 
     /// Writes `local`, deformed at a time [s], to `target` in world space; `worlds`: transforms of the rig's
@@ -98,26 +98,54 @@ impl Deform {
         worlds: &[Mat4],
         seconds: f64,
     ) {
-        let weights: Vec<f32> = self.targets.iter().map(|target| target.at(seconds)).collect();
-        // A skinned mesh follows its joints, not its node.
-        let joints = self.skin.iter().flat_map(|skin| &skin.joints);
-        let joints: Vec<Mat4> = joints.map(|&(node, inverse)| worlds[node] * inverse).collect();
+        let pose = self.pose(worlds, seconds);
         for (i, (target, local)) in target.iter_mut().zip(local).enumerate() {
             for c in 0..3 {
-                let (mut position, mut normal) = (local.positions[c], local.normals[c]);
-                for (moved, weight) in self.targets.iter().zip(&weights) {
-                    position += moved.positions[i][c] * *weight;
+                let (position, world) = self.corner(&pose, local, [i, c], world);
+                let mut normal = local.normals[c];
+                for (moved, weight) in self.targets.iter().zip(&pose.weights) {
                     normal += moved.normals.get(i).map_or(Vec3::ZERO, |n| n[c]) * *weight;
                 }
-                let world =
-                    self.skin.as_ref().map_or(world, |skin| skin.at(3 * i + c, &joints, world));
-                target.positions[c] = world.transform_point3(position);
+                target.positions[c] = position;
                 let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
                 target.normals[c] = (normal_from_local * normal).normalize_or(Vec3::Y);
             }
             target.uvs = local.uvs;
         }
     }
+
+    /// Its weights and joints at a time [s]; see [`Self::put`].
+    pub(super) fn pose(&self, worlds: &[Mat4], seconds: f64) -> Pose {
+        let joints = self.skin.iter().flat_map(|skin| &skin.joints);
+        Pose {
+            weights: self.targets.iter().map(|target| target.at(seconds)).collect(),
+            joints: joints.map(|&(node, inverse)| worlds[node] * inverse).collect(),
+        }
+    }
+
+    /// World position of a corner: triangle and corner `at`; and the transform that took it there. `world`: of what has no
+    /// joints. A skinned mesh follows its joints, not its node.
+    pub(super) fn corner(
+        &self,
+        pose: &Pose,
+        local: &Triangle,
+        [i, c]: [usize; 2],
+        world: Mat4,
+    ) -> (Vec3, Mat4) {
+        let mut position = local.positions[c];
+        for (moved, weight) in self.targets.iter().zip(&pose.weights) {
+            position += moved.positions[i][c] * *weight;
+        }
+        let world =
+            self.skin.as_ref().map_or(world, |skin| skin.at(3 * i + c, &pose.joints, world));
+        (world.transform_point3(position), world)
+    }
+}
+
+/// Weights of morph targets, and transforms of joints.
+pub(super) struct Pose {
+    weights: Vec<f32>,
+    joints: Vec<Mat4>,
 }
 
 impl Target {

@@ -1,7 +1,7 @@
 //! Spheres displaced by animated noise: closed, lumpy bodies for clouds of dust.
 use super::{lattice_noise::LatticeNoise, numbers::array, shapes, shapes::KindOfShape};
 use crate::{
-    model::{Motion, Scene, Triangle},
+    model::{Bounds, Motion, Scene, Triangle},
     records::pcg,
 };
 use glam::{Mat3, Mat4, Vec3};
@@ -40,8 +40,12 @@ pub struct Displaced {
     /// Subdivisions of an icosahedron.
     pub level: u32,
     pub world_from_sphere: Mat4,
+    /// Index into the scene's materials.
+    pub material: u32,
 }
 
+/// Time within which its edges are looked for [s].
+const CHANGED: f64 = 4.0;
 const OCTAVES: usize = 4;
 /// Amplitude of an octave over that of the one before: lumps rather than rock.
 const ROUGHNESS: f32 = 0.36;
@@ -156,6 +160,23 @@ impl Displaced {
 impl Motion for Displaced {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         self.set_time(&mut scene.triangles[self.triangles()], seconds);
+    }
+
+    fn span(&self) -> Option<[f64; 2]> {
+        Some([0.0, CHANGED])
+    }
+
+    fn reach(&self, wanted: &dyn Fn(u32) -> bool) -> Bounds {
+        let most = 0.5 * (1.0 + self.displace.amplitude);
+        let around = Bounds::EMPTY.with_sphere(Vec3::ZERO, most);
+        let corners =
+            around.corners().map(|corner| self.world_from_sphere.transform_point3(corner));
+        let reach = Bounds::EMPTY;
+        if wanted(self.material) {
+            corners.iter().fold(reach, |reach, &corner| reach.with_sphere(corner, 0.0))
+        } else {
+            reach
+        }
     }
 
     fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {

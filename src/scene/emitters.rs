@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     model::{
-        Motion, StrandVertex,
+        Bounds, Motion, StrandVertex,
         emission::{Emission, Emitter, MAX_STOPS, Trail},
         emitter::{EmittedParticle, EmitterShape, Flock, Forces, MAX_BOXES, STEPS_PER_SECOND},
         fluid::Fluid,
@@ -100,6 +100,14 @@ impl Motion for Emitters {
 
     fn moves_particles(&self) -> bool {
         true
+    }
+
+    fn reach(&self, wanted: &dyn Fn(u32) -> bool) -> Bounds {
+        let steps = MAX_SAMPLED / 8 / self.emitters.len();
+        let wanted = self.emitters.iter().filter(|emitter| {
+            wanted(emitter.material) || emitter.trail.is_some_and(|trail| wanted(trail.material))
+        });
+        wanted.fold(Bounds::EMPTY, |all, emitter| all.with(&emitter.reach(FARTHEST, steps)))
     }
 
     fn first_particle(&self) -> Option<usize> {

@@ -263,6 +263,9 @@ fn load_contents(
     let by = -scene.origin;
     let resting = resting.into_iter().map(|resting| resting.moved(by).unwrap_or(resting));
     scene.motions.extend(resting);
+    if !options.only_checks {
+        scene.follow_motions();
+    }
     Ok((scene, found))
 }
 

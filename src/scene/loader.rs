@@ -267,8 +267,13 @@ impl<'a> Loader<'a> {
         let mut local = shapes::local(kind, level, material, self.next_id);
         let mut triangles = shapes::shape(kind, level, transform, material, self.next_id);
         if let Some(displace) = *displace {
-            let displaced =
-                Displaced { first_triangle: have, displace, level, world_from_sphere: transform };
+            let displaced = Displaced {
+                first_triangle: have,
+                displace,
+                level,
+                world_from_sphere: transform,
+                material,
+            };
             displaced.set_time(&mut triangles, 0.0);
             let parts = if displace.moves() { &mut self.scene.motions } else { &mut self.still };
             parts.push(Arc::new(displaced));

@@ -2,11 +2,17 @@
 //! animation.
 use super::{Scene, deform::Deform, splats, track::Channel, track::Track};
 use crate::model::{
-    FARTHEST, Gaussian, GaussianOpacity, LightKind, MAX_GAIN, Motion, Strand, Triangle, moved,
-    volume,
+    Bounds, FARTHEST, Gaussian, GaussianOpacity, LightKind, MAX_GAIN, Motion, Strand, Triangle,
+    moved, volume,
 };
 use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
+use rayon::prelude::*;
 use std::{ops::Range, sync::Arc};
+
+/// Times at which it is asked how far something moves, and one of so many splats.
+const FEW: usize = 64;
+/// Triangles of a draw that are asked.
+const MANY: usize = 4096;
 
 /// Placement of a shape or mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +30,11 @@ impl Placement {
     }
 
     pub(super) fn moves(&self) -> bool {
-        self.translation.moves() || self.rotation.moves() || self.scale.moves()
+        self.tracks().next().is_some()
+    }
+
+    fn tracks(&self) -> impl Iterator<Item = &Track> {
+        [&self.translation, &self.rotation, &self.scale].into_iter().filter_map(Channel::track)
     }
 
     pub(super) fn at(&self, seconds: f64) -> Mat4 {
@@ -96,11 +106,14 @@ impl Rig {
     }
 
     pub(super) fn moves(&self) -> bool {
-        let tracks = |node: &Node| {
-            node.translation.is_some() || node.rotation.is_some() || node.scale.is_some()
-        };
-        let deforms = |draw: &Draw| draw.deform.as_ref().is_some_and(Deform::moves);
-        self.nodes.iter().any(tracks) || self.draws.iter().any(deforms)
+        self.tracks().next().is_some()
+    }
+
+    fn tracks(&self) -> impl Iterator<Item = &Track> {
+        let of_nodes =
+            self.nodes.iter().flat_map(|node| [&node.translation, &node.rotation, &node.scale]);
+        let deforms = self.draws.iter().filter_map(|draw| draw.deform.as_ref());
+        of_nodes.flatten().chain(deforms.flat_map(Deform::tracks))
     }
 
     /// Moves `target` to the pose at a time [s], and returns the transforms of the nodes. World space =
@@ -130,6 +143,40 @@ impl Rig {
             }
         }
         worlds
+    }
+
+    /// Box around where triangles ever are, as far as a few of each draw say. `whole`: as in [`Self::pose`], at a time [s].
+    fn reach(
+        &self,
+        local: &[Triangle],
+        times: &[f64],
+        whole: impl Fn(f64) -> Mat4 + Sync,
+        wanted: &dyn Fn(u32) -> bool,
+    ) -> Bounds {
+        let few = |draw: &Draw| {
+            let wanted = |&i: &usize| wanted(local[i].material);
+            let all: Vec<usize> = draw.triangles.clone().filter(wanted).collect();
+            all.iter().copied().step_by(all.len() / MANY + 1).collect::<Vec<_>>()
+        };
+        let draws: Vec<_> = self.draws.iter().map(|draw| (draw, few(draw))).collect();
+        let at = |&seconds: &f64| {
+            let worlds = self.worlds(seconds, whole(seconds));
+            let mut reach = Bounds::EMPTY;
+            for (Draw { triangles, node, place, deform }, few) in &draws {
+                let world = worlds[*node] * *place;
+                let posed = deform.as_ref().map(|deform| (deform, deform.pose(&worlds, seconds)));
+                let places = |i: &usize| match &posed {
+                    Some((deform, pose)) => [0, 1, 2].map(|c| {
+                        deform.corner(pose, &local[*i], [*i - triangles.start, c], world).0
+                    }),
+                    None => local[*i].positions.map(|p| world.transform_point3(p)),
+                };
+                let places = few.iter().flat_map(places).filter(|place| place.is_finite());
+                reach = places.fold(reach, |reach, place| reach.with_sphere(place, 0.0));
+            }
+            reach
+        };
+        times.par_iter().map(at).reduce(|| Bounds::EMPTY, |a, b| a.with(&b))
     }
 
     fn worlds(&self, seconds: f64, whole: Mat4) -> Vec<Mat4> {
@@ -170,13 +217,78 @@ pub(super) struct Moving {
 
 impl Motion for Moving {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
-        let whole = Mat4::from_translation(-self.origin) * self.placement.at(seconds);
+        let whole = self.whole(seconds);
         let Scene { triangles, materials, .. } = scene;
         let target = &mut triangles[self.first_triangle..][..self.local.len()];
         let is_volume = |material: u32| materials[material as usize].is_volume();
         let worlds = self.rig.pose(&self.local, target, whole, seconds, is_volume);
         self.place_gaussians(scene, &whole);
         self.place_strands(scene, &whole);
+        self.place_lights(scene, &worlds);
+    }
+
+    fn span(&self) -> Option<[f64; 2]> {
+        let times: Vec<f32> = self.tracks().flat_map(Track::times).copied().collect();
+        let first = times.iter().copied().reduce(f32::min)?;
+        Some([first, times.iter().copied().fold(first, f32::max)].map(f64::from))
+    }
+
+    fn steer(&self, scene: &mut Scene, seconds: f64) {
+        self.place_lights(scene, &self.rig.worlds(seconds, self.whole(seconds)));
+    }
+
+    fn reach(&self, wanted: &dyn Fn(u32) -> bool) -> Bounds {
+        let whole = |seconds| self.whole(seconds);
+        let times = self.times();
+        let mut reach = self.rig.reach(&self.local, &times, whole, wanted);
+        for seconds in times {
+            let whole = whole(seconds);
+            for gaussian in self.gaussians.iter().filter(|g| wanted(g.material)).step_by(FEW) {
+                reach = reach.with_sphere(whole.transform_point3(gaussian.center), 0.0);
+            }
+            for strand in self.strands.iter().filter(|strand| wanted(strand.material)) {
+                let ends = [strand.vertices.first(), strand.vertices.last()].into_iter().flatten();
+                reach = ends.fold(reach, |reach, end| {
+                    reach.with_sphere(whole.transform_point3(end.position), 0.0)
+                });
+            }
+        }
+        reach
+    }
+
+    fn moves_particles(&self) -> bool {
+        !(self.gaussians.is_empty() && self.strands.is_empty())
+    }
+
+    fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
+        Some(Arc::new(Self { origin: self.origin - by, ..self.clone() }))
+    }
+}
+
+impl Moving {
+    /// World space from the model's [s from the start].
+    fn whole(&self, seconds: f64) -> Mat4 {
+        Mat4::from_translation(-self.origin) * self.placement.at(seconds)
+    }
+
+    fn tracks(&self) -> impl Iterator<Item = &Track> {
+        self.placement.tracks().chain(self.rig.tracks())
+    }
+
+    /// Times of its keys and between them, where it turns around: some of them, if they are many [s].
+    fn times(&self) -> Vec<f64> {
+        let mut keys: Vec<f64> = self.tracks().flat_map(Track::times).map(|&t| t.into()).collect();
+        keys.sort_unstable_by(f64::total_cmp);
+        keys.dedup();
+        let between = keys.windows(2).map(|pair| (pair[0] + pair[1]) * 0.5);
+        let mut times: Vec<f64> = keys.iter().copied().chain(between).collect();
+        times.sort_unstable_by(f64::total_cmp);
+        let last = times.last().copied();
+        times.into_iter().step_by(2 * keys.len() / FEW + 1).chain(last).collect()
+    }
+
+    /// Places the lights and the camera that follow nodes, by the transforms of those.
+    fn place_lights(&self, scene: &mut Scene, worlds: &[Mat4]) {
         let lights = &mut scene.lights;
         let mut left_out = 0;
         let mut place = |node: usize| {
@@ -210,16 +322,6 @@ impl Motion for Moving {
         }
     }
 
-    fn moves_particles(&self) -> bool {
-        !(self.gaussians.is_empty() && self.strands.is_empty())
-    }
-
-    fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
-        Some(Arc::new(Self { origin: self.origin - by, ..self.clone() }))
-    }
-}
-
-impl Moving {
     /// Nothing that follows a placement.
     pub(super) fn none(placement: Placement) -> Self {
         Self {

@@ -46,6 +46,11 @@ impl Track {
         self.times.len()
     }
 
+    /// Times of its keys [s], ascending.
+    pub fn times(&self) -> &[f32] {
+        &self.times
+    }
+
     fn value(&self, key: usize) -> Vec4 {
         if self.mode == Mode::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }
@@ -120,6 +125,13 @@ impl Channel {
     }
 
     pub fn moves(&self) -> bool {
-        matches!(self, Self::Moving(_))
+        self.track().is_some()
+    }
+
+    pub fn track(&self) -> Option<&Track> {
+        match self {
+            Self::Still(_) => None,
+            Self::Moving(track) => Some(track),
+        }
     }
 }

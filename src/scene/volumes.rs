@@ -11,7 +11,7 @@ use super::{
     read,
     volume_frame::{CHANNELS, Content, FileContent, Frame, numbered},
 };
-use crate::model::{Density, Grid, Material, Motion, Scene, Shape, moved};
+use crate::model::{Bounds, Density, Grid, Material, Motion, Scene, Shape, moved};
 use glam::{Affine3A, DMat4, IVec3, UVec3, Vec3};
 use std::{
     collections::HashSet,
@@ -25,6 +25,8 @@ use toml::Spanned;
 struct Moving {
     /// Index into the scene's grids.
     index: usize,
+    /// Index into the scene's materials.
+    material: u32,
     content: Content,
     world_from_volume: DMat4,
     /// Optical depth of a metre of density 1 [1/m].
@@ -59,6 +61,15 @@ impl Motion for Moving {
 
     fn most_bricks(&self) -> u64 {
         self.content.most_bricks()
+    }
+
+    fn reach(&self, wanted: &dyn Fn(u32) -> bool) -> Bounds {
+        let Some(outline) = self.content.outline().filter(|_| wanted(self.material)) else {
+            return Bounds::EMPTY;
+        };
+        let mut grid = Grid::default();
+        put(&mut grid, outline, self.world_from_volume, self.factor);
+        grid.bounds()
     }
 
     fn moved(&self, by: Vec3) -> Option<Arc<dyn Motion>> {
@@ -200,7 +211,8 @@ impl Loader<'_> {
                 let is_outline = !self.makes_start && content.outline().is_some();
                 let start = (!is_outline).then(|| Arc::new(start));
                 let index = self.scene.grids.len();
-                let moving = Moving { index, content, world_from_volume, factor, start };
+                let material = grid.material;
+                let moving = Moving { index, material, content, world_from_volume, factor, start };
                 let motions = if is_outline { &mut self.resting } else { &mut self.scene.motions };
                 motions.push(Arc::new(moving));
             }

@@ -155,8 +155,10 @@ impl<'a> Request<'a> {
         self.config.settings.colored && self.casters.dither_window > 0
     }
 
-    fn gain(&self) -> bool {
-        self.casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_GAIN)
+    /// Whether light may grow along a curve.
+    fn grows(&self) -> bool {
+        let features = self.casters.span(Class::LISTS[1].clone()).features;
+        features.has(Flags::HAS_GAIN) || features.has(Flags::HAS_OVER)
     }
 
     /// Allocates maps and scratch memory and makes the commands, whose kernels may not be compiled yet. With
@@ -170,7 +172,7 @@ impl<'a> Request<'a> {
         let reuse = earlier.map_or_else(Reuse::default, |earlier| Reuse::of(earlier, views));
         let kept = reuse.maps.is_some();
         let mut set = reuse.maps.map_or_else(|| MapSet::new(self), Ok)?;
-        set.maps.gain = self.gain();
+        set.maps.gain = self.grows();
         set.maps.clear_sums(queue);
         let hides = config.toggles.hide.then(|| config.nodes());
         let cache = reuse.cache.followed(casters, views, hides, self.depths);
@@ -328,7 +330,7 @@ impl<'a> Request<'a> {
         let (nodes, settings) = (self.config.nodes(), &self.config.settings);
         let window = set.soften.as_ref().map_or(0, |soften| soften.window);
         // Curves cannot be moved, and all have the same format.
-        let same_curves = nodes == 0 || (set.maps.gain == self.gain() && cache.fits(self.views));
+        let same_curves = nodes == 0 || (set.maps.gain == self.grows() && cache.fits(self.views));
         // Maps with coloured dithering are rendered anew each time.
         !self.colored()
             && set.raw().colored.is_none()

@@ -94,6 +94,9 @@ pub fn kernels(features: Features) -> WalkKernels {
     let composed = features.is_composed();
     let queued = features.has(Flags::QUEUED);
     let [tiles, segments] = match (curves, features.simple()) {
+        (true, Some(Simple::Discs)) if queued => {
+            [&llvmpipe::CURVE_QUEUE_TILES, &llvmpipe::CURVE_QUEUE_SEGMENTS]
+        }
         (true, Some(Simple::Discs)) => [&curve::DISC_TILES, &curve::DISC_SEGMENTS],
         (true, _) => [&curve::TILES, &curve::SEGMENTS],
         (false, Some(kind)) if queued => llvmpipe::queue_kernels(kind),

@@ -30,9 +30,20 @@ pub(super) const WALK: Choice = Choice::by_tier(
 );
 pub(super) const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
-/// Visits soft discs of the `filter` transfer only.
-pub(super) const DISCS: Choice = Choice::new("visit", "curve/visit_discs.wgsl");
-pub(super) const DISC_LANE_CASTER: Choice = Choice::new("lane_caster", "curve/visit_discs.wgsl");
+/// Soft discs of the `filter` transfer only, by two walks.
+const RAYS: Choice = Choice::new("accumulator", "curve/ray.wgsl");
+pub(super) const RAY_TILE: Choice = Choice::new("output", "curve/ray_tile.wgsl");
+pub(super) const RAY_SEGMENT: Choice = Choice::new("output", "curve/ray_segment.wgsl");
+/// Stores curves and maps.
+const STORED: Choice = Choice::new("maps", "curve/maps_stored.wgsl");
+const TWO_WALKS: Choice = Choice::by_tier(
+    "traversal",
+    "curve/two_walks_uniform.wgsl",
+    Tier::Subgroups,
+    "curve/two_walks_subgroup.wgsl",
+);
+/// Choices of kernels that walk discs twice.
+const WALKED_TWICE: &[Choice] = &[IN_ORDER, STORED, RAYS, INVOCATION_ROWS, PAIRS, TWO_WALKS, SUMS];
 /// Nodes during insertion; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
@@ -59,16 +70,16 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
 };
 
 pub const DISC_TILES: KernelDesc = KernelDesc {
-    shared: CURVED,
+    shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
-    ..walk::tiles("accumulate_curve_disc_tiles", &[DISCS, DISC_LANE_CASTER, TILE])
+    ..walk::tiles("accumulate_curve_disc_tiles", &[RAY_TILE])
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
-    shared: CURVED,
+    shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
-    ..walk::segments("accumulate_curve_disc_segments", &[DISCS, DISC_LANE_CASTER, SEGMENT])
+    ..walk::segments("accumulate_curve_disc_segments", &[RAY_SEGMENT])
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {

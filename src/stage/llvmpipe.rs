@@ -2,6 +2,7 @@
 //! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS, PLAIN, SPLATS},
+    curve,
     features::Simple,
     levels::IN_REGISTERS,
     walk,
@@ -59,6 +60,32 @@ pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_segments",
     with: &[PLAIN, EIGHT, SPLATS, MAPS, QUEUE],
     ..DISC_QUEUE_SEGMENTS
+};
+
+/// Collects discs for curves by two walks.
+const CURVE_RAYS: Choice = Choice::new("accumulator", "llvmpipe/curve_texels.wgsl");
+/// Prefetches maps and curves before they are written.
+const CURVES_FETCHED: Choice = Choice::new("maps", "llvmpipe/curves_fetched.wgsl");
+const CURVE_QUEUE: Choice = Choice::new("traversal", "llvmpipe/curve_queue.wgsl");
+
+/// Replaces [`curve::DISC_TILES`] where discs are collected in a queue.
+pub const CURVE_QUEUE_TILES: KernelDesc = KernelDesc {
+    constants: &[("NODES", 8.0)],
+    tiers: &[Tier::Native],
+    ..walk::tiles(
+        "accumulate_curve_queue_tiles",
+        &[INTERLEAVED, CURVE_RAYS, EIGHT, DISCS, curve::RAY_TILE, CURVES_FETCHED, CURVE_QUEUE],
+    )
+};
+
+/// Replaces [`curve::DISC_SEGMENTS`] where discs are collected in a queue.
+pub const CURVE_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
+    constants: &[("NODES", 8.0)],
+    tiers: &[Tier::Native],
+    ..walk::segments(
+        "accumulate_curve_queue_segments",
+        &[CURVE_RAYS, EIGHT, DISCS, curve::RAY_SEGMENT, CURVE_QUEUE],
+    )
 };
 
 /// Kernels of tiles and segments that collect casters of a kind.

@@ -138,6 +138,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &llvmpipe::DISC_QUEUE_SEGMENTS,
     &llvmpipe::SPLAT_QUEUE_TILES,
     &llvmpipe::SPLAT_QUEUE_SEGMENTS,
+    &llvmpipe::CURVE_QUEUE_TILES,
+    &llvmpipe::CURVE_QUEUE_SEGMENTS,
     &resolve::TILES,
     &resolve::ORDERED,
     &resolve::SUMS_ALONE,

@@ -8,16 +8,13 @@
 use super::{
     Projection, View, ViewRole,
     fit::{light_up, looking},
-    window::{Extent, rounded_up, snapped, stepped},
+    window::{BORDER, Extent, rounded_up, snapped, stepped},
 };
 use crate::model::{Bounds, Camera, Cascades};
 use glam::{Mat4, UVec2, Vec3};
 
 /// Share of the range below which distances to the eye do not influence a split.
 const NEAREST: f64 = 1e-3;
-/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping
-/// [texels].
-const BORDER: f64 = 3.0;
 /// Steps of an octave in which windows along the camera's axis grow.
 const STEPS: f64 = 16.0;
 

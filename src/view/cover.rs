@@ -29,7 +29,8 @@ impl<'a> Cover<'a> {
         }
         let casts = |material: u32| scene.materials[material as usize].casts;
         let particles = scene.particles.iter().filter(|p| casts(p.material));
-        let casters = particles.fold(scene.around, |b, p| b.with_sphere(p.center, p.radius));
+        let casters =
+            particles.fold(scene.held_casters(), |b, p| b.with_sphere(p.center, p.radius));
         let bounds = |g: &Gaussian| g.bounds(scene.materials[g.material as usize].gaussian);
         let gaussians = scene.gaussians.iter().filter(|g| casts(g.material));
         let casters = gaussians.fold(casters, |b, g| b.with(&bounds(g)));

@@ -108,8 +108,8 @@ pub fn views_around(
 ) -> (Vec<View>, usize) {
     let cover = Cover::of_scene(scene).around(receivers);
     let mut wishes: Vec<Wish> = Vec::new();
-    for light in &scene.lights {
-        let usual = importance::map_size(light, &scene.camera, scene.shadow.size);
+    for (index, light) in scene.lights.iter().enumerate() {
+        let usual = importance::usual_size(scene, index);
         for shadow in light.all_shadows() {
             let size = UVec2::splat(shadow.size.unwrap_or(usual));
             let wish = Wish { size, fixed: shadow.size.is_some() };

@@ -1,5 +1,5 @@
 //! Importance of a light: the size of its maps.
-use crate::model::{Camera, Light, LightKind, MIN_MAP_SIZE, TILE_SIZE};
+use crate::model::{Camera, Light, LightKind, MIN_MAP_SIZE, Moment, Scene, TILE_SIZE};
 use glam::Vec3;
 
 /// Most halvings of a map.
@@ -7,9 +7,23 @@ const MAX_HALVINGS: u32 = 3;
 /// Smallest halved map [texels].
 const SMALLEST: u32 = 64;
 
+/// Edge of the maps of one of a scene's lights that set none [texels]: of one that moves or that a moving camera sees, the
+/// largest that it needs in the moments of the scene's course.
+pub(super) fn usual_size(scene: &Scene, index: usize) -> u32 {
+    let (light, size) = (&scene.lights[index], scene.shadow.size);
+    let changes = [scene.course.moves_camera(), scene.course.changes_light(index)];
+    let of = |moment: &Moment| {
+        let camera = if changes[0] { &moment.camera } else { &scene.camera };
+        let light = if changes[1] { &moment.lights[index] } else { light };
+        map_size(light, camera, size)
+    };
+    let sizes = scene.moments().iter().map(of);
+    sizes.max().unwrap_or_else(|| map_size(light, &scene.camera, size))
+}
+
 /// Edge of a light's maps [texels]: `size` if the light's sphere of influence may fill the picture, halved
 /// for each halving of the share of the picture's height that it can fill.
-pub(super) fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
+fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     let share = share_of_picture(light, camera);
     let halvings = if share > 0.0 {
         (-share.log2()).floor().clamp(0.0, MAX_HALVINGS as f32) as u32

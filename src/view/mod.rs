@@ -4,6 +4,7 @@ mod cascades;
 mod cover;
 mod detail;
 mod fit;
+mod held;
 mod importance;
 mod raster;
 mod receivers;
@@ -12,6 +13,7 @@ mod window;
 pub use cascades::splits;
 pub use detail::picture_views;
 pub use fit::{fitted_views, light_views, shadow_views, views_around};
+pub use held::HeldBounds;
 pub use receivers::Receivers;
 
 use crate::model::{Bounds, Camera, Projection, Scene, View, ViewRole, within_pixel};

@@ -6,6 +6,9 @@ use glam::{DVec2, Mat4, Vec3};
 /// Steps of an octave in which windows around casters grow: few, so that casters which move seldom cross one.
 const STEPS: f64 = 4.0;
 
+/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping [texels].
+pub(super) const BORDER: f64 = 3.0;
+
 /// Length rounded up to `steps` of an octave: products with integers are exact, and rounding errors in the last
 /// bit do not change it.
 pub(super) fn rounded_up(length: f64, steps: f64) -> f64 {

@@ -169,3 +169,61 @@ fn a_closed_folder_keeps_its_exit_status() {
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("results.json"));
 }
+
+#[test]
+fn kernels_have_times_and_results_are_compared() {
+    let (json, changed) = (temporary("kernels.json"), temporary("changed.json"));
+    let case = ["--case", "2kx6,500x6", "--size", "128", "--runs", "2"];
+    let output = bench(&[&case[..], &["--kernels", "--json", json.to_str().unwrap()]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    for row in value["rows"].as_array().unwrap() {
+        let kernels = row["kernels"].as_array().unwrap();
+        for stage in ["project", "sort", "bin", "accumulate"] {
+            let of_stage = |kernel: &&Value| kernel["stage"] == stage;
+            let first = kernels.iter().find(of_stage).unwrap_or_else(|| panic!("{stage}: {row}"));
+            assert!(first["ms"].as_f64().unwrap() > 0.0, "{first}");
+            assert!(first["dispatches"].as_u64().unwrap() > 0, "{first}");
+        }
+        let project = kernels.iter().find(|kernel| kernel["stage"] == "project").unwrap();
+        assert_eq!(project["kernel"], "project_particles");
+    }
+    let against = |file: &PathBuf, limit: &str| {
+        let arguments = ["--kernels", "--limit", limit, "--against", file.to_str().unwrap()];
+        bench(&[&case[..], &arguments].concat())
+    };
+    let same = against(&json, "100");
+    let text = String::from_utf8(same.stdout).unwrap();
+    assert!(same.status.success(), "{text}");
+    assert_eq!(text.matches("project/project_particles").count(), 4, "{text}");
+
+    // One case that took a thousandth, and one that was not measured.
+    let rows = value["rows"].as_array_mut().unwrap();
+    let ms = rows[0]["compute_ms"].as_f64().unwrap();
+    rows[0]["compute_ms"] = Value::from(ms * 1e-3);
+    rows[1]["casters"] = Value::from(501);
+    std::fs::write(&changed, value.to_string()).unwrap();
+    let slower = against(&changed, "1.05");
+    let errors = String::from_utf8(slower.stderr).unwrap();
+    assert_eq!(slower.status.code(), Some(1), "{errors}");
+    assert!(
+        errors.contains("slower than 1.05 times") && errors.contains("casters 2000"),
+        "{errors}"
+    );
+    assert!(!errors.contains("casters 500"), "{errors}");
+    let text = String::from_utf8(slower.stdout).unwrap();
+    assert!(text.contains("casters 500") && text.contains("not in"), "{text}");
+
+    // Not results, and results of other maps.
+    std::fs::write(&changed, "{\"rows\": []}").unwrap();
+    let empty = against(&changed, "2");
+    assert!(!empty.status.success());
+    let errors = String::from_utf8(empty.stderr).unwrap();
+    assert!(errors.contains("changed.json") && errors.contains("no results"), "{errors}");
+    let curves =
+        bench(&[&case[..], &["--receiver", "curve", "--against", json.to_str().unwrap()]].concat());
+    assert!(!curves.status.success());
+    let errors = String::from_utf8(curves.stderr).unwrap();
+    assert!(errors.contains("nodes"), "{errors}");
+    [json, changed].iter().for_each(|path| std::fs::remove_file(path).unwrap());
+}

@@ -107,7 +107,7 @@ const EXPORT: Case = Case {
 const READERS: [&str; 4] = ["check", "verify", "info", "completions"];
 
 /// Options whose value is no output.
-const VALUES: &str = "--frames --frame --shard --fps --backend --adapter --simulation --debug --set --points --casters \
+const VALUES: &str = "--against --limit --frames --frame --shard --fps --backend --adapter --simulation --debug --set --points --casters \
     --scene --target --splats --footprint --opacity --shape --case --layout --lights --size --vs --stage --receiver \
     --nodes --runs --pair-budget";
 

@@ -83,7 +83,7 @@ fn place(light: &Light, start: DVec3, u: f64, v: f64) -> DVec3 {
 
 /// `cross(along, up)`, and the axis perpendicular to both.
 fn across(along: DVec3) -> (DVec3, DVec3) {
-    let up = if along.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
+    let up = if along.x.hypot(along.z) < 1e-5 { DVec3::Z } else { DVec3::Y };
     let right = along.cross(up).normalize();
     (right, right.cross(along))
 }

@@ -23,10 +23,18 @@ use gobo::{
         records::Picture,
         shadows::Config,
     },
+    model::Receiver,
     render::{Frame, RenderOptions, Renderer},
     scene::Scene,
 };
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+
+/// The repository, of the tests or where `CARGO_MANIFEST_DIR` says: that of a packed test binary is elsewhere.
+pub(crate) fn root() -> PathBuf {
+    let other = std::env::var_os("CARGO_MANIFEST_DIR");
+    other.map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
+}
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
@@ -127,8 +135,9 @@ pub(crate) fn map_frame_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame 
 pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let mut renderer = any_renderer(tier);
-    renderer
-        .configure(|Config { toggles, .. }| (toggles.scatter_tiny, toggles.parts) = (true, false));
+    renderer.configure(|Config { toggles, .. }| {
+        (toggles.scatter_tiny, toggles.parts, toggles.queued) = (true, false, false);
+    });
     let frame = renderer.render(scene, &options);
     renderer.configure(|config| config.toggles.parts = true);
     frame.unwrap_or_else(|error| panic!("{error}"))
@@ -136,7 +145,12 @@ pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
 
 fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) -> Frame {
     let mut renderer = any_renderer(tier);
-    renderer.configure(|config| config.toggles.scatter_tiny = scatter);
+    // Queues end nodes of curves for many texels at once: `maps::queue` holds theirs.
+    let queued = scene.shadow.receiver != Receiver::Curve;
+    renderer.configure(|config| {
+        config.toggles.scatter_tiny = scatter;
+        config.toggles.queued = queued && config.profile.queued;
+    });
     renderer.render(scene, options).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -279,26 +279,24 @@ fn errors_name_their_file() {
 /// If a device refuses a kernel, the error names file and line.
 #[test]
 fn a_refused_kernel_names_file_and_line() {
-    // `ordered` takes arguments here, but `add_node` passes none.
+    // `pair_footprint` takes two arguments here, but `visit_pairs` passes one.
     const WRONG: &[Choice] = &[
-        Choice::new("accumulator", "curve/gather.wgsl"),
-        Choice::new("output", "curve/resolve.wgsl"),
-        Choice::new("sums", "sums/buffers.wgsl"),
-        COLUMNS[0],
-        COLUMNS[1],
-        Choice::new("visit", "hit/dither.wgsl"),
+        Choice::new("output", "curve/ray_tile.wgsl"),
+        Choice::new("pairs", "llvmpipe/queue.wgsl"),
+        Choice::new("plain", "hit/plain_disc.wgsl"),
     ];
-    let desc = KernelDesc { with: WRONG, ..curve::RESOLVE };
+    let desc = KernelDesc { with: WRONG, ..curve::DISC_TILES };
     let gpu = own_gpu(Tier::Core);
     let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[], &[]).unwrap_err().to_string();
-    let (_, list) = wgsl_files().into_iter().find(|(path, _)| path == "curve/list.wgsl").unwrap();
-    let line = 1 + list.lines().position(|line| line.starts_with("fn add_node(")).unwrap();
-    assert!(error.contains(&format!("wgsl/curve/list.wgsl:{line}:")), "{error}");
+    let path = "curve/two_walks_uniform.wgsl";
+    let (_, walks) = wgsl_files().into_iter().find(|file| file.0 == path).unwrap();
+    let line = 1 + walks.lines().position(|line| line.starts_with("fn visit_pairs(")).unwrap();
+    assert!(error.contains(&format!("wgsl/{path}:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
-    let unchosen = KernelDesc { with: &WRONG[..5], shared: &[], ..curve::RESOLVE };
+    let unchosen = KernelDesc { with: WRONG, shared: &[], ..curve::DISC_TILES };
     let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[], &[]).unwrap_err();
     assert!(matches!(error, KernelError::Link(_)), "{error}");
-    assert!(error.to_string().contains("does not choose `visit`"), "{error}");
+    assert!(error.to_string().contains("does not choose `order`"), "{error}");
 }
 
 /// Resources are found by name: a missing or mistyped one is an error.

@@ -258,6 +258,8 @@ fn curves_stay_too() {
     let mut scene = scene();
     scene.shadow.receiver = Receiver::Curve;
     let mut renderer = renderer(Tier::Native);
+    // As in `fresh`.
+    renderer.configure(|config| config.toggles.queued = false);
     rendered(&mut renderer, &scene);
     let mut brighter = moved(&scene, 1, Vec3::new(0.2, 0.0, 0.0));
     brighter.materials.push(material(Transfer::Gain));

@@ -11,7 +11,6 @@ use gobo::{
     model::{LightKind, Material, Profile, Receiver, ShadowSettings, Shape, Transfer, Triangle},
     scene::{self, Scene},
 };
-use std::path::Path;
 
 pub(crate) fn curved(scene: Scene, nodes: u32) -> Scene {
     let shadow = ShadowSettings { receiver: Receiver::Curve, nodes, ..scene.shadow };
@@ -114,7 +113,7 @@ fn gpu_matches_reference_of_every_kind() {
 /// A ground in front of all discs by its nearest corner, which is beside them: slabs are cut by the discs'
 /// depths alone.
 #[test]
-fn slabs_do_not_depend_on_opaque_casters() {
+fn discs_do_not_depend_on_opaque_casters() {
     let mut scene = discs(8);
     scene.materials.push(material(Transfer::Opaque));
     let corner = |x: f32, z: f32| Vec3::new(x, -3.0, z);
@@ -124,12 +123,12 @@ fn slabs_do_not_depend_on_opaque_casters() {
     holds(Tier::Core, &scene, "over a ground");
 }
 
-/// Share of texels at the rim of a cloud, where few hits are inserted one by one, in the order of casters.
-const FEW: f64 = 6e-3;
+/// Share of texels whose nodes end elsewhere, because another hit of a plane comes first.
+const FEW: f64 = 0.12;
 
-/// Discs in 16 planes of one depth each: slabs end between planes, whatever the order within them.
+/// Discs in 16 planes of one depth each: nodes end between planes, whatever the order within them.
 #[test]
-fn slabs_do_not_depend_on_the_order_of_equal_depths() {
+fn discs_do_not_depend_on_the_order_of_equal_depths() {
     let mut scene = discs(8);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     for particle in &mut scene.particles {
@@ -156,7 +155,7 @@ fn slabs_do_not_depend_on_the_order_of_equal_depths() {
 /// A cloud of overlapping puffs, whose ramps are merged at every hit: they ascend, and so light never grows.
 #[test]
 fn ramps_of_overlapping_puffs_ascend() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/issues/oloengine-723.toml");
+    let path = crate::common::root().join("data/issues/oloengine-723.toml");
     let scene = scene::load(&path).unwrap();
     let expected = cpu(&scene);
     for (name, maps) in [
@@ -203,6 +202,7 @@ fn scattered_casters_go_behind() {
 fn the_page_is_in_step() {
     let page = include_str!("../../docs/curves.md");
     let samples = Rays::ALL.map(Sample::new);
+    let mut wrong = String::new();
     for method in Method::ALL {
         let start = format!("| {} | {} |", method.name(), method.bytes());
         let line = page.lines().find(|line| line.starts_with(&start));
@@ -211,8 +211,11 @@ fn the_page_is_in_step() {
         for (i, sample) in samples.iter().enumerate() {
             let (error, stated) = (sample.error(method), &cells[1 + 3 * i..]);
             // Elementary functions differ in their last bits between platforms.
-            assert!((error.mean - stated[0]).abs() <= 2e-5 + 0.01 * stated[0], "{line}");
-            assert!((error.max - stated[1]).abs() <= 0.011, "{line}");
+            let is_mean = (error.mean - stated[0]).abs() <= 2e-5 + 0.01 * stated[0];
+            if !(is_mean && (error.max - stated[1]).abs() <= 0.011) {
+                wrong += &format!("{line}\n{:.5}, {:.2} at place {i}\n", error.mean, error.max);
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong}");
 }

@@ -9,7 +9,10 @@ use gobo::{
     glam::Vec3,
     internals::reference::{
         self,
-        curve::{DEPTHS, MAX_NODES, Streaming, light_at},
+        curve::{
+            DEPTHS, MAX_NODES, Streaming, light_at,
+            two_walks::{self, PointHit},
+        },
     },
 };
 
@@ -56,7 +59,7 @@ fn curves_beat_what_others_store() {
             Rays::Panes => 0.01,
             Rays::Puffs => 0.25,
         };
-        for method in [Method::Curve(8), Method::Slabs(8)] {
+        for method in [Method::Curve(8), Method::TwoWalks(8)] {
             let error = sample.error(method);
             let (mean, high) = (error.mean, error.high);
             assert!(high < fourier.high, "{rays:?} {method:?}: {high} {fourier:?}");
@@ -99,6 +102,76 @@ fn exact_while_at_most_k_hits_in_any_order() {
         let hits = random_hits(nodes as usize + 1, 7);
         let packed = streamed(&hits, nodes);
         assert!(clear_depths(&hits).any(|z| apart(&packed, &hits, z) > LIGHT_ROUNDING), "{nodes}");
+    }
+}
+
+fn by_two_walks(hits: &[Hit], nodes: u32) -> Vec<[u32; 2]> {
+    let point =
+        |&(depth, light): &Hit| PointHit { depth, absorbed: Vec3::ONE - light, presence: 1.0 };
+    two_walks::curve(&hits.iter().map(point).collect::<Vec<_>>(), nodes, false).0
+}
+
+fn mixed(hits: &[Hit], chance: &mut Chance) -> Vec<Hit> {
+    let mut mixed = hits.to_vec();
+    for i in (1..mixed.len()).rev() {
+        mixed.swap(i, chance.below(i + 1));
+    }
+    mixed
+}
+
+/// Up to K hits have a node each, whatever their order, and the order of nodes changes nothing.
+#[test]
+fn two_walks_are_exact_in_any_order() {
+    let mut chance = Chance::new(3);
+    for nodes in [4, 8, MAX_NODES as u32] {
+        for seed in 1..20 {
+            let count = 1 + chance.below(nodes as usize);
+            let hits = random_hits(count, seed);
+            let mut packed = by_two_walks(&mixed(&hits, &mut chance), nodes);
+            let clear: Vec<_> = clear_depths(&hits).collect();
+            let light: Vec<_> = clear.iter().map(|&z| light_at(&packed, z, false)).collect();
+            for &z in &clear {
+                let apart = apart(&packed, &hits, z);
+                assert!(apart <= 1e-3, "{count} hits in {nodes} nodes, {seed}, {z}: {apart}");
+            }
+            packed.reverse();
+            for (&z, before) in clear.iter().zip(light) {
+                assert!((light_at(&packed, z, false) - before).abs().max_element() < 1e-6);
+            }
+        }
+        // One hit more is not exact: the check can fail.
+        let hits = random_hits(nodes as usize + 1, 7);
+        let packed = by_two_walks(&hits, nodes);
+        assert!(clear_depths(&hits).any(|z| apart(&packed, &hits, z) > 1e-3), "{nodes}");
+    }
+}
+
+/// Of hits in order, the error is at most the light lost in one node, and light never grows.
+#[test]
+fn the_bound_of_two_walks_holds() {
+    for (count, seed) in [(9, 1), (12, 2), (17, 3), (30, 3), (100, 4), (300, 5), (300, 6)] {
+        let mut hits = random_hits(count, seed);
+        for hit in &mut hits {
+            hit.1 = hit.1.powf(8.0 / count as f32);
+        }
+        hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for nodes in [4, 8, MAX_NODES as u32] {
+            let packed = by_two_walks(&hits, nodes);
+            let behind = |i: usize| light_at(&packed[..i], 2.0, false);
+            let loss = |i: usize| (behind(i) - behind(i + 1)).max_element();
+            let bound = (0..packed.len()).map(loss).fold(0.0, f32::max);
+            let mut before = Vec3::ONE;
+            for z in clear_depths(&hits) {
+                let off = apart(&packed, &hits, z);
+                assert!(
+                    off <= bound + 2.0 * LIGHT_ROUNDING,
+                    "{count} {nodes} {z}: {off} > {bound}"
+                );
+                let light = light_at(&packed, z, false);
+                assert!(light.cmple(before + 1e-6).all(), "{count} {nodes} {z}");
+                before = light;
+            }
+        }
     }
 }
 

@@ -218,7 +218,7 @@ fn a_hundred_thousand_casters_on_one_tile() {
 fn smoke_behind_smoke_is_darker_and_bluer() {
     let set = [("camera.size", "[240, 135]"), ("shadow.size", "256")]
         .map(|(key, value)| (key.to_owned(), value.to_owned()));
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/resolved.toml");
+    let path = crate::common::root().join("data/resolved.toml");
     let both = scene::load_with(&path, &set).unwrap_or_else(|error| panic!("{error}"));
     let red = both.materials.iter().position(|m| m.tint.x > m.tint.z && m.tint.w < 0.5).unwrap();
     let mut alone = both.clone();

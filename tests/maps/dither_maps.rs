@@ -191,7 +191,7 @@ fn pictures_of_the_scenes_match_the_reference() {
     for name in ["cutout", "reflectivity", "panes", "patterns"] {
         let set = [("camera.size", "[160, 96]"), ("shadow.size", "256"), ("shadow.soften", "true")]
             .map(|(key, value)| (key.to_owned(), value.to_owned()));
-        let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/data/{name}.toml", crate::common::root().display());
         let mut scene = gobo::scene::load_with(path.as_ref(), &set).unwrap();
         scene.set_time(0.5);
         let views = shadow_views(&scene);

@@ -44,7 +44,7 @@ fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f
     for form in [(false, true), (false, false)] {
         for (a, b) in in_a_queue.iter().zip(&maps(form)) {
             let same = a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque;
-            assert!(same && a.curve == b.curve, "{count} discs of opacity {opacity}, {form:?}");
+            assert!(same, "{count} discs of opacity {opacity}, {form:?}");
         }
     }
 }
@@ -68,19 +68,79 @@ fn a_queue_of_discs_changes_no_bit() {
     }
 }
 
-/// Crowded tiles of curves, in orthographic and perspective views: texels of few hits at the discs' rims, black ones,
-/// tiles of several segments, and pairs that do not fit.
+/// Nodes that texels share beside each texel's own: mean of the differences of light, over depths and channels.
+const SHARED: f64 = 2e-3;
+
+/// Crowded tiles of curves, in orthographic and perspective views: black texels, tiles of several segments, and pairs that
+/// do not fit. Texels of few hits have a node for each.
 #[test]
-fn a_queue_of_discs_changes_no_curve() {
+fn a_queue_of_discs_ends_nodes_together() {
     let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();
     let mut scene = scene();
     scene.shadow.size = 64;
     scene.shadow.receiver = Receiver::Curve;
     scene.triangles.push(opaque());
-    let cases =
-        [(6_000, 0.2, 0.05, 1 << 24), (12_000, 1.0, 0.05, 1 << 24), (6_000, 0.5, 1.0, 1 << 12)];
+    let cases = [
+        (300, 0.5, 0.5, 1 << 24),
+        (6_000, 0.2, 0.05, 1 << 24),
+        (12_000, 1.0, 0.05, 1 << 24),
+        (6_000, 0.5, 1.0, 1 << 12),
+    ];
     for (count, size, opacity, budget) in cases {
         scene.shadow.pair_budget = budget;
-        assert_same(&mut renderer, &mut scene, count, size, opacity);
+        scene.particles = random_discs(count, 5);
+        for particle in &mut scene.particles {
+            particle.radius *= size;
+            particle.color.w *= opacity;
+        }
+        let mut maps = |queued| {
+            renderer.configure(|config| config.toggles.queued = queued && config.profile.queued);
+            let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+            renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
+        };
+        let (mut few, mut sum, mut samples) = (0, 0.0, 0);
+        for (a, b) in maps(true).iter().zip(&maps(false)) {
+            let what = format!("{count} discs of opacity {opacity}");
+            assert!(a.opaque == b.opaque, "{what}: opaque");
+            let pairs = a.nearest.iter().zip(&b.nearest);
+            let apart: Vec<_> =
+                pairs.enumerate().filter(|(_, (a, b))| (**a - **b).abs() > 1e-6).take(9).collect();
+            assert!(apart.is_empty(), "{what}: nearest {apart:?}");
+            let pairs = a.filter.iter().zip(&b.filter);
+            let apart: Vec<_> = pairs
+                .enumerate()
+                .filter(|(_, (a, b))| (0..3).any(|i| (a[i] - b[i]).abs() > 1e-3))
+                .take(4)
+                .collect();
+            assert!(apart.is_empty(), "{what}: filter {apart:?}");
+            let (a, b) = (a.curve.as_ref().unwrap(), b.curve.as_ref().unwrap());
+            for texel in 0..b.texel_count() {
+                let steps = b.ramps(texel).filter(|(start, end, _)| start == end).count();
+                let is_exact = steps == b.ramps(texel).count() && steps < b.nodes;
+                few += usize::from(is_exact);
+                let mut last = Vec3::ONE;
+                for z in (0..100).map(|i| (i as f32 + 0.5) / 100.0) {
+                    let (light, own) = (a.light_at(texel, z), b.light_at(texel, z));
+                    let apart = (light - own).abs();
+                    // Depths are rounded.
+                    let most = b.light_at(texel, z - 2.0 / 65535.0) + 1e-3;
+                    let least = b.light_at(texel, z + 2.0 / 65535.0) - 1e-3;
+                    let is_near = light.cmple(most).all() && light.cmpge(least).all();
+                    assert!(
+                        !is_exact || is_near,
+                        "{what}, {texel} at {z}: {light} {own}, {:?} {:?}",
+                        a.ramps(texel).collect::<Vec<_>>(),
+                        b.ramps(texel).collect::<Vec<_>>()
+                    );
+                    assert!(light.cmple(last + 1e-6).all(), "{what}: light grows at {z}");
+                    last = light;
+                    sum += f64::from(apart.element_sum());
+                    samples += 3;
+                }
+            }
+        }
+        let mean = sum / f64::from(samples);
+        println!("{count} discs of opacity {opacity}: {mean}, {few} texels of few hits");
+        assert!(mean < SHARED && few > 0, "{count} discs of opacity {opacity}: {mean}, {few}");
     }
 }

@@ -22,7 +22,7 @@ const TOLERANCE: Tolerance = Tolerance { filter: 8e-3, depth: 1e-5, undecided: 0
 fn small(name: &str, size: &str) -> Scene {
     let set = [("camera.size", "[64, 36]"), ("shadow.size", size)]
         .map(|(key, value)| (key.to_owned(), value.to_owned()));
-    let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/data/{name}.toml", crate::common::root().display());
     scene::load_with(path.as_ref(), &set).unwrap()
 }
 

@@ -207,7 +207,7 @@ fn small(name: &str) -> Scene {
     let set = [&size[..], &[("camera.samples", "2")]].concat();
     let set: Vec<_> =
         set.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
-    let path = format!("{}/data/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/data/{name}.toml", crate::common::root().display());
     scene::load_with(path.as_ref(), &set).unwrap()
 }
 

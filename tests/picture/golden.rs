@@ -5,7 +5,7 @@ use gobo::{
     scene::{self, Scene},
 };
 use nv_flip::{FlipImageRgb8, FlipPool};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const SCENES: [&str; 5] = ["smoke", "glass", "box", "mixed", "cascades"];
 
@@ -19,7 +19,7 @@ const ROUNDED: u8 = 4;
 const GRAZED: f64 = 1e-3;
 
 fn file(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+    crate::common::root().join(path)
 }
 
 /// Small, so that the CPU reference is quick.

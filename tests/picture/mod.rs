@@ -4,6 +4,8 @@ mod asides;
 mod bloom;
 mod bricks;
 mod catcher;
+mod constant;
+mod coplanar;
 mod dense_bricks;
 mod emitters;
 mod environment;

@@ -1,7 +1,7 @@
 //! Shadows of still casters stand still while others move.
 use crate::common::{files::read, gpu, tiers};
 use gobo::{
-    Bounds, Light,
+    Bounds, HeldBounds, Light,
     glam::Vec3,
     internals::gpu::Tier,
     light_views,
@@ -85,7 +85,7 @@ displace = { amplitude = 0.4, frequency = 1.3, speed = 2, seed = 5 }
 ];
 
 /// Least step that a viewer sees as a flicker: 6 of 255.
-const VISIBLE: u8 = 6;
+pub(super) const VISIBLE: u8 = 6;
 const FRAMES: usize = 16;
 
 /// Median over the frames of a pixel's largest step, for each pixel of the picture as it is shown.
@@ -154,4 +154,33 @@ fn views_of_a_host_keep_their_texels() {
     }
     // Two steps at most lie between the least and the largest window.
     assert!(grown < views.len() / 8, "{grown}");
+}
+
+/// Views around bounds that a host holds are the same in all frames but few, and hold what moves.
+#[test]
+fn views_of_held_bounds_stay() {
+    let sun = Light::directional(Vec3::new(0.4, -1.0, 0.3));
+    let bounds = |frame: u32| {
+        let time = frame as f32 * 0.07;
+        let moved = Vec3::new(time.sin(), 0.4 * (time * 1.7).cos(), (time * 0.6).sin());
+        Bounds { min: Vec3::splat(-3.0) - moved.abs(), max: Vec3::splat(3.0) + moved }
+    };
+    let views = |hold: &mut dyn FnMut(&Bounds) -> Bounds| {
+        let view = |frame| light_views(0, &sun, 512, None, &hold(&bounds(frame))).unwrap();
+        let views: Vec<_> = (0..600).map(view).collect();
+        views.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    };
+    let mut held = HeldBounds::default();
+    let changes = views(&mut |bounds| {
+        let held = held.hold(bounds);
+        assert!(held.with(bounds) == held && held.radius() < 3.0 * bounds.radius());
+        held
+    });
+    assert!(changes <= 2, "{changes}");
+    assert!(views(&mut |bounds| *bounds) > 100);
+    // What is gone is no longer held.
+    let small = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
+    assert!(held.hold(&small).radius() < 2.0 * small.radius());
+    let empty = held.hold(&Bounds::EMPTY);
+    assert_eq!(empty, Bounds::EMPTY);
 }

@@ -16,7 +16,6 @@ use gobo::{
     render::{RenderOptions, Renderer},
     scene::{self, Scene},
 };
-use std::path::Path;
 
 /// Places on each side of an edge at which light is looked up.
 const PLACES: i32 = 16;
@@ -62,7 +61,7 @@ fn edges_have_no_teeth() {
     for (name, stride, most) in
         [("glass", 3, 0.4), ("gallery/nave", 5, 0.5), ("gallery/convoy", 1, 0.5)]
     {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/{name}.toml"));
+        let path = crate::common::root().join(format!("data/{name}.toml"));
         let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
         // The edges that are measured are those of solids and panes.
         scene.particles.clear();

@@ -5,12 +5,11 @@ use gobo::{
     render::{RenderOptions, Renderer},
     scene::load,
 };
-use std::path::Path;
 
 /// A bar that a pane of amber enters: its front is seen through the pane, its back is lit through it.
 #[test]
 fn no_line_is_lighter_where_a_pane_meets_a_bar() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let path = crate::common::root().join("data/soft_box.toml");
     let mut scene = load(&path).unwrap();
     scene.camera.target = Vec3::new(-0.475, 0.9, 0.5) - scene.origin;
     scene.camera.fov_y = 0.0035;

@@ -301,3 +301,30 @@ fn wrong_keys_are_named_with_line_and_remedy() {
     let twice = "[[shape]]\nname = 'crate'\nkind = 'box'\nmaterial = 'glass'\n";
     assert!(read(&format!("{STAGE}{twice}")).unwrap_err().to_string().contains("second shape"));
 }
+
+/// A rectangle of light that swings across the vertical, which it is at in the middle, keeps its axes.
+#[test]
+fn rectangles_of_light_do_not_jump() {
+    for [x, z] in [[0.3, 0.0], [0.0, 0.3], [0.2, -0.2], [0.3, 0.01]] {
+        let mut scene = animated(&format!(
+            "[[light]]\nname = 'panel'\nkind = 'spot'\nposition = [0, 3, 0]\ndirection = [0, -1, 0]\n\
+             source = {{ kind = 'rect', width = 0.6, height = 0.2 }}\n\
+             [[animate]]\ntarget = 'light.panel.direction'\ntimes = [0, 1]\n\
+             values = [[{}, -1, {}], [{x}, -1, {z}]]\n",
+            -x, -z
+        ));
+        let mut axes = |step: u32| {
+            scene.set_time(f64::from(step) / 128.0);
+            scene.lights[2].source.unwrap().half_axes().map(Vec3::normalize)
+        };
+        let all: Vec<_> = (0..=128).map(&mut axes).collect();
+        for pair in all.windows(2) {
+            let turned = (0..2).map(|i| pair[0][i].dot(pair[1][i]).abs()).fold(1.0, f32::min);
+            assert!(turned > 3f32.to_radians().cos(), "{x} {z}: {pair:?}");
+        }
+        // It faces its direction at the end, too.
+        let [along, across] = all[128];
+        let facing = Vec3::new(x, -1.0, z).normalize();
+        assert!(facing.dot(along).abs() < 1e-5 && facing.dot(across).abs() < 1e-5);
+    }
+}

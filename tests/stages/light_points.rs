@@ -207,7 +207,10 @@ fn kernel_equals_reference() {
         for tier in TIERS {
             let maps = map_frame(tier, &scene).maps;
             let expected = light_points(&scene, &views, &maps, &shadow_views, &points);
-            let actual = Renderer::on(gpu(tier)).unwrap().light_points(&scene, &points).unwrap();
+            let mut renderer = Renderer::on(gpu(tier)).unwrap();
+            // As in `map_frame`.
+            renderer.configure(|config| config.toggles.queued &= receiver == Receiver::Nearest);
+            let actual = renderer.light_points(&scene, &points).unwrap();
             assert_eq!(actual.len(), 9000);
             let apart = |a: &[f32; 3], b: &[f32; 3]| {
                 (Vec3::from_array(*a) - Vec3::from_array(*b)).abs().max_element()

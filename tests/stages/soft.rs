@@ -24,7 +24,7 @@ pub(super) fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Tria
     [[corner, corner + right, far], [corner, far, corner + up]].map(|p| triangle(p, material))
 }
 
-fn block(low: Vec3, high: Vec3) -> Vec<Triangle> {
+pub(super) fn block(low: Vec3, high: Vec3) -> Vec<Triangle> {
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * (high - low));
     let sides = [(low, x, y), (low + z, x, y), (low, x, z), (low + y, x, z), (low, y, z)];
     let sides = sides.into_iter().chain([(low + x, y, z)]);
@@ -247,7 +247,7 @@ fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 
 /// A floor that rises towards the lamp is no occluder of itself, though nobody says how it lies.
 #[test]
 fn points_without_normals_are_lit_as_their_surface() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = crate::common::root();
     let scene = gobo::scene::load(&root.join("data/soft_glass.toml")).unwrap();
     let floor = |x: f32, z: f32| ReceiverPoint {
         position: Vec3::new(x, 0.0, z) - scene.origin,

@@ -1,5 +1,7 @@
 //! Area lights: shadows of single shapes, against closed forms and many points on the light.
-use super::soft::{GREEN, GROUND, RED, grid, ground, mean_error, on_gpu, sheet, sources, spot};
+use super::soft::{
+    GREEN, GROUND, RED, block, grid, ground, mean_error, on_gpu, sheet, sources, spot,
+};
 use crate::common::{area_truth, area_truth::degrees, scenes::light};
 use gobo::{
     Light, LightKind, Receiver,
@@ -7,7 +9,6 @@ use gobo::{
     model::{ReceiverPoint, Source},
     scene::{Scene, load},
 };
-use std::path::Path;
 
 /// Under a straight edge at height h, a square light at height H has a transmittance of `x / w + 1/2` at a
 /// distance x from the edge's shadow, where `w = edge h / (H - h)`.
@@ -70,6 +71,35 @@ fn faces_of_a_cube_share_their_penumbrae() {
     for (i, pair) in found.windows(2).enumerate() {
         let step = (pair[1] - pair[0]).abs().max_element();
         assert!(step < 0.04, "{step} at {}", points[i].position);
+    }
+}
+
+/// A post before red glass: what gets past the post is as red as the glass, in the middle of the post's shadow and beside it.
+#[test]
+fn shadows_before_glass_keep_its_color() {
+    let mut scene = ground();
+    scene.triangles.extend(block(Vec3::new(-0.06, 0.0, -0.51), Vec3::new(0.06, 1.4, -0.39)));
+    scene.triangles.extend(sheet(Vec3::new(-0.6, 0.0, -0.1), Vec3::X * 1.2, Vec3::Y * 1.2, RED));
+    let kind = LightKind::Point { position: Vec3::new(0.0, 1.8, -1.2) };
+    let source = Some(Source::Sphere { radius: 0.1 });
+    scene.lights = vec![Light { source, size: Some(1024), ..light(kind) }];
+    let across = |z: f32| (-40..=40).map(move |i| Vec3::new(i as f32 * 0.01, 0.0, z));
+    let points: Vec<_> = [0.3, 0.7, 1.1, 1.5]
+        .into_iter()
+        .flat_map(across)
+        .map(|position| ReceiverPoint { position, normal: Vec3::Y })
+        .collect();
+    for receiver in [Receiver::Nearest, Receiver::Curve] {
+        scene.shadow.receiver = receiver;
+        let found = on_gpu(&scene, &points);
+        let error = mean_error(&scene, &points, &found);
+        // Light that the glass takes: nine tenths of the green.
+        let greens: Vec<f32> = found.iter().filter(|v| v.x > 0.05).map(|v| v.y / v.x).collect();
+        let worst = greens.iter().copied().fold(0.0, f32::max);
+        let mean = greens.iter().sum::<f32>() / greens.len() as f32;
+        println!("{receiver:?}: error {error:.4}, green {mean:.3}, at most {worst:.3}");
+        assert!(greens.len() > 200 && error < 0.025, "{receiver:?}: {error}");
+        assert!((mean - 1.0 / 9.0).abs() < 0.06 && worst < 0.4, "{receiver:?}: {mean} {worst}");
     }
 }
 
@@ -237,7 +267,7 @@ fn thin_slanted_bars_have_no_beads() {
 /// around the point.
 #[test]
 fn a_bar_in_a_fade_is_not_as_sharp_as_the_map() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let path = crate::common::root().join("data/soft_box.toml");
     let scene = load(&path).unwrap();
     let points: Vec<_> = (0..17)
         .map(|i| ReceiverPoint {
@@ -266,7 +296,7 @@ fn worst_error(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
 /// and none of them shades itself or the other.
 #[test]
 fn a_corner_behind_a_bar_is_lit_from_both_sides() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let path = crate::common::root().join("data/soft_box.toml");
     let scene = load(&path).unwrap();
     let on_walls = |i: usize| {
         let (height, along) = (1.2 + 0.1 * (i / 24) as f32, -2.54 + 0.02 * (i % 24 / 2) as f32);
@@ -284,7 +314,7 @@ fn a_corner_behind_a_bar_is_lit_from_both_sides() {
 /// Behind a lead bar and behind a wall that the bar hides from the map's centre: as dark as beside the bar.
 #[test]
 fn a_floor_behind_a_bar_and_a_wall_is_dark() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/soft_box.toml");
+    let path = crate::common::root().join("data/soft_box.toml");
     let scene = load(&path).unwrap();
     let on_floor = |i: usize| {
         let (x, z) = (-2.67 - 0.03 * (i % 8) as f32, 2.2 + 0.03 * (i / 8) as f32);

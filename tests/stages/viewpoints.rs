@@ -8,7 +8,7 @@ use gobo::{
     model::{ReceiverPoint, Shadow, Source},
     scene::{Scene, SceneError, load},
 };
-use std::{ops::Range, path::Path};
+use std::ops::Range;
 
 /// Offsets of the viewpoints from the light, along two axes of its source [m].
 fn offsets(light: &Light, axes: [Vec3; 2]) -> Vec<[f32; 2]> {
@@ -151,7 +151,7 @@ fn floor_points(scene: &Scene, columns: Range<u32>, rows: Range<u32>) -> Vec<Rec
 #[ignore = "26 suns in maps of 2,048 x 2,048: make test-all"]
 fn penumbrae_have_the_colors_of_the_glass_before_them() {
     const SUNS: usize = 26;
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/screens.toml");
+    let path = crate::common::root().join("data/gallery/screens.toml");
     let mut scene = load(&path).unwrap();
     let mut points = floor_points(&scene, 470..500, 400..425);
     points.extend(floor_points(&scene, 451..463, 413..425));

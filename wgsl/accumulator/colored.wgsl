@@ -56,6 +56,8 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
     }
 }
 
+fn before_segment(index: u32) {}
+
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         if any(nearest[i] < vec3(1.0)) {

@@ -25,6 +25,8 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
     }
 }
 
+fn before_segment(index: u32) {}
+
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         if nearest[i] < 1.0 {

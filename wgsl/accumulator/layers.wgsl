@@ -5,14 +5,15 @@
 // next caster is behind it; the order is exact while at most two panes wait. The light that the two nearest
 // panes scatter and mirror is evaluated after the walk; those behind only filter.
 
-import package::bind::sampled::lit;
+import package::bind::sampled::{lit, seen_pixels};
 import package::bind::stored::layers;
 import package::bind::uniform::{band, materials};
 import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::caster_hit::{faced_hit, faced_of};
+import package::hit::coplanar::{COPLANAR, is_coplanar, is_in_front};
 import package::hit::hit::Hit;
 import package::hit::triangle::{triangle_hit, triangle_weights};
-import package::records::footprint::{Footprint, setup_of};
+import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE};
 import package::records::record::record_texel;
 import package::records::tile_rect::depth_of_key;
@@ -140,10 +141,18 @@ fn lay_waiting(view: GpuView, depth: f32) {
     }
 }
 
+// Whether a pane, of a caster, is in front of one that waits.
+fn is_before(pane: Waiting, caster: u32, waits: Waiting) -> bool {
+    if is_coplanar(pane.depth, waits.depth) {
+        return !is_in_front(waits.depth, pane_caster(waits.setup), pane.depth, caster);
+    }
+    return pane.depth < waits.depth;
+}
+
 // Inserts a pane in front of those at the same depth.
-fn wait(pane: Waiting) {
-    let before_near = pane.depth <= near.depth;
-    let before_far = pane.depth <= far.depth;
+fn wait(pane: Waiting, caster: u32) {
+    let before_near = is_before(pane, caster, near);
+    let before_far = before_near || is_before(pane, caster, far);
     third = Waiting(select(pane.depth, far.depth, before_far), select(pane.setup, far.setup, before_far));
     if before_near {
         far = near;
@@ -178,11 +187,17 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
     } else if HAS_PARTICLES {
         hit = faced_hit(view, footprint, faced_of(view, footprint), corner + 0.5, opaque_depth);
     }
-    if !(hit.depth >= 0.0 && hit.depth <= 1.0 && hit.depth < opaque_depth) {
+    var is_first = hit.depth < opaque_depth;
+    if is_pane && is_coplanar(hit.depth, opaque_depth) {
+        // No caster is the sky.
+        let behind = textureLoad(seen_pixels, record_texel(pixel_index), 0).y;
+        is_first = is_in_front(hit.depth, caster_of(footprint), opaque_depth, behind);
+    }
+    if !(hit.depth >= 0.0 && hit.depth <= 1.0 && is_first) {
         return;
     }
     if is_pane {
-        wait(Waiting(hit.depth, setup_of(footprint)));
+        wait(Waiting(hit.depth, setup_of(footprint)), caster_of(footprint));
     }
     if HAS_TRIANGLES {
         lay_waiting(view, select(hit.depth, -1.0, is_pane));
@@ -209,5 +224,5 @@ fn settled(front: f32) -> bool {
     if HAS_BRICKS {
         depth = depth_of_key(camera(), corner + 0.5, front);
     }
-    return !(any(passed >= vec3(FAINT)) && opaque_depth > depth);
+    return !(any(passed >= vec3(FAINT)) && opaque_depth + COPLANAR * opaque_depth > depth);
 }

@@ -5,13 +5,12 @@ import package::curve::lights::{
     Lights, black, fixed, minus, plus, scaled, selected, white,
 };
 import package::curve::list::{
-    adding, clear_list, has_free_node, insert, is_saturated, last_end, merge_nodes,
+    adding, clear_list, insert, is_saturated, last_end, merge_nodes,
     overfull,
 };
 import package::curve::node::DEPTHS;
-import package::curve::taken::{clear_taken, fitted_span, take};
 import package::curve::volumes::{Ramp, clear_volumes, count_late, nearest_inside};
-import package::features::{FAINT, HAS_OVER, HAS_VOLUMES, NODES, unrolled};
+import package::features::{FAINT, HAS_OVER, HAS_VOLUMES, unrolled};
 import package::hit::hit_order::clear_order;
 import package::hit::key_depths::{front_depths, start_keys};
 import package::records::view::GpuView;
@@ -19,7 +18,7 @@ import package::sums::faint::FULL;
 import package::sums::sums::VISIBLE_PRESENCE;
 import choice::nodes::{laid_aside, lay_aside, lay_kept};
 import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, with_row};
-import choice::visit::{blocked, join_delayed, slabbed};
+import choice::visit::join_delayed;
 
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
@@ -31,9 +30,6 @@ var<private> nearest: Rows;
 var<private> passed: Lights; // with `keeps`: behind all hits; light behind the curve is laid aside otherwise
 var<private> lost: Lights;   // with `keeps`: absorbed, not yet multiplied into `passed`
 var<private> traces: Rows;   // presence of the hits since one set a start or an end, with `FAINT`
-var<private> hit_count: RowBits; // hits of the segment, as far as they were counted
-var<private> few: RowIs;         // few hits, inserted one by one until the curve is full
-var<private> single: RowIs;      // the next hit is inserted alone, without a merge
 // Hits that have not been inserted into the curve; start 2 if there are none.
 var<private> open_start: Rows;
 var<private> open_end: Rows;
@@ -41,21 +37,6 @@ var<private> open_light: Lights;
 var<private> open_added: Lights; // added by `over`
 // Scale of the affine transfer of all hits, for light from behind a segment.
 var<private> scale: Lights;
-
-// Most hits of a texel that are inserted into its curve one by one.
-fn max_exact_hits() -> RowBits {
-    return RowBits(2u * NODES);
-}
-
-// Whether hits at or behind `front` may still change `few` or the nearest depths.
-fn is_counting(front: f32) -> bool {
-    return any_row((hit_count <= max_exact_hits()) | (nearest > Rows(front)));
-}
-
-fn end_count() {
-    few = hit_count <= max_exact_hits();
-    single = few & has_free_node();
-}
 
 // Whether faint absorption is kept apart: where light only passes hits.
 fn keeps() -> bool {
@@ -72,18 +53,12 @@ fn start(view: GpuView, texel: vec2<u32>) {
     open_end = Rows(0.0);
     open_light = white();
     open_added = black();
-    clear_taken(RowIs(true));
     scale = white();
     opaque_depth = Rows(1.0);
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        if blocked() {
-            let at = view.origin + texel + vec2(0u, i);
-            opaque_depth = with_row(opaque_depth, i, textureLoad(opaques, at, view.layer, 0).r);
-        }
+        let at = view.origin + texel + vec2(0u, i);
+        opaque_depth = with_row(opaque_depth, i, textureLoad(opaques, at, view.layer, 0).r);
     }
-    hit_count = RowBits(0u);
-    few = RowIs(true);
-    single = RowIs(true);
     clear_list(texel);
     lay_aside(white(), RowIs(false));
     clear_volumes();
@@ -111,7 +86,6 @@ fn keep(absorbed: Lights) {
 
 // Adds a hit to the open ones. `absorbed`: 1 - `light`, precise where light is next to 1.
 fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
-    let joined = scaled(open_light, absorbed);
     open_light = scaled(open_light, light);
     var placed = presence >= Rows(TRACE);
     if keeps() {
@@ -123,7 +97,6 @@ fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
         placed = traces >= Rows(TRACE);
         traces = select(traces, Rows(0.0), placed);
     }
-    take(depth, joined.red + joined.green + joined.blue, placed, open_start > Rows(1.0));
     // Faster than min and max, which must handle NaNs.
     open_start = select(open_start, depth, placed & (depth < open_start));
     open_end = select(open_end, depth, placed & (depth > open_end));
@@ -158,7 +131,7 @@ fn see(depth: Rows, presence: Rows) {
 
 // Whether open hits must be inserted before the next caster.
 fn must_flush(placed: RowIs) -> bool {
-    return any_row(placed & (single | RowIs(!slabbed())));
+    return any_row(placed);
 }
 
 // Merges what the last insertion left too many of.
@@ -167,16 +140,15 @@ fn merge() {
     lay_kept();
 }
 
-// Inserts open hits into the curves; before the end of a slab only where the next hit must not join them.
-fn flush(whole: bool) {
-    let goes = (open_start <= Rows(1.0)) & (RowIs(whole) | single | RowIs(!slabbed()));
+// Inserts open hits into the curves.
+fn flush() {
+    let goes = open_start <= Rows(1.0);
     let behind = laid_aside();
     let all = total_light();
     if HAS_OVER {
         adding = open_added;
     }
-    let span = fitted_span(open_start, open_end);
-    insert(fixed(span.start), fixed(span.end), open_light, all, goes);
+    insert(fixed(open_start), fixed(open_end), open_light, all, goes);
     lay_aside(selected(behind, all, goes), overfull);
     open_light = selected(open_light, white(), goes);
     if HAS_OVER {
@@ -184,8 +156,6 @@ fn flush(whole: bool) {
     }
     open_start = select(open_start, Rows(2.0), goes);
     open_end = select(open_end, Rows(0.0), goes);
-    clear_taken(goes);
-    single = few & has_free_node();
     join_delayed();
 }
 

@@ -10,7 +10,6 @@ import package::features::{HAS_GAIN, HAS_OVER, NODES, unrolled};
 import package::sums::sums::BLACK;
 import choice::nodes::{node_at, node_count, open_nodes, set_node};
 import choice::rows::{RowBits, RowIs, Rows, any_row, count_rows};
-import choice::visit::ordered;
 
 const DARK: u32 = 64u; // 1/1024 of 65535
 
@@ -112,11 +111,7 @@ fn add_node(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: Row
     let last = node_at(NODES - 1u).span <= span;
     // Nothing behind black is visible, so that a walk may stop there.
     let counts = is & !(last & is_saturated());
-    if ordered() {
-        set_node(NODES, coded(span, passed));
-    } else {
-        insert_between(span, light, passed, last, counts);
-    }
+    insert_between(span, light, passed, last, counts);
     return counts;
 }
 

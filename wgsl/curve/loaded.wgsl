@@ -2,23 +2,21 @@
 // `unpack`.
 
 import package::curve::lights::Lights;
-import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
-import package::features::HAS_GAIN;
+import package::curve::node::{DEPTHS, EVEN, LEVELS, OCTAVE, grows};
 import choice::rows::{RowBits, Rows};
 
 struct LoadedNode {
     start: RowBits, // in fixed point; 0 for an unused node
     end: RowBits,
-    light: Lights,  // behind
+    passed: Lights,
 }
 
 fn loaded_channel(bits: RowBits) -> Rows {
     let level_bits = bits & RowBits(0xfffu);
-    let share = Rows(level_bits) / LEVELS;
-    if HAS_GAIN {
-        return select(exp2(share * OCTAVES + DARKEST_LOG), Rows(0.0), level_bits == RowBits(0u));
+    if grows() {
+        return select(exp2((Rows(level_bits) - EVEN) / OCTAVE), Rows(0.0), level_bits == RowBits(0u));
     }
-    return share;
+    return Rows(level_bits) / LEVELS;
 }
 
 // `firsts` and `seconds`: the words of each texel's node.

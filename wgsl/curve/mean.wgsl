@@ -2,7 +2,9 @@
 // src/reference/curve/mean.rs.
 
 import choice::below::{child_ramp, child_share, start_child};
-import package::curve::node::{DEPTHS, node_length, node_light, node_start, packed_node};
+import package::curve::node::{
+    DEPTHS, LEAST, grows, node_length, node_passed, node_start, packed_node, passed_to,
+};
 
 // A ramp: a depth range over which light falls linearly.
 struct Ramp {
@@ -19,13 +21,14 @@ var<private> per_range: f32;
 var<private> part_cuts: u32; // first bins of the further parts
 var<private> part_count: u32; // parts that hold ramps
 var<private> part_light: vec3<f32>; // behind the parts so far
+var<private> part_stored: vec3<f32>; // the same of their nodes, which are rounded
 
 var<private> light_before: vec3<f32>; // behind a child's ramps so far
 
 // Ramp of the next node of a child.
 fn next_ramp(node: vec2<u32>) -> Ramp {
     let start = node_start(node);
-    let light = node_light(node);
+    let light = light_before * node_passed(node);
     let drop = light_before - light;
     light_before = select(light_before, light, start > 0.0);
     return Ramp(start, node_length(node), drop);
@@ -53,6 +56,7 @@ fn ramp_bin(ramp: Ramp) -> u32 {
 // once more where it comes first.
 fn find_parts(children: u32, ramps: u32, parts: u32) {
     part_light = vec3(1.0);
+    part_stored = vec3(1.0);
     part_low = 0xffffffffu;
     part_high = 0u;
     for (var i = 0u; i < children; i += 1u) {
@@ -148,5 +152,8 @@ fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     let is = weight > 0.0;
     let start = select(0u, clamp(u32(round(max(mean - half, 0.0))), 1u, 65535u), is);
     let length = select(0.0, 2.0 * half, is);
-    return packed_node(start, length, max(part_light, vec3(0.0)));
+    let light = max(part_light, vec3(select(0.0, LEAST, grows())));
+    let node = packed_node(start, length, select(vec3(1.0), passed_to(light, part_stored), is));
+    part_stored *= node_passed(node);
+    return node;
 }

@@ -4,7 +4,6 @@ import package::curve::lights::level;
 import package::features::{HAS_GAIN, NODES, unrolled};
 import choice::nodes::{node_at, node_count};
 import choice::rows::{RowBits, RowIs, Rows};
-import choice::visit::ordered;
 
 struct Merge {
     cost: Rows,
@@ -48,10 +47,8 @@ fn cheapest_merge() -> Merge {
         best.behind = select(best.behind, behind, better);
         best.first = select(best.first, a.span, better);
         best.second = select(best.second, b.span, better);
-        if !ordered() {
-            let next = select(node_at(min(i + 2u, NODES)).span, RowBits(0xffffffffu), RowIs(i + 1u == NODES));
-            best.next = select(best.next, next, better);
-        }
+        let next = select(node_at(min(i + 2u, NODES)).span, RowBits(0xffffffffu), RowIs(i + 1u == NODES));
+        best.next = select(best.next, next, better);
         before = between;
         a = b;
     }
@@ -87,9 +84,6 @@ fn merged_span(best: Merge) -> RowBits {
     let start = RowBits(round(half_middle - length));
     let end = RowBits(round(half_middle + length));
     let span = select((start << RowBits(16u)) | end, best.second, nothing);
-    if ordered() {
-        return span;
-    }
     return in_order(span, best.next);
 }
 

@@ -1,15 +1,22 @@
-// Format of a curve in a map: nodes of 8 bytes, nearest first. CPU reference: src/reference/curve/mod.rs. Start
-// (16 bits), square root of the length (12), red, green, blue behind (12 each). A node that starts at 0 is
-// unused.
+// Format of a curve in a map: nodes of 8 bytes. CPU reference: src/reference/curve/format.rs. Start (16 bits), square
+// root of the length (12), red, green, blue that the node passes by itself (12 each). Light at a depth is the product
+// of the nodes. A node that starts at 0 is unused, and passes all.
 
 import package::features::{HAS_BRICKS, HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
 import package::sums::sums::BLACK;
 
 const DEPTHS: f32 = 65535.0;
 const LEVELS: f32 = 4095.0;
-// Octaves of a curve with `gain`.
-const OCTAVES: f32 = 20.0;
-const DARKEST_LOG: f32 = -10.0;
+// Of nodes that may amplify: the level of 1, and levels of an octave.
+const EVEN: f32 = 2048.0;
+const OCTAVE: f32 = 204.8;
+// Least light of such a curve.
+const LEAST: f32 = 0.0009765625;
+
+// Whether light may grow along a ray. Look-ups have `HAS_GAIN` for both.
+fn grows() -> bool {
+    return HAS_GAIN || HAS_OVER;
+}
 
 fn curve_layer(view_layer: u32, pair: u32) -> u32 {
     return view_layer * (NODES / 2u) + pair;
@@ -40,40 +47,50 @@ fn node_bits(node: vec2<u32>) -> vec3<u32> {
     return vec3(((node.x & 15u) << 8u) | (node.y >> 24u), (node.y >> 12u) & 0xfffu, node.y & 0xfffu);
 }
 
-fn node_light(node: vec2<u32>) -> vec3<f32> {
+// What a node passes.
+fn node_passed(node: vec2<u32>) -> vec3<f32> {
     let bits = node_bits(node);
-    return light_of(bits, vec3<f32>(bits) / LEVELS);
+    return passed_of(bits, vec3<f32>(bits) / LEVELS);
 }
 
-fn light_of(bits: vec3<u32>, share: vec3<f32>) -> vec3<f32> {
-    if HAS_GAIN {
-        return select(exp2(share * OCTAVES + DARKEST_LOG), vec3(0.0), bits == vec3(0u));
+fn passed_of(bits: vec3<u32>, share: vec3<f32>) -> vec3<f32> {
+    if grows() {
+        return select(exp2((vec3<f32>(bits) - EVEN) / OCTAVE), vec3(0.0), bits == vec3(0u));
     }
     return share;
 }
 
-// Length and light but for their last bit: compilers of llvmpipe keep divisions by constants.
+// Length and share but for their last bit: compilers of llvmpipe keep divisions by constants.
 fn quick_length(node: vec2<u32>) -> f32 {
     let root = f32((node.x >> 4u) & 0xfffu);
     return root * root * (DEPTHS / (LEVELS * LEVELS));
 }
 
-fn quick_light(node: vec2<u32>) -> vec3<f32> {
+fn quick_passed(node: vec2<u32>) -> vec3<f32> {
     let bits = node_bits(node);
-    return light_of(bits, vec3<f32>(bits) * (1.0 / LEVELS));
+    return passed_of(bits, vec3<f32>(bits) * (1.0 / LEVELS));
 }
 
-fn stored_light(light: vec3<f32>) -> vec3<u32> {
-    if HAS_GAIN {
-        let octave = (log2(max(light, vec3(1e-9))) - DARKEST_LOG) / OCTAVES;
-        return vec3<u32>(round(clamp(octave * LEVELS, vec3(0.0), vec3(LEVELS))));
+// What a node passes so that `light` is left of `before`.
+fn passed_to(light: vec3<f32>, before: vec3<f32>) -> vec3<f32> {
+    let passed = light / max(before, vec3(1e-9));
+    if grows() {
+        return passed;
     }
-    return vec3<u32>(round(select(light, vec3(0.0), light < vec3(BLACK)) * LEVELS));
+    return select(min(passed, vec3(1.0)), vec3(0.0), light < vec3(BLACK));
 }
 
-fn packed_node(start: u32, length: f32, light: vec3<f32>) -> vec2<u32> {
+fn stored_passed(passed: vec3<f32>) -> vec3<u32> {
+    if grows() {
+        let level = log2(max(passed, vec3(1e-9))) * OCTAVE + EVEN;
+        return select(vec3(0u), vec3<u32>(round(clamp(level, vec3(1.0), vec3(LEVELS)))), passed > vec3(0.0));
+    }
+    return vec3<u32>(round(passed * LEVELS));
+}
+
+fn packed_node(start: u32, length: f32, passed: vec3<f32>) -> vec2<u32> {
     let root = u32(round(sqrt(length / DEPTHS) * LEVELS));
-    let bits = stored_light(light);
+    let bits = stored_passed(passed);
     return vec2(
         (start << 16u) | (root << 4u) | (bits.r >> 8u),
         ((bits.r & 255u) << 24u) | (bits.g << 12u) | bits.b,

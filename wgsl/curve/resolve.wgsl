@@ -4,7 +4,7 @@
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
 import package::curve::lights::{
-    Lights, black, fixed, light_row, minus, plus, quotient, scaled, selected, white, with_light,
+    Lights, black, fixed, light_row, minus, plus, scaled, selected, white, with_light,
 };
 import package::curve::list::{adding, clear_list, insert, last_end, merge_nodes, must_merge};
 import package::curve::loaded::loaded_node;
@@ -22,10 +22,6 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, row, with_bits, with_row};
-
-fn ordered() -> bool {
-    return false;
-}
 
 // The rows of a segment.
 var<private> next: Lights;       // its light from white
@@ -151,7 +147,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
                 seconds = with_bits(seconds, k, select(pair.y, pair.w, node % 2u == 1u));
             }
             let loaded = loaded_node(firsts, seconds);
-            let light = loaded.light;
+            let light = scaled(before, loaded.passed);
             start = loaded.start;
             end = loaded.end;
             if HAS_OVER {
@@ -159,7 +155,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
                 joined = black();
                 adding = plus(scaled(reached, share), minus(light, share));
             } else {
-                joined = quotient(light, before, 1e-9);
+                joined = loaded.passed;
             }
             before = light;
             is = (start > RowBits(0u)) & RowIs(n >= ramps);

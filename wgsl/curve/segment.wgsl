@@ -6,7 +6,7 @@ import package::curve::gather::{corner, nearest, scale, total_light};
 import package::curve::lights::light_row;
 import package::curve::list::disordered;
 import package::curve::partial::{first_node, partial_size};
-import package::curve::stored::{stored_node, stored_pair};
+import package::curve::stored::{begin_stored, stored_node, stored_pair};
 import package::curve::volumes::{crossed, density, last_face, surface_light, surface_scale, unentered};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
 import package::records::tile::Segment;
@@ -25,6 +25,8 @@ fn tile_steps() -> u32 {
 
 fn open_rest(view: GpuView, step: u32) {}
 
+fn before_segment(index: u32) {}
+
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     // By the texel's centre, which is in registers anyhow.
     let first = sum_index(index, vec2<u32>(corner + 0.5) % TILE_SIZE) * partial_size();
@@ -42,6 +44,7 @@ fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
             partials[at + 7u] = bitcast<vec4<u32>>(vec4(light_row(unentered.tau, i), row(unentered.last, i)));
         }
     }
+    begin_stored();
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
         let near = stored_node(2u * pair);
         let far = stored_node(2u * pair + 1u);

@@ -1,5 +1,4 @@
-// Slabs: runs of a segment's pairs, alike for all texels. Hits of soft discs stay open until the end of
-// their slab. Pairs of equal depth are in one slab, so that their order changes no curve. CPU reference:
+// Slabs: runs of a segment's pairs, alike for all texels. Behind each a walk may end. CPU reference:
 // src/reference/curve/tile.rs, `walk`.
 
 import package::features::NODES;

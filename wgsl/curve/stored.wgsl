@@ -1,18 +1,53 @@
-// Nodes in the format of a map. CPU reference: src/reference/curve/mod.rs.
+// Nodes in the format of a map. CPU reference: src/reference/curve/format.rs.
 
-import package::curve::list::light_behind;
-import package::curve::node::{DARKEST_LOG, DEPTHS, LEVELS, OCTAVES};
-import package::features::HAS_GAIN;
+import package::curve::lights::{Lights, black, scaled, white};
+import package::curve::list::{coded, light_behind};
+import package::curve::loaded::loaded_channel;
+import package::curve::node::{DEPTHS, EVEN, LEAST, LEVELS, OCTAVE, grows};
+import package::features::{HAS_VOLUMES, unrolled};
 import package::sums::sums::BLACK;
-import choice::nodes::node_at;
-import choice::rows::{RowBits, Rows, row_bits};
+import choice::nodes::{node_at, node_count, set_node};
+import choice::rows::{RowBits, RowIs, Rows, row_bits};
 
-fn stored_channel(v: Rows) -> RowBits {
-    if HAS_GAIN {
-        let octave = (log2(max(v, Rows(1e-9))) - DARKEST_LOG) / OCTAVES;
-        return RowBits(round(clamp(octave * LEVELS, Rows(0.0), Rows(LEVELS))));
+// Light behind the nodes that were stored: what rounding takes, the next node gives back.
+var<private> left: Lights;
+
+// Call it before nodes are stored, in order. Where a late hit brightened what is behind it, the nodes before it are too
+// dark; where light grows from black, they keep the least from which it can.
+fn begin_stored() {
+    left = white();
+    if !(grows() || HAS_VOLUMES) {
+        return;
     }
-    return RowBits(round(select(v, Rows(0.0), v < Rows(BLACK)) * LEVELS));
+    let least = select(1.0, LEAST, grows());
+    var rest = black(); // the most light behind a node
+    for (var n = 0u; n < unrolled(node_count); n += 1u) {
+        let i = node_count - 1u - n;
+        let node = node_at(i);
+        let own = light_behind(node);
+        let light = Lights(
+            storable(own.red, rest.red * least),
+            storable(own.green, rest.green * least),
+            storable(own.blue, rest.blue * least),
+        );
+        set_node(i, coded(node.span, light));
+        rest = Lights(max(rest.red, light.red), max(rest.green, light.green), max(rest.blue, light.blue));
+    }
+}
+
+fn storable(light: Rows, least: Rows) -> Rows {
+    return max(select(light, Rows(0.0), light < Rows(BLACK)), least);
+}
+
+fn stored_channel(light: Rows, before: Rows, used: RowIs) -> RowBits {
+    let passed = light / max(before, Rows(1e-9));
+    if grows() {
+        let level = log2(select(Rows(1.0), max(passed, Rows(1e-9)), used)) * OCTAVE + EVEN;
+        let bits = RowBits(round(clamp(level, Rows(1.0), Rows(LEVELS))));
+        return select(bits, RowBits(0u), used & (passed <= Rows(0.0)));
+    }
+    let seen = select(min(passed, Rows(1.0)), Rows(0.0), light < Rows(BLACK));
+    return RowBits(round(select(Rows(1.0), seen, used) * LEVELS));
 }
 
 struct StoredNode {
@@ -26,11 +61,14 @@ fn stored_node(i: u32) -> StoredNode {
     let end = max(node.span & RowBits(0xffffu), start);
     let length = RowBits(round(sqrt(Rows(end - start) / DEPTHS) * LEVELS));
     let light = light_behind(node);
-    let red = stored_channel(light.red);
+    let used = node.span != RowBits(0u);
+    let red = stored_channel(light.red, left.red, used);
+    let green = stored_channel(light.green, left.green, used);
+    let blue = stored_channel(light.blue, left.blue, used);
+    left = scaled(left, Lights(loaded_channel(red), loaded_channel(green), loaded_channel(blue)));
     return StoredNode(
         (start << RowBits(16u)) | (length << RowBits(4u)) | (red >> RowBits(8u)),
-        ((red & RowBits(255u)) << RowBits(24u)) | (stored_channel(light.green) << RowBits(12u))
-            | stored_channel(light.blue),
+        ((red & RowBits(255u)) << RowBits(24u)) | (green << RowBits(12u)) | blue,
     );
 }
 

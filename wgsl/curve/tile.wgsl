@@ -12,7 +12,7 @@ import package::curve::lights::{light_row, scaled};
 import package::curve::list::{disordered, last_end};
 import package::curve::node::{DEPTHS, curve_layer};
 import package::curve::overflow::{is_light, overflowed, rest_light};
-import package::curve::stored::{stored_node, stored_pair};
+import package::curve::stored::{begin_stored, stored_node, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
 import package::records::view::{GpuView, TILE_SIZE};
@@ -77,6 +77,7 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 
 // `at`: first of the texels, in the atlas.
 fn store_curves(view: GpuView, at: vec2<u32>) {
+    begin_stored();
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
         let first = stored_node(2u * pair);
         let second = stored_node(2u * pair + 1u);

@@ -26,22 +26,6 @@ import package::traversal::subgroup_block::shared_index;
 import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
 import choice::waiting::take_hits;
 
-fn ordered() -> bool {
-    return false;
-}
-
-fn blocked() -> bool {
-    return true;
-}
-
-fn slabbed() -> bool {
-    return false;
-}
-
-fn count_hits(view: GpuView, footprint: Footprint) {}
-
-fn count_lane(view: GpuView, payload: Payload, lane: u32) {}
-
 // Whether the caster was visited for all of its ramps.
 fn is_whole() -> bool {
     return !HAS_BRICKS || ramp_index == 0u;

@@ -10,7 +10,7 @@ import package::records::view::GpuView;
 import package::traversal::lane::tile_texel;
 import package::traversal::share::{SHARES, SHARE_LANES, share_texel};
 import choice::accumulator::start;
-import choice::output::store_segment;
+import choice::output::{before_segment, store_segment};
 import choice::traversal::walk;
 
 @compute @workgroup_size(SHARE_LANES)
@@ -36,6 +36,7 @@ fn walk_segment(
 
 // `in_tile`: the invocation's first texel.
 fn walk_share(view: GpuView, segment: Segment, index: u32, in_tile: vec2<u32>) {
+    before_segment(index);
     start(view, tile_texel(view, segment.tile) + in_tile);
     walk(view, segment.first, segment.end);
     store_segment(segment, index, in_tile);

@@ -1,6 +1,6 @@
-// occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of 4x4 texels around a
-// pixel that are on its surface, weighted by a tent, in which all directions of the search count alike. One invocation
-// per pixel. CPU reference: src/reference/occlusion.rs. Rust: src/stage/occlusion.rs.
+// occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of the texels around a
+// pixel that are on its surface, in a box of 4x4, in which all directions and places of the search count alike. One
+// invocation per pixel. CPU reference: src/reference/occlusion.rs. Rust: src/stage/occlusion.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{ambients, composited, occlusions};
@@ -31,15 +31,15 @@ fn occlusion_apply(@builtin(global_invocation_id) id: vec3<u32>) {
     let at_zero = (dot(normal.xy, on.first) - normal.z) * per_off;
     let pixel_plane = dot(normal, point) * per_off;
     let last = vec2<i32>(textureDimensions(occlusions)) - 1;
-    let first = vec2<i32>(id.xy / 2u) - 1;
-    let odd = vec2<f32>(id.xy & vec2(1u)) * 0.5 + 1.0;
+    let first = vec2<i32>(id.xy / 2u) - 2;
+    let odd = vec2<f32>(id.xy & vec2(1u)) * 0.5 + 2.0;
     var sum = 0.0;
     var weights = 0.0;
-    for (var i = 0u; i < 16u; i += 1u) {
-        let step = vec2<i32>(vec2(i & 3u, i >> 2u));
+    for (var i = 0u; i < 25u; i += 1u) {
+        let step = vec2<i32>(vec2(i % 5u, i / 5u));
         let inside = clamp(first + step, vec2(0), last);
         let found = bitcast<vec2<f32>>(textureLoad(occlusions, inside, 0).xy);
-        let near = 1.0 - 0.5 * min(abs(odd - vec2<f32>(step)), vec2(2.0));
+        let near = saturate(2.5 - abs(odd - vec2<f32>(step)));
         let off = abs((at_zero + dot(slope, vec2<f32>(inside * 2))) * found.y - pixel_plane);
         let weight = near.x * near.y * max(1.0 - off, OFF_PLANE_WEIGHT);
         sum += found.x * weight;

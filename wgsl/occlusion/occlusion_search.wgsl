@@ -11,10 +11,12 @@ import package::occlusion::seen_point::{Screen, radius_at, screen, seen_normal, 
 import package::records::surroundings::unpack_surroundings;
 
 const PI: f32 = 3.1415927;
-// Directions of a pixel; 2x2 pixels have others between them.
+// Directions of a pixel; the next three have others between them.
 const OCCLUDER_DIRECTIONS: u32 = 3u;
-// Places along a direction, to either side.
-const OCCLUDER_STEPS: u32 = 5u;
+// Places along a direction, to either side; 4x4 pixels have others between them, so that no two look at the same rings.
+const OCCLUDER_STEPS: u32 = 6u;
+// Where in its step a pixel's places are [quarters], of four pixels.
+const PLACES: u32 = 0x2431u;
 // Farthest of them [heights of the picture].
 const OCCLUDER_REACH: f32 = 0.25;
 // Length of a normal in a slice that it is across.
@@ -54,25 +56,28 @@ struct Around {
     last: vec2<f32>, // pixel of the picture
     reach: f32,      // [pixels]
     per_square: f32, // 1 / radius^2 [1/m^2]
+    part: f32,       // of a step, at which its place is
 }
 
-// Angle above the surface's plane below which no light comes, on one side of a slice.
+// Angle above the surface's plane below which no light comes, on one side of a slice. Beyond its border the picture is as far as
+// at the border: what rises there goes on.
 fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec2<f32>, around: Around) -> f32 {
     var least = 1.0; // cosine of the highest angle
     for (var i = 0u; i < OCCLUDER_STEPS; i += 1u) {
-        let part = (f32(i) + 0.7) / f32(OCCLUDER_STEPS);
+        let part = (f32(i) + around.part) / f32(OCCLUDER_STEPS);
         let sample = pixel + round(step * max(part * part * around.reach, f32(i) + 1.0));
         let inside = clamp(sample, vec2(0.0), around.last);
         let depth = bitcast<f32>(textureLoad(ambients, vec2<i32>(inside), 0).x);
-        let away = seen_point(on, inside, depth) - point;
+        let away = seen_point(on, sample, depth) - point;
         let above = dot(away, slice.above);
         let along = dot(away, slice.along);
         let cosine = along * inverseSqrt(max(along * along + above * above, TINY));
         // Up to half the radius it counts in full, at the radius not at all.
         let share = saturate((1.0 - dot(away, away) * around.per_square) * (4.0 / 3.0));
-        let risen = above * slice.facing;
-        let is_flat = risen * abs(risen) < FLAT_SQUARE * dot(away, away);
-        let counts = all(inside == sample) && depth < 1.0 && !is_flat;
+        let seen = seen_point(on, inside, depth) - point;
+        let rises = dot(seen, slice.above) * slice.facing;
+        let is_flat = rises * abs(rises) <= FLAT_SQUARE * dot(seen, seen);
+        let counts = depth < 1.0 && !is_flat;
         least = min(least, select(1.0, mix(1.0, cosine, share), counts));
     }
     return acos(clamp(least, -1.0, 1.0));
@@ -92,8 +97,11 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
     let to_eye = -normalize(point);
     let radius = radius_at(point);
     let reach = min(radius * view.scale / -point.z, OCCLUDER_REACH * view.size.y);
-    let around = Around(view.size - 1.0, reach, 1.0 / (radius * radius));
-    let turn = f32((id.x & 1u) | ((id.y & 1u) << 1u)) * 0.25;
+    // Two orthogonal Latin squares: in each row and column of four all directions and all places, in 4x4 each pair of them.
+    let turn = f32((id.x + id.y) & 3u) * 0.25;
+    let twice = (id.y << 1u) ^ (((id.y >> 1u) & 1u) * 7u);
+    let part = f32((PLACES >> (4u * ((id.x ^ twice) & 3u))) & 7u) * 0.25;
+    let around = Around(view.size - 1.0, reach, 1.0 / (radius * radius), part);
     var seen = 0.0;
     var whole = 0.0;
     for (var i = 0u; i < OCCLUDER_DIRECTIONS && around_pixel.depth < 1.0; i += 1u) {

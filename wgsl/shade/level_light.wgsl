@@ -1,6 +1,6 @@
 // Light of a window of a level's blocks.
 
-import package::curve::node::{node_start, quick_length, quick_light};
+import package::curve::node::{node_start, quick_length, quick_passed};
 import package::records::area::{LevelMap, block_nodes, block_number};
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::spot::{
@@ -35,7 +35,7 @@ var<private> least_open: f32;  // least light of a block where the search starts
 // A filter counts up to `beyond` behind `end`.
 fn find_occluder(node: vec2<u32>, since: f32, end: f32, beyond: f32) {
     let start = node_start(node);
-    let light = quick_light(node);
+    let light = light_left * quick_passed(node);
     let drop = abs(light_left - light);
     light_left = light;
     let past = start + quick_length(node);
@@ -112,7 +112,7 @@ var<private> node_left: vec3<f32>;
 fn evaluate_node(node: vec2<u32>, weight: f32, change: vec2<f32>, end: f32) {
     let start = node_start(node);
     let length = max(quick_length(node), 1.0);
-    let light = quick_light(node);
+    let light = node_left * quick_passed(node);
     let drop = select(vec3(0.0), node_left - light, start > 0.0);
     node_left = light;
     let takes = any(abs(drop) > vec3(NOTHING));

@@ -2,7 +2,7 @@
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
-import package::curve::node::{DEPTHS, curve_layer, node_length, node_light, node_start};
+import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, node_start};
 import package::features::NODES;
 import package::shade::fade::{Fade, fade_between, share_before};
 import package::shade::receiver::is_solid;
@@ -16,6 +16,7 @@ struct NearLight {
     before: vec3<f32>, // light before the map's depths
     inner: vec3<f32>,  // the same in a spot without a size
     taken: vec3<f32>,
+    widest: vec3<f32>, // what is taken, in the widest spot alone
     step: f32,         // what is taken, of all channels, times how far its spots are from the widest to none
 }
 
@@ -25,6 +26,7 @@ var<private> near_light: NearLight;
 var<private> near_left: vec3<f32>;
 var<private> near_before: vec3<f32>;
 var<private> near_off: vec2<f32>;
+var<private> near_cover: f32; // of the texel, in the widest spot
 var<private> near_fade: Fade;
 var<private> near_square: f32; // inverse square of the radius of the widest spot
 
@@ -50,12 +52,13 @@ fn take_ramp(start: f32, length: f32, drop: vec3<f32>, end: f32) {
     let texels = spot_at(start + length * 0.5 * (early + max(until, early)));
     let taken = drop * (share * box_cover(box_squares(texels)));
     near_light.taken += taken;
+    near_light.widest += drop * (share * near_cover);
     near_light.step += saturate(1.0 - texels * texels * near_square) * (taken.x + taken.y + taken.z);
 }
 
 fn near_node(node: vec2<u32>, end: f32) {
     let start = node_start(node);
-    let drop = select(vec3(0.0), near_left - node_light(node), start > 0.0);
+    let drop = select(vec3(0.0), near_left - near_left * node_passed(node), start > 0.0);
     near_left -= drop;
     take_ramp(start, max(node_length(node), 1.0), drop, end);
 }
@@ -65,6 +68,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
     let end = receiver_end(texel + 0.5, 0.0);
     // A filter that touches an opaque receiver tints it.
     let filter_end = end + select(0.0, spot_bias * (1.0 + TOUCH), is_solid);
+    near_cover = cover;
     near_left = vec3(1.0);
     near_before = vec3(1.0);
     if NODES > 0u {
@@ -74,7 +78,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
             near_node(nodes.xy, filter_end);
             near_node(nodes.zw, filter_end);
             pair += 1u;
-            if pair >= NODES / 2u || node_start(nodes.zw) >= filter_end {
+            if pair >= NODES / 2u {
                 break;
             }
         }
@@ -106,7 +110,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
 fn evaluate_map(texels: f32, since: vec2<f32>, is_asked: bool) {
     near_fade = fade_between(since);
     near_square = 1.0 / max(texels * texels, 1e-6);
-    near_light = NearLight(vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+    near_light = NearLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
     let squares = box_squares(texels);
     let half = 0.5 * (sqrt(squares) + 1.0);
     let middle = turned(spot_center - 0.5);

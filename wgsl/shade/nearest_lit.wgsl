@@ -1,7 +1,7 @@
 // What occluders let through that another one hides from the light's centre: as in the nearest block that is
 // lit.
 
-import package::curve::node::{node_start, quick_length, quick_light};
+import package::curve::node::{node_start, quick_length, quick_passed};
 import package::records::area::{block_nodes, block_number, level_map};
 import package::records::view::GpuView;
 import package::shade::fade::{Fade, fade_between, share_before};
@@ -26,7 +26,7 @@ var<private> lit_here: vec3<f32>;
 fn light_node(node: vec2<u32>, fade: Fade, end: f32) {
     let start = node_start(node);
     let length = max(quick_length(node), 1.0);
-    let light = quick_light(node);
+    let light = lit_left * quick_passed(node);
     let drop = select(vec3(0.0), lit_left - light, start > 0.0);
     lit_left = light;
     let inverse = 1.0 / length;

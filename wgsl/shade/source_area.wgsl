@@ -10,7 +10,9 @@ import package::shade::near_spot::{before_taken, evaluate_map, near_light};
 import package::shade::nearest_lit::nearest_lit;
 import package::shade::receive::receive;
 import package::shade::spot::{FADE, WIDEST, spot_at, spot_view};
-import package::shade::through_levels::{Leveled, MIN, TOUCH_BIT, relied_on, through_levels};
+import package::shade::through_levels::{
+    Leveled, MIN, TOUCH_BIT, colored_share, relied_on, through_levels,
+};
 import package::shade::touching::touching_light;
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
@@ -35,9 +37,12 @@ fn through_map(leveled: Leveled) -> vec3<f32> {
     let passed = lit.xyz;
     let hidden = floats_of(shaded).xyz;
     let before = before_taken();
-    let share = 1.0 - near_light.taken / max(before, vec3(MIN));
+    let narrow = 1.0 - near_light.taken / max(before, vec3(MIN));
+    let behind = max(near_light.before - near_light.widest, vec3(0.0));
+    let widest = behind / max(near_light.before, vec3(MIN));
+    let share = colored_share(max(narrow, vec3(0.0)), widest, behind);
     let known = select(vec3(1.0), relied_on(before), is_near);
-    let at_map = select(vec3(1.0), max(share, vec3(0.0)), is_near);
+    let at_map = select(vec3(1.0), share, is_near);
     let unknown = passed * (1.0 - known);
     let is_hidden = any(unknown > vec3(0.0));
     let is_first = is_hidden && all(hidden == vec3(0.0));

@@ -18,6 +18,10 @@ import package::sums::sums::blackened;
 
 // Weight of a level's result per light before the level, up to a weight of 1.
 const EVIDENCE: f32 = 300.0;
+// Weight of the colour in the widest window per light that is missing there from this on, up to a weight of 1: clear
+// filters alone hide nothing.
+const HIDING: f32 = 8.0;
+const CLEAR: f32 = 0.9;
 // Least light that a search for occluders relies on.
 const MIN_OPEN: f32 = 0.25;
 // Distance of texels' centres from the middle of a block of the first level [blocks].
@@ -29,6 +33,20 @@ const TOUCH_BIT: u32 = 0x80000000u;
 
 fn relied_on(before: vec3<f32>) -> vec3<f32> {
     return clamp(before * EVIDENCE, vec3(0.0), vec3(1.0));
+}
+
+fn brightest(light: vec3<f32>) -> f32 {
+    return max(light.x, max(light.y, light.z));
+}
+
+// The share of light that gets past occluders, with the colour that it has in their `widest` window as far as something
+// hides a part of that: what gets past that lights the receiver through filters around the hidden part, of which a
+// narrower window holds too few where it is in the middle, and too many beside. `left`: behind all, in the widest window.
+fn colored_share(share: vec3<f32>, widest: vec3<f32>, left: vec3<f32>) -> vec3<f32> {
+    let most = brightest(widest);
+    let is_lit = clamp(brightest(left) * EVIDENCE, 0.0, 1.0);
+    let hides = clamp((CLEAR - brightest(left)) * HIDING, 0.0, 1.0) * is_lit;
+    return mix(share, widest * (brightest(share) / max(most, MIN)), hides);
 }
 
 // The smallest level whose blocks are large enough for a spot; 0 for the map.
@@ -103,7 +121,9 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
             evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
             let known = relied_on(level_light.before);
             let left = min(level_light.before - level_light.taken, level_light.most);
-            let share = max(left / max(level_light.before, vec3(MIN)), vec3(0.0));
+            let divisor = max(level_light.before, vec3(MIN));
+            let behind = max(level_light.behind, vec3(0.0));
+            let share = colored_share(max(left / divisor, vec3(0.0)), behind / divisor, behind);
             forget_asides(number);
             let lit = floats_of(aside(ASIDE_PASSED));
             let shaded = aside(ASIDE_HIDDEN);

@@ -5,11 +5,11 @@
 import package::bind::sampled::raw_curves;
 import package::bind::stored::curves;
 import package::bind::uniform::views;
-import package::curve::lights::{fixed, scaled, selected, white, with_light};
+import package::curve::lights::{Lights, fixed, scaled, selected, white, with_light};
 import package::curve::list::{Node, clear_list, coded, insert, light_behind, merge_nodes, must_merge};
 import package::curve::loaded::loaded_node;
 import package::curve::node::curve_layer;
-import package::curve::stored::{stored_node, stored_pair};
+import package::curve::stored::{begin_stored, stored_node, stored_pair};
 import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
 import package::soften::run::{EMPTY_RUN, Run, add_run, load_run, window};
@@ -17,11 +17,6 @@ import choice::nodes::{node_at, set_node};
 import choice::rows::{ROW_COUNT, RowBits, Rows, row, with_bits, with_row};
 
 const ROWS: u32 = 4u;
-
-// Hits are not in order.
-fn ordered() -> bool {
-    return false;
-}
 
 fn column_run(view: GpuView, size: vec2<i32>, texel: vec2<i32>) -> Run {
     var sum = EMPTY_RUN;
@@ -42,16 +37,20 @@ fn ramp(run: Run) -> vec2<f32> {
     return vec2(mean - reach, mean + reach);
 }
 
+var<private> loaded_light: Lights; // behind the nodes that were unpacked
+
 fn unpacked(firsts: RowBits, seconds: RowBits) -> Node {
     let node = loaded_node(firsts, seconds);
     let none = node.start == RowBits(0u);
     let span = (node.start << RowBits(16u)) | node.end;
-    return coded(select(span, RowBits(0u), none), selected(node.light, white(), none));
+    loaded_light = selected(scaled(loaded_light, node.passed), loaded_light, none);
+    return coded(select(span, RowBits(0u), none), loaded_light);
 }
 
 var<private> texels: array<vec2<u32>, ROW_COUNT>; // atlas texels of the curves that are softened
 
 fn load_curves(view: GpuView) {
+    loaded_light = white();
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
         let layer = curve_layer(view.layer, pair);
         var words = array(RowBits(0u), RowBits(0u), RowBits(0u), RowBits(0u));
@@ -69,6 +68,7 @@ fn load_curves(view: GpuView) {
 
 // A curve without blocked texels keeps its bits.
 fn store_curves(view: GpuView, first: vec2<u32>, blocked: Rows) {
+    begin_stored();
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
         let layer = curve_layer(view.layer, pair);
         let a = stored_node(2u * pair);

@@ -7,13 +7,12 @@
 // test at their end whether to go on.
 
 import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
-import package::curve::gather::{end_count, flush, is_counting, merge, settled};
+import package::curve::gather::{flush, merge, settled};
 import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
-import package::records::tile_rect::INVISIBLE;
 import package::records::view::GpuView;
 import package::traversal::kinds::kinds_apart;
 import package::traversal::subgroup_block::{
@@ -21,7 +20,7 @@ import package::traversal::subgroup_block::{
 };
 import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches};
 import choice::pairs::pair_footprint;
-import choice::visit::{count_lane, is_whole, slabbed, visit_lane};
+import choice::visit::{is_whole, visit_lane};
 
 var<private> base: u32; // next pair
 var<private> slab: Slab;
@@ -93,22 +92,6 @@ fn move_on(stretch: Stretch, count: u32, block: Block) -> bool {
     return count == stretch.count && count < block.size;
 }
 
-// Counts the texels' hits in all pairs, as one slab.
-fn count_pairs(view: GpuView, first: u32, end: u32, block: Block) {
-    base = first;
-    var front = 0.0;
-    while base < end && subgroupAny(is_counting(front)) {
-        slab = Slab(0u, INVISIBLE, 0u);
-        let stretch = fetch(view, end, block);
-        for (var lanes = stretch.ballot; has_lanes(lanes); lanes = without_first(lanes)) {
-            count_lane(view, stretch.payload, first_lane(lanes));
-        }
-        front = key_depth(subgroupShuffle(stretch.key, max(stretch.count, 1u) - 1u));
-        base += stretch.count;
-    }
-    end_count();
-}
-
 // Visits pairs up to the end of the slab, or up to a hit that must be inserted. Returns true at the end of the slab.
 fn visit_stretches(view: GpuView, end: u32, block: Block) -> bool {
     var whole = false;
@@ -155,7 +138,7 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
             if !again {
                 whole = visit_stretches(view, end, block);
             }
-            flush(whole);
+            flush();
             merges = subgroupAny(must_merge());
             again = HAS_VOLUMES && has_casters && !again;
             if whole && !again {
@@ -178,9 +161,6 @@ fn visit_slabs(view: GpuView, end: u32, block: Block) {
 
 fn walk(view: GpuView, first: u32, end: u32) {
     let block = subgroup_block();
-    if slabbed() {
-        count_pairs(view, first, end, block);
-    }
     base = first;
     slab = first_slab(first, end);
     find_steps(first, end);

@@ -2,16 +2,16 @@
 // core tier, without subgroups. CPU reference: src/reference/curve/tile.rs, `walk`.
 
 import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
-import package::curve::gather::{end_count, flush, is_counting, merge, settled};
+import package::curve::gather::{flush, merge, settled};
 import package::curve::list::must_merge;
 import package::curve::slab::{Slab, first_slab, is_within, next_slab};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
-import package::records::footprint::{footprint_key, front_depth, key_depth};
+import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
 import package::records::view::GpuView;
 import package::traversal::kinds::{kinds_apart, visited};
 import choice::pairs::pair_footprint;
-import choice::visit::{count_hits, is_whole, slabbed, visit};
+import choice::visit::{is_whole, visit};
 
 struct Run {
     pair: u32,    // next to visit
@@ -67,7 +67,7 @@ fn visit_slabs(view: GpuView, first: u32, end: u32) {
                 }
                 base = run.pair;
             }
-            flush(!run.forced);
+            flush();
             again = HAS_VOLUMES && has_casters && !again;
             if !run.forced && !again {
                 slab = next_slab(slab, base, some);
@@ -88,15 +88,6 @@ fn visit_slabs(view: GpuView, first: u32, end: u32) {
 
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first; // next pair
-    var front = 0.0;
-    while slabbed() && base < end && is_counting(front) {
-        let footprint = load_footprint(pair_footprint(base));
-        count_hits(view, footprint);
-        front = front_depth(footprint);
-        base += 1u;
-    }
-    end_count();
-    base = first;
     find_steps(first, end);
     var step = 0u; // behind all pairs
     loop {

@@ -67,6 +67,15 @@ pub(crate) struct BenchArguments {
     /// Pairs that a batch may hold at most
     #[arg(long, value_parser = count, value_name = "PAIRS")]
     pub(super) pair_budget: Option<u32>,
+    /// Time each kernel too, in a frame whose every dispatch is a pass of its own
+    #[arg(long, conflicts_with = "stage")]
+    pub(super) kernels: bool,
+    /// Compare with the results of an earlier `--json`, case by case, and fail where one is slower than `--limit` allows
+    #[arg(long, value_name = "FILE", conflicts_with = "stage")]
+    pub(super) against: Option<PathBuf>,
+    /// Most that a case's median time may be of the earlier one
+    #[arg(long, value_parser = limit, default_value_t = 1.05, requires = "against")]
+    pub(super) limit: f64,
     #[command(flatten)]
     pub(super) device: DeviceArguments,
     /// Write the results as JSON
@@ -195,6 +204,13 @@ fn one_case(text: &str) -> Result<OneCase, String> {
         footprint: footprint(footprint_of)?,
         opacity: of.map_or(Ok(0.02), opacity)?,
     })
+}
+
+fn limit(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if (0.1..=100.0).contains(&value) => Ok(value),
+        _ => Err(format!("{text:?} is not a number in 0.1..=100")),
+    }
 }
 
 fn whole(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {

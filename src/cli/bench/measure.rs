@@ -1,5 +1,6 @@
 //! Measurement of one case: compute and raster, the maps first, then the times in turns.
 use super::{
+    arguments::{BenchArguments, ReceiverName},
     case::Case,
     check::check,
     clock::Clock,
@@ -12,7 +13,7 @@ use crate::cli::{failure::Failure, report::as_map};
 use gobo::{
     Counters, Prepared, Receiver, ShadowSettings, Shadows,
     internals::{
-        gpu::{Gpu, Timeline},
+        gpu::{Gpu, KernelTime, Timeline},
         shadows::Config,
     },
     model::{Casters, View},
@@ -67,6 +68,9 @@ pub(super) struct Measured {
     /// Stage and its time [ms]; each was waited for, so their sum is more than a frame's.
     #[serde(serialize_with = "as_map")]
     pub(super) stages: Vec<(&'static str, f64)>,
+    /// Each dispatch was waited for or is a pass of its own, so their sum is more than the stages'.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) kernels: Vec<KernelRow>,
     /// Buffer or texture and its size [bytes].
     #[serde(serialize_with = "as_map")]
     pub(super) bytes: Vec<(&'static str, u64)>,
@@ -75,6 +79,15 @@ pub(super) struct Measured {
     pub(super) segments: u64,
     pub(super) scattered: u64,
     pub(super) overflowed: u64,
+}
+
+/// Dispatches of a kernel in a stage, and the sum of their times \[ms\].
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct KernelRow {
+    pub(super) stage: &'static str,
+    pub(super) kernel: &'static str,
+    pub(super) dispatches: u32,
+    pub(super) ms: f64,
 }
 
 /// Results of the raster baseline.
@@ -117,6 +130,7 @@ pub(super) struct Bench {
     pub(super) gpu: Gpu,
     pub(super) clock: Clock,
     pub(super) settings: ShadowSettings,
+    pub(super) kernels: bool,
     runs: u32,
 }
 
@@ -125,17 +139,17 @@ const WARM_UP: usize = 2;
 const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
-    pub(super) fn new(gpu: Gpu, runs: u32, pair_budget: Option<u32>) -> Result<Self, Failure> {
+    pub(super) fn new(gpu: Gpu, arguments: &BenchArguments) -> Self {
         let mut settings = ShadowSettings::default();
-        if let Some(pairs) = pair_budget {
+        if let Some(pairs) = arguments.pair_budget {
             settings.pair_budget = pairs;
         }
-        Ok(Self { clock: Clock::new(&gpu), gpu, settings, runs })
-    }
-
-    /// Makes curves of K nodes.
-    pub(super) fn set_nodes(&mut self, nodes: u32) {
-        self.settings = ShadowSettings { receiver: Receiver::Curve, nodes, ..self.settings };
+        if arguments.receiver == ReceiverName::Curve {
+            settings.receiver = Receiver::Curve;
+            settings.nodes = arguments.nodes;
+        }
+        let (runs, kernels) = (arguments.runs, arguments.kernels);
+        Self { clock: Clock::new(&gpu), gpu, settings, kernels, runs }
     }
 
     pub(super) fn run(
@@ -212,7 +226,7 @@ impl Bench {
     }
 
     pub(super) fn row(
-        &mut self,
+        &self,
         case: Case,
         prepared: &Prepared,
         compute: Times,
@@ -222,11 +236,13 @@ impl Bench {
     }
 
     pub(super) fn measured(
-        &mut self,
+        &self,
         prepared: &Prepared,
         compute: Times,
     ) -> Result<Measured, Failure> {
-        let stages = self.stages(prepared)?;
+        let timeline = self.timed(prepared, self.timeline())?;
+        let stages = timeline.read(&self.gpu.device);
+        let kernels = if self.kernels { self.kernels(prepared)? } else { Vec::new() };
         let counters = prepared.counters()?;
         Ok(Measured {
             runs: self.runs,
@@ -235,6 +251,7 @@ impl Bench {
             compute_max: compute.max,
             milliseconds: Vec::new(),
             stages,
+            kernels,
             bytes: prepared.memory().0.clone(),
             pairs: counters.pairs,
             pairs_needed: counters.pairs_needed,
@@ -354,14 +371,18 @@ impl Bench {
         Ok(held)
     }
 
-    /// Times of the stages in the second of two frames.
-    fn stages(&mut self, prepared: &Prepared) -> Result<Vec<(&'static str, f64)>, Failure> {
+    fn timeline(&self) -> Timeline {
         let Gpu { device, queue, .. } = &self.gpu;
-        let mut timeline = if self.clock.has_stamps() {
+        if self.clock.has_stamps() {
             Timeline::new(device, queue)
         } else {
             Timeline::stepped(device, queue)
-        };
+        }
+    }
+
+    /// Times the second of two frames.
+    fn timed(&self, prepared: &Prepared, mut timeline: Timeline) -> Result<Timeline, Failure> {
+        let Gpu { device, queue, .. } = &self.gpu;
         let _kernels = debug_span!("kernels").entered();
         for _ in 0..2 {
             timeline.reset();
@@ -370,8 +391,26 @@ impl Bench {
             timeline.finish(&mut encoder);
             queue.submit([encoder.finish()]);
         }
-        let stages = timeline.read(device);
         self.gpu.check()?;
-        Ok(stages)
+        Ok(timeline)
+    }
+
+    fn kernels(&self, prepared: &Prepared) -> Result<Vec<KernelRow>, Failure> {
+        let timeline = self.timed(prepared, self.timeline().by_kernel())?;
+        let untimed = timeline.untimed_passes();
+        if untimed > 0 {
+            tracing::warn!(
+                "a frame has {untimed} dispatches more than timestamps: they have no time"
+            );
+        }
+        let rows = timeline.read_kernels(&self.gpu.device).into_iter();
+        Ok(rows
+            .map(|KernelTime { stage, kernel, dispatches, ms }| KernelRow {
+                stage,
+                kernel,
+                dispatches,
+                ms,
+            })
+            .collect())
     }
 }

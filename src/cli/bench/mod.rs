@@ -1,4 +1,5 @@
 //! `gobo bench`: cost of shadow maps, compared with the raster pipeline.
+mod against;
 mod arguments;
 mod case;
 mod check;
@@ -22,6 +23,7 @@ use super::{
     output::{self, Output},
     wall_clock::WallClock,
 };
+use against::Earlier;
 use arguments::{MAX_LIST, ReceiverName, ShapeName};
 use gobo::internals::gpu::{Backend, Gpu, Selection};
 use measure::Bench;
@@ -47,12 +49,10 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
         return masks::run(arguments);
     }
     let selection = Selection { backend, adapter: arguments.device.adapter.clone(), tier: None };
-    let mut bench = Bench::new(Gpu::new(&selection)?, arguments.runs, arguments.pair_budget)?;
-    if arguments.receiver == ReceiverName::Curve {
-        bench.set_nodes(arguments.nodes);
-    }
+    let earlier = arguments.against.as_deref().map(Earlier::read).transpose()?;
+    let mut bench = Bench::new(Gpu::new(&selection)?, arguments);
     if let Some(path) = &arguments.scene {
-        return scene::run(arguments, bench, path, clock);
+        return scene::run(arguments, bench, path, clock, earlier.as_ref());
     }
     let mut report = Report::new(&bench, arguments);
     files::print(&report.heading())?;
@@ -80,9 +80,10 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
                 || arguments.occlude
                 || case.shape != ShapeName::Disc
                 || arguments.receiver != ReceiverName::Nearest
+                || arguments.kernels
             {
                 let message = format!(
-                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, --occlude and curves"
+                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, --occlude, --kernels and curves"
                 );
                 return Err(Failure::Usage(message));
             }
@@ -106,5 +107,5 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
     if let Some(path) = &arguments.html {
         output::write(path, page::page(&report).as_bytes())?;
     }
-    Ok(())
+    earlier.map_or(Ok(()), |earlier| earlier.compare(&report, arguments.limit))
 }

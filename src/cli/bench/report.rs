@@ -2,8 +2,9 @@
 use super::{
     arguments::{BenchArguments, ShapeName},
     case::Case,
-    measure::{Bench, Measured, Row},
+    measure::{Bench, KernelRow, Measured, Row},
 };
+use gobo::Receiver;
 use serde::Serialize;
 use std::fmt;
 
@@ -18,6 +19,9 @@ pub(super) struct Report<R = Row> {
     pub(super) clock: &'static str,
     /// Kind of the casters: `particles`, `splats`, opaque `triangles`, or those of a `scene`.
     casters: &'static str,
+    /// Nodes of a curve, of maps with curves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nodes: Option<u32>,
     pub(super) rows: Vec<R>,
 }
 
@@ -38,6 +42,7 @@ impl<R: Serialize> Report<R> {
                 ShapeName::Gaussian => "splats",
                 ShapeName::Disc => "particles",
             },
+            nodes: (bench.settings.receiver == Receiver::Curve).then_some(bench.settings.nodes),
             rows: Vec::new(),
         }
     }
@@ -114,6 +119,12 @@ pub(super) fn below(compute: &Measured) -> String {
     }
     if compute.overflowed > 0 {
         line += &format!(", {} of them past the pair capacity", compute.overflowed);
+    }
+    for KernelRow { stage, kernel, dispatches, ms } in &compute.kernels {
+        line += &format!("\n{:>9}{stage}/{kernel} {ms:.3}", "");
+        if *dispatches > 1 {
+            line += &format!(" in {dispatches}");
+        }
     }
     let all: f64 = compute.milliseconds.iter().map(|(_, ms)| ms).sum();
     let phases = compute.milliseconds.iter().map(|(name, ms)| format!("{name} {:.2}", ms * 1e-3));

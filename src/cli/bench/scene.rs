@@ -1,5 +1,6 @@
 //! `gobo bench --scene`: the maps of a scene's first frame, made anew in each run.
 use super::{
+    against::Earlier,
     arguments::BenchArguments,
     measure::{Bench, Measured},
     report::{self, Report},
@@ -26,12 +27,13 @@ struct Row<'a> {
     compute: Measured,
 }
 
-/// Prints the results, and writes them as JSON with `--json`.
+/// Prints the results, writes them as JSON with `--json`, and compares them with those of `--against`.
 pub(super) fn run(
     arguments: &BenchArguments,
     mut bench: Bench,
     path: &Path,
     clock: &WallClock,
+    earlier: Option<&Earlier>,
 ) -> Result<(), Failure> {
     let scene = scene::load_with(path, &arguments.set)?;
     arguments.json.as_deref().map(Output::check).transpose()?;
@@ -61,8 +63,8 @@ pub(super) fn run(
         path.display()
     ))?;
     report.rows.push(row);
-    match &arguments.json {
-        Some(path) => output::write(path, report.json().as_bytes()),
-        None => Ok(()),
+    if let Some(path) = &arguments.json {
+        output::write(path, report.json().as_bytes())?;
     }
+    earlier.map_or(Ok(()), |earlier| earlier.compare(&report, arguments.limit))
 }

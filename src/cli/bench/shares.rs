@@ -80,6 +80,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
         compute_min: all,
         compute_max: all,
         milliseconds: Vec::new(),
+        kernels: Vec::new(),
         stages: vec![("casters", of_casters), ("maps", all - of_casters)],
         bytes,
         pairs: 0,

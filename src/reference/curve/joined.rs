@@ -9,13 +9,10 @@ use glam::Vec3;
 pub fn joined<'a>(parts: impl Iterator<Item = &'a [PackedNode]>, count: usize) -> Vec<PackedNode> {
     let mut ramps = Vec::new();
     for part in parts {
-        let mut before = Vec3::ONE;
         for &node in part {
-            let (start, length, light) = unpack(node, false);
+            let (start, length, passed) = unpack(node, false);
             if start > 0.0 {
-                let share = (light / before.max(Vec3::splat(1e-9))).min(Vec3::ONE);
-                ramps.push((start, start + length, share));
-                before = light;
+                ramps.push((start, start + length, passed));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! CPU reference of `wgsl/curve/mean.wgsl`: the mean of several curves, in a few nodes. Depths are cut at the
 //! longest gaps; each part becomes a ramp of the same mean depth and spread.
-use super::{DEPTHS, packed, unpack};
+use super::{DEPTHS, LEAST, Storing, unpack};
 use crate::records::PackedNode;
 use glam::Vec3;
 
@@ -33,13 +33,14 @@ impl Ramp {
 pub(in crate::reference) fn add_nodes(
     nodes: &[PackedNode],
     share: f32,
-    gain: bool,
+    grows: bool,
     ramps: &mut Vec<Ramp>,
 ) -> Vec3 {
     let mut left = Vec3::ONE;
     for &node in nodes {
-        let (start, length, light) = unpack(node, gain);
+        let (start, length, passed) = unpack(node, grows);
         if start > 0.0 {
+            let light = left * passed;
             ramps.push(Ramp { start: start as u32, length, drop: (left - light) * share });
             left = light;
         }
@@ -48,7 +49,7 @@ pub(in crate::reference) fn add_nodes(
 }
 
 /// Writes the nodes of a mean curve with the given ramps.
-pub(in crate::reference) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], gain: bool) {
+pub(in crate::reference) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], grows: bool) {
     let counted = || ramps.iter().filter(|ramp| ramp.weight() > 0.0);
     let low = counted().map(Ramp::middle).min().unwrap_or(0);
     let high = counted().map(Ramp::middle).max().unwrap_or(0);
@@ -57,6 +58,8 @@ pub(in crate::reference) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], gain
     // Index of the part that holds a ramp.
     let part = |ramp: &Ramp| (cuts & (2u32 << bin(ramp)).wrapping_sub(1)).count_ones() as usize;
     let mut light = Vec3::ONE;
+    let least = Vec3::splat(if grows { LEAST } else { 0.0 });
+    let mut storing = Storing::new(grows);
     for (number, node) in nodes.iter_mut().enumerate() {
         let (mut weight, mut sum, mut square) = (0.0, 0.0, 0.0);
         let (mut first, mut end, mut middle) = (DEPTHS, 0.0_f32, None);
@@ -80,7 +83,7 @@ pub(in crate::reference) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], gain
             start = ((mean - half).round_ties_even() as u32).clamp(1, 65535);
             length = 2.0 * half;
         }
-        *node = packed(start, length, light.max(Vec3::ZERO), gain);
+        *node = storing.store(start, length, light.max(least));
     }
 }
 

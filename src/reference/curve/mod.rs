@@ -2,7 +2,7 @@
 //! function of depth, along the ray of one texel.
 //!
 //! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from
-//! the value behind the previous ramp to its own. A pane is a ramp of length 0, a *step*. While a texel has
+//! the value behind the previous ramp to its own. Maps store what each passes of it (`format`). A pane is a ramp of length 0, a *step*. While a texel has
 //! at most K hits, each has a step of its own. A further hit is inserted too, and then the two neighbours
 //! with the lowest cost merge: those between which the curve deviates least, as an area of light times
 //! depth, from the straight line over both.
@@ -24,12 +24,13 @@ pub mod mean;
 pub mod soften;
 pub mod taken;
 pub mod tile;
+pub mod two_walks;
 pub mod volumes;
 
 use super::resolve::BLACK;
 use crate::records::PackedNode;
 pub use format::light_at;
-use format::{packed, unpack};
+use format::{Storing, storable, unpack};
 use glam::Vec3;
 use half::f16;
 
@@ -41,9 +42,11 @@ pub const DEPTHS: f32 = 65535.0;
 pub const DARK: u16 = 64;
 /// Steps of a stored channel, and of the square root of a ramp's length.
 pub const LEVELS: f32 = 4095.0;
-/// Range of a curve with `gain`: octaves from its darkest to its brightest value, and the darkest.
-pub const OCTAVES: f32 = 20.0;
-pub const DARKEST_LOG: f32 = -10.0;
+/// Of nodes that may amplify: the level of 1, and levels of an octave.
+pub const EVEN: f32 = 2048.0;
+pub const OCTAVE: f32 = 204.8;
+/// Least light of such a curve.
+pub const LEAST: f32 = 1.0 / 1024.0;
 
 /// Node of a curve in registers, while hits are inserted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -202,18 +205,18 @@ impl Streaming {
         let (mut before, reached) = (Vec3::ONE, self.passed);
         let count = nodes.len() as f32;
         for (i, &node) in (1..).zip(nodes) {
-            let (start, length, light) = unpack(node, self.gain);
+            let (start, length, passed) = unpack(node, self.grows());
             if start > 0.0 {
                 let end = (start + length).round_ties_even().min(DEPTHS) as u32;
                 let span = (start as u32) << 16 | end;
                 if let Some(whole) = whole {
-                    let share = whole.share(light, i as f32 / count);
-                    self.insert_span(span, Vec3::ZERO, reached * share + (light - share));
+                    before *= passed;
+                    let share = whole.share(before, i as f32 / count);
+                    self.insert_span(span, Vec3::ZERO, reached * share + (before - share));
                 } else {
-                    self.insert_span(span, light / before.max(Vec3::splat(1e-9)), Vec3::ZERO);
+                    self.insert_span(span, passed, Vec3::ZERO);
                 }
             }
-            before = light;
         }
     }
 
@@ -289,11 +292,19 @@ impl Streaming {
 
     /// Nodes in the format of a map.
     pub fn pack(&self) -> impl Iterator<Item = PackedNode> {
-        let stored = |node: &Node| {
+        let nodes = &self.nodes[..self.count];
+        let mut light: Vec<_> = nodes.iter().map(|node| self.light_of(node)).collect();
+        storable(&mut light, self.grows());
+        let mut storing = Storing::new(self.grows());
+        nodes.iter().zip(light).map(move |(node, light)| {
             let length = (node.end() - node.start()).max(0.0);
-            packed(node.span >> 16, length, self.light_of(node), self.gain)
-        };
-        self.nodes[..self.count].iter().map(stored)
+            storing.store(node.span >> 16, length, light)
+        })
+    }
+
+    /// Whether nodes may amplify.
+    fn grows(&self) -> bool {
+        self.gain || self.over
     }
 }
 

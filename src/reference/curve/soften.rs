@@ -88,17 +88,18 @@ impl Run {
 
 impl Streaming {
     /// Curve of packed nodes.
-    fn of(nodes: &[PackedNode], gain: bool, over: bool) -> Self {
-        let mut curve = Self::new(nodes.len() as u32, gain).with_over(over);
+    fn of(nodes: &[PackedNode], grows: bool, over: bool) -> Self {
+        let mut curve = Self::new(nodes.len() as u32, grows).with_over(over);
         for (i, &node) in nodes.iter().enumerate() {
-            let (start, length, light) = unpack(node, gain);
+            let (start, length, passed) = unpack(node, grows);
+            let mut span = 0;
             if start > 0.0 {
                 let end = (start + length).round_ties_even().min(super::DEPTHS) as u32;
-                let span = (start as u32) << 16 | end;
-                let light_bits = curve.encode_light(light);
-                curve.nodes[i] = Node { span, light: light_bits, is_alone: false };
-                curve.passed = light;
+                span = (start as u32) << 16 | end;
+                curve.passed *= passed;
             }
+            let light = curve.encode_light(curve.passed);
+            curve.nodes[i] = Node { span, light, is_alone: false };
         }
         curve
     }

@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/curve/taken.wgsl`: light that the hits of a slab take, and where.
+//! Light that the hits of a node take, and where: as `wgsl/curve/ray_nodes.wgsl` has it.
 
 /// The ramp of several hits has the mean depth and the variance of the light that they take.
 #[derive(Clone, Copy, Debug)]

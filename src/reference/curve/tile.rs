@@ -1,14 +1,11 @@
 //! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
 //! it: the curves of a tile.
 //!
-//! In general every hit is inserted into its texel's curve as it comes. A tile of soft discs may have
-//! hundreds of pairs a texel, so its pairs are cut into *slabs* by depth, alike for all texels: the hits of
-//! a texel in one slab are inserted as one ramp, [`Taken`]. Only a texel with few hits
-//! inserts each at once if it fits without a merge; so few hits stay exact. Pairs of equal depth are in one
-//! slab: their order, which depends on how casters are grouped, changes no curve.
+//! Every hit is inserted into its texel's curve as it comes; curves of soft discs, which have hundreds, are made by
+//! [`two_walks`].
 use super::{
     Affine, PackedNode, Streaming,
-    taken::Taken,
+    two_walks::{self, PointHit},
     volumes::{Inside, Ramp},
 };
 use crate::{
@@ -23,20 +20,6 @@ use crate::{
 };
 use glam::{DVec3, IVec3, Vec3};
 
-/// Most pairs of a slab, besides those of the last one's depth.
-pub const SLAB_PAIRS: usize = 128;
-
-/// Hits of a segment up to which a texel still inserts them one by one until its curve is full.
-pub const fn max_exact_hits(nodes: u32) -> u32 {
-    2 * nodes
-}
-
-/// Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
-/// `nodes`: K.
-pub const fn slab_count(nodes: u32) -> u32 {
-    nodes + nodes / 2
-}
-
 /// Presence below which hits set no start or end.
 pub const TRACE: f32 = 1.0 / 65536.0;
 
@@ -50,8 +33,8 @@ pub struct CurveModes {
     pub nodes: u32,
     /// Whether light may grow.
     pub gain: bool,
-    /// All casters are soft discs of the `filter` transfer.
-    pub slabs: bool,
+    /// All casters are soft discs of the `filter` transfer: their curves are made by two walks.
+    pub discs: bool,
     /// An `over` caster may add light.
     pub over: bool,
     /// Closed meshes absorb along the ray.
@@ -90,12 +73,10 @@ struct Open {
     start: f32,
     end: f32,
     light: Affine,
-    /// With slabs.
-    taken: Taken,
 }
 
 impl Open {
-    const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE, taken: Taken::NONE };
+    const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE };
 
     fn in_tile(&mut self, start: f32, end: f32) {
         (self.start, self.end) = (self.start.min(start), self.end.max(end));
@@ -135,7 +116,6 @@ impl Texel {
     /// Adds a hit; returns whether it has a depth of its own.
     fn meet(&mut self, hit: &Hit, modes: CurveModes) -> bool {
         let light = Affine { scale: hit.light, added: hit.added };
-        let taken = (self.open.light.scale * hit.absorbed).element_sum();
         self.open.light = self.open.light.then(light);
         self.passed = self.passed.then(light);
         self.surfaces = self.surfaces.then(light);
@@ -143,7 +123,6 @@ impl Texel {
         self.traces = if modes.faint { self.traces + hit.presence } else { hit.presence };
         let is_placed = self.traces >= TRACE;
         if is_placed {
-            self.open.taken.add(hit.start, taken);
             self.open.in_tile(hit.start, hit.end);
             self.traces = 0.0;
         }
@@ -167,10 +146,7 @@ impl Texel {
 
     fn flush(&mut self, modes: CurveModes) {
         if self.open.start <= 1.0 {
-            let Open { mut start, mut end, light, taken } = self.open;
-            if modes.slabs {
-                [start, end] = taken.fitted(start, end);
-            }
+            let Open { start, end, light } = self.open;
             if modes.keeps() {
                 self.curve.insert_to(start, end, light.scale, self.precise.as_vec3());
             } else {
@@ -211,7 +187,20 @@ pub fn curves(
         order: HitOrder::new(Event::NONE),
     };
     let mut texels = TileTexels::filled(fresh.clone());
-    if footprints.len() <= modes.segment {
+    if modes.discs {
+        if footprints.len() <= modes.segment {
+            return by_two_walks(records, &tile, footprints, opaque, modes);
+        }
+        for segment in footprints.chunks(modes.segment) {
+            let partial = by_two_walks(records, &tile, segment, opaque, modes);
+            for in_tile in 0..TEXELS {
+                let (texel, segment) = (&mut texels[in_tile], &partial[in_tile]);
+                texel.curve.append(&segment.nodes, None);
+                texel.passed.scale *= segment.passed;
+                texel.nearest = texel.nearest.min(segment.nearest);
+            }
+        }
+    } else if footprints.len() <= modes.segment {
         walk(records, &tile, footprints, opaque, &mut texels, modes);
     } else {
         for segment in footprints.chunks(modes.segment) {
@@ -240,6 +229,37 @@ pub fn curves(
         let (passed, nearest) = (passed.scale + passed.added, *nearest);
         let nodes = curve.pack().collect();
         done[in_tile] = CurveTexel { nodes, passed, nearest, disordered: curve.disordered };
+    }
+    done
+}
+
+/// Curves of soft discs.
+fn by_two_walks(
+    records: Records<'_>,
+    tile: &Tile,
+    pairs: &[(&Footprint, u32)],
+    opaque: &TileTexels<f32>,
+    modes: CurveModes,
+) -> TileTexels<CurveTexel> {
+    let mut hits = TileTexels::filled(Vec::new());
+    for target in pairs.iter().map(|pair| Target::new(records, pair.0)) {
+        for (in_tile, at) in target.texels(tile) {
+            let hit = target.hit(at, opaque[in_tile]).filter(|hit| hit.depth < opaque[in_tile]);
+            hits[in_tile].extend(hit.map(|Hit { depth, absorbed, presence, .. }| PointHit {
+                depth,
+                absorbed,
+                presence,
+            }));
+        }
+    }
+    let fresh = CurveTexel { nodes: Vec::new(), passed: Vec3::ONE, nearest: 1.0, disordered: 0 };
+    let mut done = TileTexels::filled(fresh);
+    for in_tile in 0..TEXELS {
+        let hits = &hits[in_tile];
+        let seen = hits.iter().filter(|hit| hit.presence >= VISIBLE_PRESENCE);
+        let nearest = seen.map(|hit| hit.depth).fold(1.0, f32::min);
+        let (nodes, passed) = two_walks::curve(hits, modes.nodes, modes.faint);
+        done[in_tile] = CurveTexel { nodes, passed, nearest, disordered: 0 };
     }
     done
 }
@@ -291,23 +311,6 @@ fn finish(texel: &mut Texel, modes: CurveModes) {
     }
 }
 
-/// Number of each texel's hits in front of opaque surfaces.
-fn hit_counts(
-    records: Records<'_>,
-    tile: &Tile,
-    pairs: &[(&Footprint, u32)],
-    opaque: &TileTexels<f32>,
-) -> TileTexels<u32> {
-    let mut counts = TileTexels::filled(0);
-    for target in pairs.iter().map(|pair| Target::new(records, pair.0)) {
-        for (in_tile, at) in target.texels(tile) {
-            let hit = target.hit(at, opaque[in_tile]).filter(|hit| hit.depth < opaque[in_tile]);
-            counts[in_tile] += u32::from(hit.is_some_and(|hit| hit.presence >= TRACE));
-        }
-    }
-    counts
-}
-
 fn walk(
     records: Records<'_>,
     tile: &Tile,
@@ -316,23 +319,7 @@ fn walk(
     texels: &mut TileTexels<Texel>,
     modes: CurveModes,
 ) {
-    let keys = (pairs.first().map_or(0, |p| p.1), pairs.last().map_or(0, |p| p.1));
-    let reach = (keys.1 - keys.0) / slab_count(modes.nodes);
-    let counted = if modes.slabs { pairs } else { &[] };
-    let counts = hit_counts(records, tile, counted, opaque);
-    let is_few = |in_tile: usize| counts[in_tile] <= max_exact_hits(modes.nodes);
-    // Largest key of the slab that begins with a pair.
-    let last_key = |first: usize| {
-        let farthest = pairs[(first + SLAB_PAIRS).min(pairs.len()) - 1].1;
-        (pairs[first].1 + reach).min(farthest)
-    };
-    let mut last = 0;
-    for (i, &(footprint, key)) in pairs.iter().enumerate() {
-        if i == 0 || key > last {
-            (0..TEXELS).for_each(|in_tile| texels[in_tile].flush(modes));
-            last = last_key(i);
-        }
-        let target = Target::new(records, footprint);
+    for target in pairs.iter().map(|pair| Target::new(records, pair.0)) {
         if !target.filters() {
             continue;
         }
@@ -357,7 +344,7 @@ fn walk(
                 } else if let Some(hit) = hit {
                     placed = texel.meet(&hit, modes);
                 }
-                if placed && (is_few(in_tile) && texel.curve.has_free_node() || !modes.slabs) {
+                if placed {
                     texel.flush(modes);
                 }
             }

@@ -9,6 +9,7 @@ use crate::{
     records::{BACK_BIT, Footprint, TRIANGLE_BIT},
     reference::{
         caster_hit::{Hit, Target, metres_per_depth},
+        coplanar::is_in_front,
         refraction::{Bend, GlassFace},
         shading::{Gloss, Point, PointKind},
         tile::{Tile, TileTexels},
@@ -45,16 +46,19 @@ impl Eye<'_> {
             let footprint = &blended.casters.footprints[pair.footprint as usize];
             let target = Target::new(blended.records(), footprint);
             let material = target.material;
+            let object = (footprint.caster & TRIANGLE_BIT != 0).then_some(target.id);
             for (in_tile, at) in target.texels(tile) {
-                let opaque = surfaces[in_tile].around.depth;
+                let Behind { around, object: behind, .. } = surfaces[in_tile];
+                let opaque = around.depth;
                 let pixel = &mut pixels[in_tile];
                 if is_faint(pixel) {
                     continue;
                 }
-                let Some(hit) = target.hit(at, opaque).filter(|hit| hit.depth < opaque) else {
+                let is_first = |hit: &Hit| is_in_front((hit.depth, object), (opaque, behind));
+                let Some(hit) = target.hit(at, opaque).filter(is_first) else {
                     continue;
                 };
-                if footprint.caster & TRIANGLE_BIT != 0 {
+                if object.is_some() {
                     pixel.wait(self.layer(blended, footprint, material, &hit, at, opaque));
                     continue;
                 }
@@ -91,7 +95,7 @@ impl Eye<'_> {
         &self,
         blended: &'s Seen<'_>,
         pixel: &mut Pixel<PaneHit<'s>>,
-        Behind { light: behind, around }: Behind,
+        Behind { light: behind, around, .. }: Behind,
         at: Vec2,
     ) -> Blended {
         let opaque = around.depth;
@@ -126,6 +130,7 @@ impl Eye<'_> {
         let (depth, opacity) = (hit.depth, hit.opacity);
         let before = self.air_before(pixel, depth);
         let setup = blended.setup(footprint);
+        let object = setup.id;
         let met = setup.hit(pixel);
         let mut emission = blended.emission(material, setup, pixel);
         if material.unlit {
@@ -134,7 +139,8 @@ impl Eye<'_> {
         let emitted = opacity * emission * before.left;
         if material.transfer == Transfer::None {
             let sent = emitted + opacity * seen_color(hit, material) * before.left;
-            return Layer { depth, sent, passed: Vec3::ONE, face: None, glass: None, pane: None };
+            let (passed, face, glass, pane) = (Vec3::ONE, None, None, None);
+            return Layer { depth, object, sent, passed, face, glass, pane };
         }
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
         let [_, normal] = blended.normals(footprint, met, to_eye);
@@ -154,7 +160,7 @@ impl Eye<'_> {
             GlassFace::new(&self.view, material, depth, behind, face.leaves, [normal, to_eye])
         });
         let pane = Some((footprint, material, *hit));
-        Layer { depth, sent, passed, face: Some(face), glass, pane }
+        Layer { depth, object, sent, passed, face: Some(face), glass, pane }
     }
 
     /// Point at which a pane's scattered and mirrored light is evaluated.

@@ -1,5 +1,8 @@
 //! Layers of a pixel, blended front to back, and the volumes in between.
-use crate::reference::refraction::{GlassFace, Ray};
+use crate::reference::{
+    coplanar::is_in_front,
+    refraction::{GlassFace, Ray},
+};
 use glam::Vec3;
 
 /// Panes that wait for nearer ones.
@@ -12,6 +15,8 @@ const MAX_LIT: usize = 2;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer<P> {
     pub depth: f32,
+    /// Id of the object that it is of.
+    pub object: u32,
     /// Light that it emits.
     pub sent: Vec3,
     pub passed: Vec3,
@@ -126,7 +131,10 @@ impl<P: Copy> Pixel<P> {
     }
 
     pub(super) fn wait(&mut self, layer: Layer<P>) {
-        let index = self.waiting.partition_point(|other| other.depth < layer.depth);
+        let is_behind = |other: &Layer<P>| {
+            !is_in_front((other.depth, Some(other.object)), (layer.depth, Some(layer.object)))
+        };
+        let index = self.waiting.iter().position(is_behind).unwrap_or(self.waiting.len());
         self.waiting.insert(index, layer);
         if self.waiting.len() > MAX_WAITING {
             let nearest = self.waiting.remove(0);

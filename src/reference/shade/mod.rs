@@ -139,6 +139,8 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
 #[derive(Clone, Copy)]
 struct Behind {
     light: Vec3,
+    /// Id of the object that it is of, if it is a triangle's.
+    object: Option<u32>,
     /// The opaque surface, with the ambient light that it sends to the eye.
     around: Surroundings,
 }
@@ -206,7 +208,7 @@ impl Eye<'_> {
             self.solid_points(solid, index, &Tile::new(&self.view, index as u32))
         });
         let size = camera.size;
-        let none = SeenSurface { depth: 1.0, point: None };
+        let none = SeenSurface { object: None, depth: 1.0, point: None };
         let mut seen = vec![none; size.element_product() as usize];
         for (index, points) in points.into_iter().enumerate() {
             for (in_tile, pixel) in Tile::new(&self.view, index as u32).texels() {
@@ -309,10 +311,10 @@ impl Eye<'_> {
     /// The opaque casters, or the sky.
     fn surfaces(&self, solid: &Seen<'_>, index: usize, tile: &Tile) -> TileTexels<Behind> {
         let points = self.solid_points(solid, index, tile);
-        let mut surfaces =
-            TileTexels::filled(Behind { light: Vec3::ZERO, around: Surroundings::NONE });
+        let none = Behind { light: Vec3::ZERO, object: None, around: Surroundings::NONE };
+        let mut surfaces = TileTexels::filled(none);
         for (in_tile, pixel) in tile.texels() {
-            let SeenSurface { depth, point } = points[in_tile];
+            let SeenSurface { object, depth, point } = points[in_tile];
             let before = self.air_before(pixel, depth);
             let mut around = Surroundings { depth, ..Surroundings::NONE };
             let color = match point {
@@ -327,7 +329,8 @@ impl Eye<'_> {
                     self.lighting.radiance_around(away.normalize(), 0.0)
                 }
             };
-            surfaces[in_tile] = Behind { light: color * before.left + before.light, around };
+            surfaces[in_tile] =
+                Behind { light: color * before.left + before.light, object, around };
         }
         surfaces
     }

@@ -8,6 +8,7 @@ use crate::{
     records::{Footprint, TRIANGLE_BIT},
     reference::{
         caster_hit::{Hit, Target},
+        coplanar::is_in_front,
         mask::SeenSurface,
         tile::{Tile, TileTexels},
     },
@@ -20,6 +21,8 @@ pub(super) struct Nearest<'a> {
     pub(super) footprint: &'a Footprint,
     pub(super) material: &'a Material,
     pub(super) hit: Hit,
+    /// Id of the object that it is of, if it is a triangle.
+    pub(super) object: Option<u32>,
 }
 
 impl Eye<'_> {
@@ -34,12 +37,17 @@ impl Eye<'_> {
         for pair in solid.bins.tile(index) {
             let footprint = &solid.casters.footprints[pair.footprint as usize];
             let target = Target::new(solid.records(), footprint);
+            let material = target.material;
+            let object = (footprint.caster & TRIANGLE_BIT != 0).then_some(target.id);
             for (in_tile, pixel) in target.texels(tile) {
+                let before = nearest[in_tile];
+                let before = before.map_or((1.0, None), |it| (it.hit.depth, it.object));
                 if let Some(hit) = target.hit(pixel, 1.0)
-                    && is_solid(target.material, &hit)
-                    && hit.depth < nearest[in_tile].map_or(1.0, |nearest| nearest.hit.depth)
+                    && is_solid(material, &hit)
+                    && hit.depth < 1.0
+                    && is_in_front((hit.depth, object), before)
                 {
-                    nearest[in_tile] = Some(Nearest { footprint, material: target.material, hit });
+                    nearest[in_tile] = Some(Nearest { footprint, material, hit, object });
                 }
             }
         }
@@ -54,11 +62,12 @@ impl Eye<'_> {
         tile: &Tile,
     ) -> TileTexels<SeenSurface> {
         let nearest = self.nearest(solid, index, tile);
-        let mut points = TileTexels::filled(SeenSurface { depth: 1.0, point: None });
+        let mut points = TileTexels::filled(SeenSurface { object: None, depth: 1.0, point: None });
         for (in_tile, pixel) in tile.texels() {
             if let Some(nearest) = nearest[in_tile] {
                 let point = Some(self.solid_point(solid, &nearest, pixel));
-                points[in_tile] = SeenSurface { depth: nearest.hit.depth, point };
+                let object = nearest.object;
+                points[in_tile] = SeenSurface { object, depth: nearest.hit.depth, point };
             }
         }
         points
@@ -76,7 +85,7 @@ impl Eye<'_> {
 
     /// As if nothing showed the surroundings behind it.
     fn plain_point(&self, solid: &Seen<'_>, nearest: &Nearest<'_>, pixel: Vec2) -> Point {
-        let Nearest { footprint, material, hit } = nearest;
+        let Nearest { footprint, material, hit, .. } = nearest;
         if footprint.caster & TRIANGLE_BIT != 0 {
             let facet = self.triangle(solid, footprint, material, hit, pixel);
             let Point { albedo, normal, to_eye, face, .. } = facet;

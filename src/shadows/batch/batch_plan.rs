@@ -219,7 +219,8 @@ impl BatchPlan {
         }
         let nodes = config.nodes();
         let is_dense = filtering.footprint_count >= DENSE * tile_count;
-        let queued = config.toggles.queued && nodes == 0;
+        // Curves of splats have no queue.
+        let queued = config.toggles.queued && (nodes == 0 || filtering.features.is_plain());
         let features = filtering.features.of_walk(is_dense, queued);
         // Those of the host's are behind all uploaded ones.
         let in_order = features.simple() == Some(Simple::Splats) && filtering.host.is_none();

@@ -71,8 +71,8 @@ impl Maps {
     ///
     /// The share of a light that reaches a point (world space \[m\], the normal unit): 1 if nothing is in
     /// between, without falloff and cosine; 0 behind the far plane of its view. `light` indexes the lights that [`Prepared::bind_lights`]
-    /// bound. The text is the same for all maps with the same number of nodes, with `gain` casters or
-    /// without.
+    /// bound. The text is the same for all maps with the same number of nodes, with
+    /// `gain` or `over` casters or without.
     ///
     /// # Errors
     /// If `prefix` cannot begin a name.
@@ -105,7 +105,7 @@ fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
     Features::of_maps(nodes, gain).with(Flags::HAS_FILTERS, true).constants()
 }
 
-/// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` casters.
+/// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` or `over` casters.
 #[doc(hidden)]
 pub fn look_up_text(
     nodes: u32,

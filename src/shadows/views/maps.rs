@@ -35,7 +35,7 @@ pub struct Maps {
     pub sums: Option<wgpu::Texture>,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
-    /// Whether light may increase along a curve.
+    /// Whether light may increase along a curve: some caster is of the `gain` or the `over` transfer.
     pub gain: bool,
     /// Rectangle of each view.
     pub slots: Vec<MapSlot>,

@@ -1,9 +1,9 @@
-//! A GPU's compiler without the GPU: RADV (Mesa) on its null hardware compiles compute pipelines and says what
-//! they need, by `VK_KHR_pipeline_executable_properties`. `RADV_FORCE_FAMILY` names the GPU. The device
-//! has no memory, so that nothing can run.
+//! A GPU's compiler: it compiles compute pipelines and says what they need, by `VK_KHR_pipeline_executable_properties`.
+//! Without the GPU that is RADV (Mesa) on its null hardware: `RADV_FORCE_FAMILY` names the GPU, and the device has no
+//! memory, so that nothing can run.
 use crate::{Failure, manifest::Case};
 use ash::{khr::pipeline_executable_properties as properties, vk};
-use std::{ffi::CStr, path::Path, time::Duration};
+use std::{path::Path, time::Duration};
 
 /// What a kernel needs on a GPU.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
@@ -30,10 +30,21 @@ pub struct Compiler {
     properties: properties::Device,
     /// Of the GPU.
     pub name: String,
+    /// Whether kernels may ask for subgroups of 32.
+    has_32: bool,
+}
+
+/// Whose compiler it is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Driver {
+    Radv,
+    /// That of this machine's first device which says what kernels need.
+    Here,
 }
 
 impl Compiler {
-    pub fn new() -> Result<Self, Failure> {
+    /// None if no device says what its kernels need.
+    pub fn new(driver: Driver) -> Result<Option<Self>, Failure> {
         let mut vulkan13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut vulkan11 = vk::PhysicalDeviceVulkan11Features::default();
@@ -45,12 +56,24 @@ impl Compiler {
             let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
             let info = vk::InstanceCreateInfo::default().application_info(&application);
             let instance = entry.create_instance(&info, None)?;
-            let physical = *instance.enumerate_physical_devices()?.first().ok_or("no device")?;
-            let own = instance.get_physical_device_properties(physical);
-            let name = own.device_name_as_c_str()?.to_string_lossy().into_owned();
-            if !name.contains("RADV") {
+            let says = |&device: &vk::PhysicalDevice| {
+                let extensions = instance.enumerate_device_extension_properties(device);
+                let is = |it: &vk::ExtensionProperties| {
+                    it.extension_name_as_c_str() == Ok(properties::NAME)
+                };
+                extensions.is_ok_and(|extensions| extensions.iter().any(is))
+            };
+            let devices = instance.enumerate_physical_devices()?;
+            let Some(physical) = devices.into_iter().find(says) else { return Ok(None) };
+            let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
+            let mut own = vk::PhysicalDeviceProperties2::default().push_next(&mut sizes);
+            instance.get_physical_device_properties2(physical, &mut own);
+            let name = own.properties.device_name_as_c_str()?.to_string_lossy().into_owned();
+            if driver == Driver::Radv && !name.contains("RADV") {
                 return Err(format!("{name} is not RADV").into());
             }
+            let has_32 = (sizes.min_subgroup_size..=sizes.max_subgroup_size).contains(&32)
+                && sizes.required_subgroup_size_stages.contains(vk::ShaderStageFlags::COMPUTE);
             let mut asked = vk::PhysicalDeviceFeatures2::default()
                 .push_next(&mut vulkan13)
                 .push_next(&mut vulkan12)
@@ -79,12 +102,37 @@ impl Compiler {
                 .push_next(&mut features);
             let device = instance.create_device(physical, &info, None)?;
             let properties = properties::Device::new(&instance, &device);
-            Ok(Self { _loaded: (entry, instance), device, properties, name })
+            Ok(Some(Self { _loaded: (entry, instance), device, properties, name, has_32 }))
         }
     }
 
-    /// Compiles a kernel for subgroups of 32.
+    /// Compiles a kernel for subgroups of 32 with RADV.
     pub fn compile(&self, dir: &Path, case: &Case) -> Result<Needs, Failure> {
+        let (all, seconds) = self.statistics(dir, case)?;
+        let named = |name: &str| {
+            let found = all.iter().find(|(known, _)| known == name);
+            found
+                .map(|&(_, value)| value as u64)
+                .ok_or_else(|| format!("RADV does not say {name:?}"))
+        };
+        Ok(Needs {
+            vgprs: named("VGPRs")?,
+            spilled: named("Spilled VGPRs")?,
+            lds: named("LDS size")?,
+            waves: named("Subgroups per SIMD")?,
+            instructions: named("Instructions")?,
+            code: named("Code size")?,
+            seconds,
+        })
+    }
+
+    /// Compiles a kernel, for subgroups of 32 where the device can be asked for them: what the driver says of it, by its
+    /// names, and the time of the compiler on a core [s].
+    pub fn statistics(
+        &self,
+        dir: &Path,
+        case: &Case,
+    ) -> Result<(Vec<(String, f64)>, f64), Failure> {
         let file = dir.join(&case.file);
         let bytes = std::fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
         let words = ash::util::read_spv(&mut std::io::Cursor::new(bytes))?;
@@ -123,12 +171,14 @@ impl Compiler {
             let sets = [device.create_descriptor_set_layout(&info, None)?];
             let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
             let layout = device.create_pipeline_layout(&info, None)?;
-            let stage = vk::PipelineShaderStageCreateInfo::default()
+            let mut stage = vk::PipelineShaderStageCreateInfo::default()
                 .stage(vk::ShaderStageFlags::COMPUTE)
                 .module(module)
                 .name(&entry_point)
-                .specialization_info(&flags)
-                .push_next(&mut subgroup);
+                .specialization_info(&flags);
+            if self.has_32 {
+                stage = stage.push_next(&mut subgroup);
+            }
             let info = [vk::ComputePipelineCreateInfo::default()
                 .flags(vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR)
                 .stage(stage)
@@ -142,19 +192,17 @@ impl Compiler {
             device.destroy_pipeline_layout(layout, None);
             device.destroy_descriptor_set_layout(sets[0], None);
             device.destroy_shader_module(module, None);
-            let named = |name: &CStr| {
-                let found = all.iter().find(|it| it.name_as_c_str() == Ok(name));
-                found.map(|it| it.value.u64).ok_or_else(|| format!("RADV does not say {name:?}"))
+            let value = |it: &vk::PipelineExecutableStatisticKHR<'_>| match it.format {
+                vk::PipelineExecutableStatisticFormatKHR::FLOAT64 => it.value.f64,
+                vk::PipelineExecutableStatisticFormatKHR::INT64 => it.value.i64 as f64,
+                _ => it.value.u64 as f64,
             };
-            Ok(Needs {
-                vgprs: named(c"VGPRs")?,
-                spilled: named(c"Spilled VGPRs")?,
-                lds: named(c"LDS size")?,
-                waves: named(c"Subgroups per SIMD")?,
-                instructions: named(c"Instructions")?,
-                code: named(c"Code size")?,
-                seconds,
-            })
+            let name = |it: &vk::PipelineExecutableStatisticKHR<'_>| {
+                it.name_as_c_str()
+                    .map(|name| name.to_string_lossy().into_owned())
+                    .unwrap_or_default()
+            };
+            Ok((all.iter().map(|it| (name(it), value(it))).collect(), seconds))
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What kernels may need on a GPU: `limits.toml`.
 use crate::{Failure, compiler::Needs};
 use serde::Deserialize;
-use std::{collections::BTreeMap, path::Path};
+use std::collections::BTreeMap;
 
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -79,10 +79,10 @@ impl Limit {
 }
 
 impl Limits {
-    pub fn read(path: &Path) -> Result<Self, Failure> {
-        let at = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let text = std::fs::read_to_string(path).map_err(|error| at(&error))?;
-        Ok(toml::from_str(&text).map_err(|error| at(&error))?)
+    /// Those of `limits.toml`.
+    pub fn read() -> Result<Self, Failure> {
+        let limits = toml::from_str(include_str!("../limits.toml"));
+        Ok(limits.map_err(|error| format!("limits.toml: {error}"))?)
     }
 
     pub fn of(&self, gpu: &str, kernel: &str) -> Limit {

@@ -2,13 +2,13 @@
 //! `gobo export --target spirv` wrote with RADV's null hardware, prints a table and fails where a kernel
 //! exceeds `limits.toml`.
 //!
-//! `gpu-static DIR [--all]`, or `make gpu-static` in the repository. `--all`: also kernels that few
-//! scenes use on GPUs.
+//! `gpu-static DIR [--all | --here]`, or `make gpu-static` in the repository. `--all`: also kernels that few scenes use on
+//! GPUs. `--here`: compiles with this machine's own driver, and prints what that says of each kernel.
 mod compiler;
 mod limits;
 mod manifest;
 
-use compiler::{Compiler, Needs};
+use compiler::{Compiler, Driver, Needs};
 use limits::Limits;
 use std::{
     collections::BTreeMap,
@@ -33,15 +33,19 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<bool, Failure> {
-    let (mut dir, mut all) = (None, false);
+    let (mut dir, mut all, mut here) = (None, false, false);
     for argument in std::env::args().skip(1) {
         match argument.as_str() {
             "--all" => all = true,
+            "--here" => here = true,
             _ => dir = Some(PathBuf::from(argument)),
         }
     }
-    let dir = dir.ok_or("which folder? gpu-static DIR [--all]")?;
-    let limits = Limits::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("limits.toml"))?;
+    let dir = dir.ok_or("which folder? gpu-static DIR [--all | --here]")?;
+    let limits = Limits::read()?;
+    if here {
+        return print_statistics(&dir, &limits, all).map(|()| true);
+    }
     if std::env::var_os(GPU).is_some() {
         compile(&dir, &limits, all)?;
         return Ok(true);
@@ -84,12 +88,30 @@ fn sees_a_limit(limits: &Limits, gpu: &str, kernel: &str, needs: &Needs) -> Resu
 /// Compiles all kernels in this process: a line for each.
 fn compile(dir: &Path, limits: &Limits, all: bool) -> Result<(), Failure> {
     let cases = manifest::cases(dir, limits, all)?;
-    let compiler = Compiler::new()?;
+    let compiler = Compiler::new(Driver::Radv)?.ok_or("RADV does not say what kernels need")?;
     eprintln!("gpu-static: {} kernels on {}", cases.len(), compiler.name);
     for case in cases {
         let needs =
             compiler.compile(dir, &case).map_err(|error| format!("{}: {error}", case.id))?;
         println!("{}", serde_json::to_string(&(case.id, needs))?);
+    }
+    Ok(())
+}
+
+/// Compiles all kernels with this machine's driver: a line for each.
+fn print_statistics(dir: &Path, limits: &Limits, all: bool) -> Result<(), Failure> {
+    let cases = manifest::cases(dir, limits, all)?;
+    let Some(compiler) = Compiler::new(Driver::Here)? else {
+        println!("no driver of this machine says what kernels need");
+        return Ok(());
+    };
+    println!("{} kernels on {}", cases.len(), compiler.name);
+    for case in cases {
+        let (statistics, seconds) =
+            compiler.statistics(dir, &case).map_err(|error| format!("{}: {error}", case.id))?;
+        let said: Vec<_> =
+            statistics.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        println!("{}: {}, {seconds:.2} s", case.id, said.join(", "));
     }
     Ok(())
 }

@@ -1,0 +1,53 @@
+// Output: the curves, filter and nearest depth of a tile of discs that one workgroup finishes.
+
+import package::bind::read::scattered_tiles;
+import package::curve::node::curve_layer;
+import package::features::unrolled;
+import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::sums::{blackened, light, nearness_to_depth};
+import package::traversal::lane::sum_index;
+import choice::accumulator::{ROWS, found_depth, found_light};
+import choice::maps::{plain_alpha, store_map, store_pair};
+import choice::sums::{clear_sums, load_nearness, load_sums};
+
+var<private> walked_tile: u32;
+var<private> alpha_of_none: f32;
+
+fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {
+    walked_tile = tile_id;
+    alpha_of_none = plain_alpha(view.origin + texel, view.layer);
+}
+
+// Whether some of the tile's casters have no pairs.
+fn scattered() -> bool {
+    return scattered_tiles[walked_tile] != 0u;
+}
+
+// Those at row `i` of a column of texels.
+struct Scattered {
+    light: vec3<f32>,
+    depth: f32, // of the nearest visible one, 1 for none
+}
+
+fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
+    let sum = sum_index(walked_tile, vec2<u32>(corner) % TILE_SIZE) + i * TILE_SIZE;
+    return Scattered(light(load_sums(sum)), nearness_to_depth(load_nearness(sum)));
+}
+
+// Nodes 2 `pair` and the next.
+fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
+    let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
+    store_pair(at, curve_layer(view.layer, pair), nodes);
+}
+
+fn store_tile(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        let at = view.origin + texel + vec2(0u, i);
+        store_map(at, view.layer, vec4(blackened(found_light(i)), alpha_of_none), found_depth(i));
+    }
+    for (var turn = 0u; turn < u32(scattered()); turn += 1u) {
+        for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+            clear_sums(sum_index(walked_tile, texel % TILE_SIZE) + i * TILE_SIZE);
+        }
+    }
+}

@@ -1,0 +1,235 @@
+// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software adapter that
+// collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes together, behind eight discs,
+// where the mean of their places is past the node's share, so that all store at once. Texels of few hits are walked once
+// more, and store a node for each. llvmpipe takes both sides of branches, but it leaves loops.
+
+import package::features::{NODES, PERSPECTIVE, unrolled};
+import package::hit::disc::broadcast_disc;
+import package::llvmpipe::curve_few::{start_few, store_few, visit_few};
+import package::llvmpipe::curve_state::{
+    changes, counts_on, few_rows, has_many, lost_light, sample_changes, sample_lost, seeks,
+};
+import package::llvmpipe::curve_texels::{
+    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample, store_pairs, visit,
+};
+import package::llvmpipe::queue::{
+    Collected, Prepared, QUEUE, Queue, fill, join_lanes, prepare_lane, without_eight,
+};
+import package::records::view::GpuView;
+import package::traversal::subgroup_block::Block;
+
+// Depths of a batch of eight.
+struct Batch {
+    queue: Queue,
+    first: f32,
+    last: f32,
+    front: f32, // no later one is nearer
+}
+
+const CHANGES: u32 = 1u; // some texel can still change
+const SEEKS: u32 = 2u;   // some nearest depth may still change, or some texel has few hits
+
+fn wanted(front: f32, lane: u32) -> u32 {
+    return join_lanes(select(0u, CHANGES, changes(front)) | select(0u, SEEKS, seeks(front) || counts_on(front)), lane);
+}
+
+// Of a disc's middle; of those beside the view nearly.
+fn light_depth(view: GpuView, depth: f32) -> f32 {
+    if PERSPECTIVE {
+        return saturate((depth - view.near) / (view.far - view.near));
+    }
+    return depth;
+}
+
+// The next eight, and what is behind them.
+struct Eight {
+    prepared: Prepared,
+    count: u32,
+    rest: Queue,
+}
+
+fn next_eight(view: GpuView, old: Queue, end: u32, block: Block) -> Eight {
+    let queue = fill(view, old, end, block);
+    let count = queue.collected.count;
+    let prepared = prepare_lane(view, queue.collected.footprints.x, block.lane < count);
+    return Eight(prepared, count, Queue(without_eight(queue.collected), queue.base));
+}
+
+fn last_of(view: GpuView, eight: Eight) -> f32 {
+    let last = subgroupShuffle(eight.prepared.plain.depth, clamp(eight.count, 1u, QUEUE) - 1u);
+    return select(0.0, light_depth(view, last), eight.count > 0u);
+}
+
+fn visit_eight(view: GpuView, old: Queue, end: u32, block: Block, counts: bool) -> Batch {
+    let eight = next_eight(view, old, end, block);
+    for (var k = 0u; k < unrolled(QUEUE); k += 1u) {
+        visit(view, broadcast_disc(eight.prepared.plain, k), counts);
+    }
+    let depth = light_depth(view, eight.prepared.plain.depth);
+    return Batch(
+        eight.rest,
+        select(2.0, subgroupShuffle(depth, 0u), eight.count > 0u),
+        last_of(view, eight),
+        eight.prepared.front,
+    );
+}
+
+fn is_left(queue: Queue, end: u32) -> bool {
+    return (queue.base < end) | (queue.collected.count > 0u);
+}
+
+// Of all lanes.
+fn lanes_sum(v: f32, lane: u32) -> f32 {
+    let two = v + subgroupShuffle(v, lane ^ 1u);
+    let four = two + subgroupShuffle(two, lane ^ 2u);
+    return four + subgroupShuffle(four, lane ^ 4u);
+}
+
+struct Found {
+    lost: f32,  // light, of all texels
+    first: f32, // depths of the first disc and of the last one that changes a texel
+    last: f32,
+    is_sample: bool, // light of a quarter of the rows
+}
+
+fn all_lost(found: Found, lane: u32) -> f32 {
+    return lanes_sum(select(lost_light(), sample_lost(), found.is_sample), lane);
+}
+
+// The first walk.
+fn count_all(view: GpuView, first: u32, end: u32, block: Block) -> Found {
+    var queue = Queue(Collected(vec3(0u), 0u), first);
+    var found = Found(0.0, 2.0, 0.0, false);
+    var wants = CHANGES | SEEKS;
+    loop {
+        if is_left(queue, end) & (wants >= SEEKS) {
+            let changed = (wants & CHANGES) != 0u;
+            let batch = visit_eight(view, queue, end, block, true);
+            queue = batch.queue;
+            found.first = min(found.first, batch.first);
+            found.last = select(found.last, max(found.last, batch.last), changed);
+            wants = wanted(batch.front, block.lane);
+        }
+        if !(is_left(queue, end) & (wants >= SEEKS)) {
+            break;
+        }
+    }
+    // The light of the rest is that of a quarter of the rows: the second walk has all of it.
+    loop {
+        if is_left(queue, end) & ((wants & CHANGES) != 0u) {
+            let eight = next_eight(view, queue, end, block);
+            for (var k = 0u; k < unrolled(QUEUE); k += 1u) {
+                sample(view, broadcast_disc(eight.prepared.plain, k));
+            }
+            queue = eight.rest;
+            found.is_sample = true;
+            found.last = max(found.last, last_of(view, eight));
+            wants = join_lanes(select(0u, CHANGES, sample_changes()), block.lane);
+        }
+        if !(is_left(queue, end) & ((wants & CHANGES) != 0u)) {
+            break;
+        }
+    }
+    return found;
+}
+
+// The second walk: all nodes of all texels.
+fn take_all(view: GpuView, first: u32, end: u32, block: Block, found: Found) {
+    let by_light = 0.5 / max(found.lost, 1e-9);
+    let by_depth = 0.5 / max(found.last - found.first, 1e-9);
+    var queue = Queue(Collected(vec3(0u), 0u), first);
+    var goes_on = is_left(queue, end);
+    open_node(found.first);
+    let count = node_count();
+    var k = 0u;
+    loop {
+        var half = 0u;
+        loop {
+            k += 1u;
+            let cut = f32(k) / f32(count);
+            var is_full = false;
+            loop {
+                if goes_on {
+                    let batch = visit_eight(view, queue, end, block, false);
+                    queue = batch.queue;
+                    high = max(high, batch.last);
+                    let place = by_light * all_lost(found, block.lane) + by_depth * (high - found.first);
+                    is_full = (place > cut) & (k < count);
+                    let changes = join_lanes(select(0u, 1u, changes(batch.front)), block.lane);
+                    goes_on = is_left(queue, end) & (changes != 0u);
+                }
+                if is_full | !goes_on {
+                    break;
+                }
+            }
+            end_nodes();
+            open_node(high);
+            half += 1u;
+            if half == 2u {
+                break;
+            }
+        }
+        store_pairs(view, k / 2u - 1u, k == NODES);
+        if (k == NODES) | !goes_on {
+            break;
+        }
+    }
+    // What is free.
+    end_nodes();
+    end_nodes();
+    loop {
+        if k < NODES {
+            k += 2u;
+            store_pairs(view, k / 2u - 1u, k == NODES);
+        }
+        if k == NODES {
+            break;
+        }
+    }
+}
+
+// Texels that have few hits, row by row.
+fn walk_few(view: GpuView, first: u32, end: u32, block: Block, all_rows: u32) {
+    var rows = all_rows;
+    loop {
+        start_few(firstTrailingBit(rows | 128u));
+        var queue = Queue(Collected(vec3(0u), 0u), select(end, first, rows != 0u));
+        loop {
+            if is_left(queue, end) {
+                let eight = next_eight(view, queue, end, block);
+                for (var k = 0u; k < unrolled(QUEUE); k += 1u) {
+                    visit_few(view, broadcast_disc(eight.prepared.plain, k));
+                }
+                queue = eight.rest;
+            }
+            if !is_left(queue, end) {
+                break;
+            }
+        }
+        store_few(view);
+        rows &= rows - min(rows, 1u);
+        if rows == 0u {
+            break;
+        }
+    }
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    let lane = u32(corner.x) & 7u;
+    let texel = vec2<u32>(corner) - vec2(lane, 0u);
+    let block = Block(lane, QUEUE, texel, texel + vec2(QUEUE - 1u, 0u));
+    var found = count_all(view, first, end, block);
+    add_scattered(found.last);
+    found.lost = all_lost(found, lane);
+    let rows = join_lanes(few_rows() | select(0u, 256u, has_many()), lane);
+    if !found.is_sample {
+        keep_found();
+    }
+    light_all();
+    take_all(view, first, select(first, end, rows >= 256u), block, found);
+    if found.is_sample {
+        keep_found();
+    }
+    walk_few(view, first, end, block, rows & 255u);
+}
+

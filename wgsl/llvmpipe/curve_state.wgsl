@@ -1,0 +1,72 @@
+// What an invocation's texels of wgsl/llvmpipe/curve_queue.wgsl need of a walk.
+
+import package::features::{NODES, unrolled};
+import package::llvmpipe::curve_texels::{ROWS, light_of, texels};
+import package::sums::sums::BLACK;
+
+// Whether light can still change at or behind `front`.
+fn changes(front: f32) -> bool {
+    var some = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        some = some | (any(texels[i].light >= vec3(BLACK)) & (texels[i].opaque > front));
+    }
+    return some;
+}
+
+// Whether a nearest depth may still change.
+fn seeks(front: f32) -> bool {
+    var some = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        some = some | ((texels[i].nearest > front) & (texels[i].opaque > front));
+    }
+    return some;
+}
+
+// Whether some texel may have few hits, as far as they were counted.
+fn counts_on(front: f32) -> bool {
+    var some = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        let is_open = any(texels[i].light >= vec3(BLACK)) & (texels[i].opaque > front);
+        some = some | ((texels[i].count < f32(NODES + 1u)) & is_open);
+    }
+    return some;
+}
+
+// The same as `changes`, of the rows of `sample`.
+fn sample_changes() -> bool {
+    return any(max(texels[2].light, texels[5].light) >= vec3(BLACK));
+}
+
+fn sample_lost() -> f32 {
+    return 6.0 - dot(light_of(2u) + light_of(5u), vec3(1.0));
+}
+
+// Light that the texels have lost.
+fn lost_light() -> f32 {
+    var sum = 0.0;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        sum += 3.0 - dot(light_of(i), vec3(1.0));
+    }
+    return sum;
+}
+
+fn is_few(i: u32) -> bool {
+    return (texels[i].count > 0.0) & (texels[i].count < f32(NODES + 1u));
+}
+
+// Rows that hold texels with few hits, a bit each.
+fn few_rows() -> u32 {
+    var rows = 0u;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        rows |= select(0u, 1u << i, is_few(i));
+    }
+    return rows;
+}
+
+fn has_many() -> bool {
+    var some = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        some = some | (texels[i].count >= f32(NODES + 1u));
+    }
+    return some;
+}
