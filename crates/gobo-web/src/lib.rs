@@ -2,6 +2,7 @@
 //! where a test compares the pictures.
 mod bricks;
 mod device;
+mod drawing;
 mod frame;
 mod glass;
 mod knobs;

@@ -128,7 +128,7 @@ impl Gobo {
 
     /// Makes files the scene: one of any kind that the program renders, with those that it names beside it.
     ///
-    /// @param {`Record<string, Uint8Array>`} files Contents by name.
+    /// @param files Contents by name: an object of `Uint8Array`s.
     /// @returns {string} The name of the one that is the scene.
     pub fn open(&mut self, files: &js_sys::Object) -> Result<String, JsError> {
         let dropped = Dropped::new(files)?;
