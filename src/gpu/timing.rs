@@ -44,8 +44,11 @@ impl Timed {
 /// Time of a kernel in a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KernelTime {
+    /// Label of its passes, without `gobo`.
     pub stage: &'static str,
+    /// Name of the kernel.
     pub kernel: &'static str,
+    /// Dispatches in the frame.
     pub dispatches: u32,
     /// Sum over its dispatches \[ms\].
     pub ms: f64,

@@ -13,7 +13,7 @@ const WIDEST: f32 = 4.0;
 /// Share of its size by which the box around what moves is larger than what was seen to be in it.
 const MARGIN: f32 = 1.0 / 16.0;
 
-/// See the [module's documentation](self).
+/// Where a scene that moves ever is, and its lights and camera at a few moments: views of all frames follow from it.
 #[derive(Clone, Debug)]
 pub struct Course {
     /// Box around all that moves, in all frames \[m\].

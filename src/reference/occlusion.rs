@@ -9,7 +9,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 pub const OCCLUDER_DIRECTIONS: u32 = 3;
 /// Places along a direction, to either side; 4x4 pixels have others between them.
 pub const OCCLUDER_STEPS: u32 = 6;
-/// Where in its step a pixel's places are [quarters], of four pixels.
+/// Where in its step a pixel's places are \[quarters\], of four pixels.
 pub const PLACES: u32 = 0x2431;
 /// Farthest of them [heights of the picture].
 pub const OCCLUDER_REACH: f32 = 0.25;
