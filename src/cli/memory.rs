@@ -116,7 +116,7 @@ impl Needs {
         }
         let mut bytes = 192 * pixels;
         if let Some(settings) = &scene.mask {
-            let camera = View::from_camera(&scene.camera, &scene.bounds());
+            let camera = View::from_camera(&scene.camera, &scene.held_bounds());
             let masks = MaskSlots::new(scene, settings, &camera, &FormerSlots::new()).count;
             // Surfaces by tile and by row, with their pixels, and values of a mask before and behind a blur.
             let surface = 3 * size_of::<SeenSurface>() as u64;

@@ -193,10 +193,19 @@ impl Scene {
         of_two_colours
     }
 
-    /// Bounds of all casters and receivers.
+    /// Bounds of all casters and receivers, now.
     pub fn bounds(&self) -> Bounds {
+        self.bounds_with(self.around)
+    }
+
+    /// Bounds of all casters and receivers in all frames: the camera's and the lights' views hold them.
+    pub fn held_bounds(&self) -> Bounds {
+        self.bounds_with(self.held())
+    }
+
+    fn bounds_with(&self, around: Bounds) -> Bounds {
         let particles =
-            self.particles.iter().fold(self.held(), |b, p| b.with_sphere(p.center, p.radius));
+            self.particles.iter().fold(around, |b, p| b.with_sphere(p.center, p.radius));
         let gaussians = self.gaussians.iter().fold(particles, |b, g| {
             b.with(&g.bounds(self.materials[g.material as usize].gaussian))
         });

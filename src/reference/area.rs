@@ -95,7 +95,7 @@ fn light_at(light: &Light, index: usize, scene: &Scene, views: &[View], i: usize
     let mut first = shadows.remove(0);
     if let (LightKind::Spot { position, direction, angle }, Some(size)) = (first.kind, first.size) {
         // As wide as the whole light's cone is where the scene is.
-        let away = (scene.bounds().center() - position).dot(direction.normalize());
+        let away = (scene.held_bounds().center() - position).dot(direction.normalize());
         let slope = (angle * 0.5).tan();
         let wider = 1.0 + (radius(&source) / (away * slope).abs().max(1e-6)).min(1.0);
         let angle = 2.0 * (slope * wider).atan();

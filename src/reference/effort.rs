@@ -96,7 +96,7 @@ impl Effort {
         let points = if has_area { POINTS as f64 } else { 1.0 };
         let of_areas = texels(views.iter().filter(is_area)) / whole.max(1.0) * maps * points;
 
-        let camera = View::from_camera(&scene.camera, &scene.bounds());
+        let camera = View::from_camera(&scene.camera, &scene.held_bounds());
         let Looked { work, lit } = look.at(&camera, true);
         let pixels = scene.camera.size;
         // A pixel's opaque surface, and one pane before it.

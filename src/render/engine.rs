@@ -88,7 +88,7 @@ impl GpuEngine {
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = picture_views(scene, &limits);
-        let whole = View::from_camera(&scene.camera, &scene.bounds());
+        let whole = View::from_camera(&scene.camera, &scene.held_bounds());
         let first = options.sample.unwrap_or(0) as usize;
         let camera = View::of_samples(scene, &whole).nth(first).unwrap_or_else(|| whole.clone());
         // Compiles the picture's kernels while the device renders the maps of a first frame.
@@ -192,7 +192,7 @@ impl GpuEngine {
     pub(super) fn pending(&mut self, scene: &Scene) -> Result<Vec<KernelJob>, Error> {
         self.emit(scene)?;
         let (views, _) = picture_views(scene, &AtlasLimits::of(&self.gpu.device.limits()));
-        let camera = View::from_camera(&scene.camera, &scene.bounds());
+        let camera = View::from_camera(&scene.camera, &scene.held_bounds());
         let (casters, slots) = (scene.casters(), self.emitters.slots.clone());
         let inputs = HostInputs::new().emitted(&slots);
         let count_first = !self.has_counted;

@@ -23,7 +23,7 @@ impl<'a> Cover<'a> {
 
     /// With air the maps are as deep as the scene, because light is scattered up to its end.
     pub(super) fn of_scene(scene: &'a Scene) -> Self {
-        let all = scene.bounds().or_unit();
+        let all = scene.held_bounds().or_unit();
         if scene.air.is_some() || scene.materials.iter().all(|material| material.casts) {
             return Self::of_box(all);
         }

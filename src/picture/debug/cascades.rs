@@ -39,7 +39,7 @@ pub(crate) fn cascades(
         &views[first..(first + count).min(views.len())]
     });
     let surfaces = prepared.read_radiance(gpu)?;
-    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let camera = View::from_camera(&scene.camera, &scene.held_bounds());
     let world_from_view = camera.view_from_world.inverse();
     let width = picture.size.x as usize;
     let rgb = picture.rgb.iter().zip(&surfaces).enumerate().map(|(i, (&rgb, &[.., depth]))| {

@@ -57,7 +57,7 @@ pub fn render_samples(
     fit: Fit<'_>,
     only: Option<u32>,
 ) -> Picture {
-    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let camera = View::from_camera(&scene.camera, &scene.held_bounds());
     // All samples at once, since the maps of a light's points are rendered once.
     let light = mean_over_points(scene, views, maps, fit, |points| {
         let lighting = Lighting::of_points(scene, points);
@@ -80,7 +80,7 @@ pub fn render_samples(
 
 /// Shadow masks of the picture in their stored format, of area lights those of points; `None` if the scene has no mask settings.
 pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option<Masks> {
-    let camera = View::from_camera(&scene.camera, &scene.bounds());
+    let camera = View::from_camera(&scene.camera, &scene.held_bounds());
     let lighting = Lighting::new(scene, views, maps);
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
     let world_from_view = camera.view_from_world.inverse();

@@ -72,7 +72,7 @@ struct Next {
 }
 
 fn camera(scene: &Scene, sample: u32) -> View {
-    let whole = View::from_camera(&scene.camera, &scene.bounds());
+    let whole = View::from_camera(&scene.camera, &scene.held_bounds());
     let of_sample = View::of_samples(scene, &whole).nth(sample as usize);
     of_sample.unwrap_or(whole)
 }

@@ -39,7 +39,7 @@ pub(super) struct Picture<'a> {
 impl<'a> Picture<'a> {
     pub(super) fn new(scene: &'a Scene) -> Self {
         let camera = &scene.camera;
-        let view = View::from_camera(camera, &scene.bounds());
+        let view = View::from_camera(camera, &scene.held_bounds());
         let is_seen = |material: &Material| material.transfer.is_opaque() && material.visible;
         let seen = Raster::new(&view, camera.size / COARSE).nearest(scene, is_seen);
         let forward = (camera.target - camera.eye).as_dvec3().normalize();

@@ -124,7 +124,7 @@ impl Window {
         });
         let reach = rounded_up(reach.into_iter().fold(0.0, f32::max).into(), STEPS[0]);
         let scale = (inner(self.size) * 0.5 / reach) as f32;
-        let (_, deepest) = depth_range(&view_from_world, &scene.bounds());
+        let (_, deepest) = depth_range(&view_from_world, &scene.held_bounds());
         let far = stepped(far.map_or(deepest * 1.01, |far| far * 2.0)).max(1e-4);
         View { size, view_from_world, scale, near: far * 1e-4, far, ..base.clone() }
     }
