@@ -10,7 +10,7 @@ export CARGO_MANIFEST_DIR=$PWD
 export XDG_RUNTIME_DIR
 rm -rf results
 mkdir -p results/maps results/pictures
-# A tenth of the sizes and of the time: for a driver on the CPU.
+# Smaller cases, for a driver on the CPU.
 small=${GOBO_PACK_SMALL:-}
 
 # part NAME SECONDS COMMAND ..: the seconds, with two to end, add up to less than 480.
@@ -43,7 +43,7 @@ part render 90 sh render.sh data results
 part maps 10 gpu-pack compare expected/maps results/maps results/maps.json
 part pictures 10 gpu-pack compare expected/pictures results/pictures results/pictures.json
 part kernels 30 gpu-static kernels --here
-# What no driver's milliseconds or memory decide, by the names of slow.txt without the slow ones.
+# Tests of kernels and pictures, without the slow ones.
 set --
 while read -r name; do
     set -- "$@" --skip "$name"

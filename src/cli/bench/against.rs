@@ -5,12 +5,12 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// What a case is; a row without some of them is one without.
+/// Keys that name a case; a row may lack some.
 const CASE: [&str; 8] =
     ["shape", "casters", "footprint", "opacity", "layout", "lights", "size", "scene"];
-/// What all rows of a file have in common, and other rows are not compared with.
+/// Keys of a file whose values must be the same.
 const COMMON: [&str; 2] = ["casters", "nodes"];
-/// What should be the same for times to be comparable.
+/// Keys of a file whose other values are warned of: times of two machines say little.
 const MACHINE: [&str; 3] = ["adapter", "driver", "clock"];
 const HELP: &str = "name a file that gobo bench --json has written";
 
@@ -40,7 +40,7 @@ impl Earlier {
         report: &Report<R>,
         limit: f64,
     ) -> Result<(), Failure> {
-        // As it is written: numbers of 32 bits are other ones in 64.
+        // Through text, as the file was: a 32-bit .02 is another number in 64 bits.
         let now: Value = serde_json::from_str(&report.json()).expect("it is JSON");
         for key in COMMON {
             if now[key] != self.file[key] {
