@@ -13,6 +13,7 @@ pub mod cluster;
 pub mod curve;
 pub mod dither;
 mod effort;
+pub mod fresnel;
 pub mod gaussian;
 pub mod hit;
 pub mod import;
