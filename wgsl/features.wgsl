@@ -6,6 +6,8 @@ override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 // Some triangles have colours at their corners.
 override HAS_VERTEX_COLORS: bool = false;
+// Some triangles reflect a share of the light by its angle.
+override HAS_FRESNEL: bool = false;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
 // Some particles are discs or quads, which face the light.

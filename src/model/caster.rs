@@ -1,5 +1,7 @@
 //! Casters: materials, particles and triangles.
-use crate::model::{FARTHEST, Gaussian, GaussianOpacity, Grid, Pattern, Strand, VertexColor};
+use crate::model::{
+    FARTHEST, Fresnel, Gaussian, GaussianOpacity, Grid, Pattern, Strand, VertexColor,
+};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
@@ -148,6 +150,8 @@ pub struct Material {
     /// Index of refraction of its bodies, by which the picture shows what is behind them aside, 1..=3. 1, the default: what
     /// is behind is seen straight through. Shadows are cast straight in any case.
     pub ior: f32,
+    /// What its triangles reflect of the light that meets them. Default [`Fresnel::None`].
+    pub fresnel: Fresnel,
     /// Radius by which what is behind a pane is blurred in the picture, per distance behind it, 0..=1: frosted glass. Default 0.
     pub frost: f32,
     /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
@@ -189,6 +193,7 @@ impl Default for Material {
             roughness: 0.6,
             metallic: 0.0,
             ior: 1.0,
+            fresnel: Fresnel::None,
             frost: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,

@@ -13,6 +13,7 @@ pub mod emission;
 pub mod emitter;
 mod environment;
 pub mod fluid;
+mod fresnel;
 mod gaussian;
 mod grid;
 mod hash;
@@ -49,6 +50,7 @@ pub use dither::Pattern;
 pub use environment::{
     Environment, IRRADIANCE, LEVELS, ROUGH_SIZE, Sky, SunDisc, irradiance_at, octahedral,
 };
+pub use fresnel::Fresnel;
 pub use gaussian::{Gaussian, GaussianOpacity, reach_squared};
 pub use grid::{
     BRICK_EDGE, BRICK_SIZE, BRICK_VALUES, Brick, Density, Grid, MAX_BRICK_SIZE, MAX_INDEX, Voxels,

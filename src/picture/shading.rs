@@ -21,7 +21,7 @@ use crate::{
 use wgpu::Buffer;
 
 /// What triangles may look like.
-const LOOKS: Flags = Flags::HAS_TEXTURES.union(Flags::HAS_VERTEX_COLORS);
+const LOOKS: Flags = Flags::HAS_TEXTURES.union(Flags::HAS_VERTEX_COLORS).union(Flags::HAS_FRESNEL);
 
 const LABEL: &str = "gobo shade";
 

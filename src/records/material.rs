@@ -34,20 +34,26 @@ crate::records::gpu_struct! {
         pub metallic: f32,
         pub ior: f32,
         pub frost: f32,
-        /// 1 if it shows the surroundings behind it, else 0.
-        pub catcher: u32,
-        /// 1 if it shows its colour, whatever the light, else 0.
-        pub unlit: u32,
+        /// Index of refraction of its faces, minus that of its panes; 0 where they reflect nothing.
+        pub fresnel: f32,
+        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`].
+        pub shows: u32,
     }
 }
 
 pub const NO_TEXTURE: u32 = u32::MAX;
+
+/// Flag of [`GpuMaterial::shows`]: the surroundings behind it.
+pub const SHOWS_SURROUNDINGS: u32 = 1;
+/// Flag of [`GpuMaterial::shows`]: its colour, whatever the light.
+pub const SHOWS_COLOR: u32 = 2;
 
 /// Most materials of a scene: the uniform array's length.
 pub const MAX_MATERIALS: usize = 512;
 
 impl GpuMaterial {
     pub fn new(material: &Material, textures: &[Texture]) -> Self {
+        let select = |is: bool, flag: u32| if is { flag } else { 0 };
         let image = |index: Option<u32>| {
             let texture = index.map(|index| &textures[index as usize]);
             let size = texture.map_or(Vec2::ONE, |t| Vec2::new(t.width as f32, t.height as f32));
@@ -77,8 +83,9 @@ impl GpuMaterial {
             metallic: material.metallic,
             ior: material.ior,
             frost: material.frost,
-            catcher: material.catcher.into(),
-            unlit: material.unlit.into(),
+            fresnel: material.fresnel.index(),
+            shows: select(material.catcher, SHOWS_SURROUNDINGS)
+                | select(material.unlit, SHOWS_COLOR),
         }
     }
 }

@@ -3,6 +3,7 @@ use super::{
     brick::{Passage, VOXEL_PARTS, dense_light, passage},
     brick_light::Lattice,
     capsule::{CapsuleSetup, capsule_half, capsule_hit},
+    fresnel::face_passes,
     gaussian::{approach, gaussian_hit},
     hit::{Facing, absorption, coverage, transmittance},
     puff::{chord, puff_hit},
@@ -344,7 +345,12 @@ impl<'a> Target<'a> {
             opacity += (self.material.cutoff - detail.threshold) * level.min(1.0);
         }
         let gathers = self.material.transfer == Transfer::Gain;
-        let color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
+        let mut color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
+        // The picture mirrors instead.
+        if self.records.detail.is_none() {
+            let index = self.material.fresnel.index();
+            color *= face_passes(self.records.view, index, setup.normal, texel);
+        }
         Some(self.optics(1.0, opacity, color, met.depth))
     }
 

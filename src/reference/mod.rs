@@ -14,6 +14,7 @@ pub mod coplanar;
 pub mod curve;
 pub mod dither;
 mod effort;
+pub mod fresnel;
 pub mod gaussian;
 pub mod hit;
 pub mod import;

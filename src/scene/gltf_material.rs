@@ -13,7 +13,7 @@ use super::{
     gltf_texture::{Product, Textures, share, transmission},
     limits::Limit,
 };
-use crate::model::{Material, Skipped, Texture, Transfer};
+use crate::model::{Fresnel, Material, Skipped, Texture, Transfer};
 use ::gltf::material::{AlphaMode, PbrMetallicRoughness, Volume};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::HashMap;
@@ -134,6 +134,10 @@ impl<'a> Materials<'a> {
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
             ior: 1.0,
+            fresnel: match closed.fresnel {
+                Fresnel::Face { ior } if is_sheet => Fresnel::Pane { ior },
+                same => same,
+            },
             ..closed
         });
         if let Some(inside) = self.volumes.get_mut(&material) {
@@ -221,6 +225,12 @@ impl<'a> Materials<'a> {
             emissive_texture,
             transmission,
             ior: if is_body { ior.clamp(1.0, 3.0) } else { 1.0 },
+            fresnel: match source.ior() {
+                Some(_) if !transmits || ior <= 1.0 => Fresnel::None,
+                Some(_) if is_body => Fresnel::Face { ior: ior.min(3.0) },
+                Some(_) => Fresnel::Pane { ior: ior.min(3.0) },
+                None => Fresnel::None,
+            },
             frost: if transmits { frost } else { 0.0 },
             attenuation_color: volume.0,
             attenuation_distance: volume.1,

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     model::{
-        Air, ClusterSettings, Lens, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES,
+        Air, ClusterSettings, Fresnel, Lens, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_SAMPLES,
         MaskSettings, Material, Occlusion, ShadowFilter, ShadowSettings, Tone, Transfer,
         dither::MAX_SCALE,
     },
@@ -261,6 +261,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         let help = "give it transfer = \"opaque\"";
         return Err(keys.fault("catcher", "a catcher that is not opaque", help));
     }
+    let (ior, fresnel) = glass(keys, filters)?;
     let texture = keys.given("texture")?;
     if let Some(TextureSource::Noise(noise)) = &texture {
         check_noise(keys, noise)?;
@@ -281,7 +282,8 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         transmission: keys.share("transmission", usual.transmission)?,
         roughness: keys.share("roughness", usual.roughness)?,
         metallic: keys.share("metallic", usual.metallic)?,
-        ior: keys.number("ior", 1.0..=3.0, "1 to 3")?.unwrap_or(usual.ior),
+        ior,
+        fresnel,
         frost: keys.share("frost", usual.frost)?,
         attenuation_color: attenuation_color.unwrap_or(Vec3::ONE),
         attenuation_distance: attenuation_distance.unwrap_or(f32::INFINITY),
@@ -300,6 +302,19 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         texture,
         radius: keys.number("radius", ABOVE_ZERO..=1e7, "above 0")?,
     })
+}
+
+/// Index of refraction by which the picture bends rays, and what is reflected.
+fn glass(keys: &Keys<'_>, filters: bool) -> Result<(f32, Fresnel), SceneError> {
+    let given = keys.number("ior", 1.0..=3.0, "1 to 3")?;
+    let thin = keys.value("thin", false)?;
+    match given {
+        None if thin => Err(keys.fault("thin", "thin glass without an ior", "give it an ior")),
+        None => Ok((1.0, Fresnel::None)),
+        Some(ior) if !filters => Ok((ior, Fresnel::None)),
+        Some(ior) if thin => Ok((1.0, Fresnel::Pane { ior })),
+        Some(ior) => Ok((ior, Fresnel::Face { ior })),
+    }
 }
 
 fn check_noise(keys: &Keys<'_>, noise: &Noise) -> Result<(), SceneError> {

@@ -72,6 +72,8 @@ bitflags::bitflags! {
         const HAS_VERTEX_COLORS = 1 << 34;
         /// Some pane shows what is behind it aside, or blurred.
         const HAS_REFRACTION = 1 << 35;
+        /// Some triangles reflect a share of the light by its angle.
+        const HAS_FRESNEL = 1 << 39;
         /// Some of the views whose levels are made are faces of cubes.
         const HAS_FACES = 1 << 38;
     }

@@ -16,6 +16,7 @@ mod dither_maps;
 mod extremes;
 mod faint;
 mod forms;
+mod fresnel;
 mod gaussian_crowds;
 mod gaussian_curves;
 mod gaussian_modes;

@@ -45,6 +45,23 @@ fn volume(thickness: f32) -> Value {
     json!({ "thicknessFactor": thickness, "attenuationDistance": 1, "attenuationColor": [0.81, 0.49, 1] })
 }
 
+/// A closed cube, a metre wide.
+fn cube(model: &mut Glb, material: Value) -> Value {
+    let mut cube = model.square(material);
+    let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32 - 0.5);
+    let corners: Vec<f32> = (0..8).flat_map(corner).collect();
+    let faces: [u16; 36] = [
+        0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6,
+        1, 3, 5, 3, 7, 5,
+    ];
+    let faces: Vec<u8> = faces.iter().flat_map(|i| i.to_le_bytes()).collect();
+    cube["attributes"] = json!({ "POSITION": model.floats("VEC3", &corners) });
+    cube["attributes"]["TEXCOORD_0"] = model.floats("VEC2", &[0.5; 16]).into();
+    cube["indices"] =
+        model.items((crate::common::model::USHORT, "SCALAR", 36), &faces, json!({})).into();
+    cube
+}
+
 /// Alpha of BLEND is coverage: of white cloth behind alpha 1 no light is left.
 #[test]
 fn what_blends_covers() {
@@ -117,18 +134,7 @@ fn sheets_and_bodies_take_their_tint_once() {
     let square = model.square(material(volume(0.5)));
     model.place(square, [-2.0, 0.0, 0.0]);
     for (x, volume) in [(0.0, volume(0.5)), (2.0, json!({ "thicknessFactor": 0.5 }))] {
-        let mut cube = model.square(material(volume));
-        let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32 - 0.5);
-        let corners: Vec<f32> = (0..8).flat_map(corner).collect();
-        let faces: [u16; 36] = [
-            0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4,
-            6, 1, 3, 5, 3, 7, 5,
-        ];
-        let faces: Vec<u8> = faces.iter().flat_map(|i| i.to_le_bytes()).collect();
-        cube["attributes"] = json!({ "POSITION": model.floats("VEC3", &corners) });
-        cube["attributes"]["TEXCOORD_0"] = model.floats("VEC2", &[0.5; 16]).into();
-        cube["indices"] =
-            model.items((crate::common::model::USHORT, "SCALAR", 36), &faces, json!({})).into();
+        let cube = cube(&mut model, material(volume));
         model.place(cube, [x, 0.0, 0.0]);
     }
     let light = below(
@@ -140,6 +146,50 @@ fn sheets_and_bodies_take_their_tint_once() {
     assert_light(light[0], by([0.9, 0.7, 1.0]));
     assert_light(light[1], by([0.81, 0.49, 1.0]));
     assert_light(light[2], tint);
+}
+
+/// With `KHR_materials_ior` thin walls reflect on both their faces, and bodies on each of the two that are crossed; without
+/// it, whatever the extension's default, nothing is lost.
+#[test]
+fn glass_with_an_index_reflects() {
+    let clear = || glass(json!({ "pbrMetallicRoughness": plain([1.0; 4]) }));
+    let dense = |mut material: Value, ior: f32| {
+        material["extensions"]["KHR_materials_ior"] = json!({ "ior": ior });
+        material
+    };
+    let body = || {
+        let mut material = clear();
+        material["extensions"]["KHR_materials_volume"] = json!({ "thicknessFactor": 0.5 });
+        material
+    };
+    let face = |ior: f32| 1.0 - ((ior - 1.0) / (ior + 1.0)).powi(2);
+    let pane = |ior: f32| face(ior) / (2.0 - face(ior));
+    let mut model = Glb::new();
+    let (mut places, mut wanted) = (Vec::new(), Vec::new());
+    let squares =
+        [(clear(), 1.0), (dense(clear(), 1.5), pane(1.5)), (dense(clear(), 1.0), 1.0)].into_iter();
+    // A sheet has one face, and is a pane.
+    let sheets = [(body(), 1.0), (dense(body(), 1.5), pane(1.5))];
+    for (i, (material, light)) in squares.chain(sheets).enumerate() {
+        let x = 1.5 * i as f32 - 4.0;
+        let square = model.square(material);
+        model.place(square, [x, 0.0, 0.0]);
+        places.push([x + 0.1, 0.1]);
+        wanted.push(light);
+    }
+    for (i, (material, light)) in
+        [(body(), 1.0), (dense(body(), 2.0), face(2.0).powi(2))].into_iter().enumerate()
+    {
+        let x = 1.5 * i as f32 - 4.0;
+        let cube = cube(&mut model, material);
+        model.place(cube, [x, 0.0, 3.0]);
+        places.push([x + 0.1, 3.1]);
+        wanted.push(light);
+    }
+    let light = below(&scene(&Folder::new(), &model, "translation = [0, 0.5, 0]\n"), &places);
+    for (found, wanted) in light.into_iter().zip(wanted) {
+        assert_light(found, [wanted; 3]);
+    }
 }
 
 /// The colour of clear texels does not show beside others.

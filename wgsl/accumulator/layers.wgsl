@@ -14,7 +14,7 @@ import package::hit::coplanar::{COPLANAR, is_coplanar, is_in_front};
 import package::hit::hit::Hit;
 import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::footprint::{Footprint, caster_of, setup_of};
-import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE};
+import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE, shows_color};
 import package::records::record::record_texel;
 import package::records::tile_rect::depth_of_key;
 import package::records::view::GpuView;
@@ -103,7 +103,7 @@ fn store_pane(pane: Pane) {
 
 fn lay_pane(view: GpuView, pane: Waiting) {
     lay_fog(pane.depth);
-    let hit = triangle_hit(pane.setup, corner + 0.5);
+    let hit = triangle_hit(pane.setup, corner + 0.5, 1.0);
     let material = materials[hit.material];
     let adds = material.transfer == TRANSFER_NONE;
     let to_eye = normalize(eye() - world_point(view, corner + 0.5, pane.depth));
@@ -124,7 +124,7 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     let at = triangle_weights(again, corner + 0.5).xyz;
     let emission = emission_at(materials[hit.material], again, corner + 0.5, at);
     let shown = select(seen_color(hit, material.transfer), hit.color, adds);
-    let sent = hit.opacity * (emission + select(vec3(0.0), shown, adds || material.unlit != 0u));
+    let sent = hit.opacity * (emission + select(vec3(0.0), shown, adds || shows_color(material)));
     lay(view, pane.depth, sent, select(light * behind, vec3(1.0), adds));
     if HAS_VOLUMES {
         passed *= select(cross_face(pane.setup, pane.depth), vec3(1.0), adds);

@@ -10,6 +10,7 @@ import package::hit::brick::passage;
 import package::hit::brick_light::SHADES_BRICKS;
 import package::hit::brick_shown::brick_shown;
 import package::hit::capsule::{CapsuleSetup, capsule_hit, capsule_setup};
+import package::hit::fresnel::face_passes;
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{
     Facing, Hit, MISS, absorption, coverage, facing, facing_hit, transmittance,
@@ -90,7 +91,8 @@ fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_dept
 fn faced_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
     if HAS_TRIANGLES && footprint.is_triangle {
-        hit = triangle_hit(setup_of(footprint), texel);
+        let setup = setup_of(footprint);
+        hit = triangle_hit(setup, texel, face_passes(view, setup, texel));
     } else if HAS_PARTICLES {
         hit = particle_hit(view, footprint, faced, texel, opaque_depth);
     }

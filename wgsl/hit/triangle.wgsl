@@ -2,7 +2,7 @@
 
 import package::bind::sampled::images;
 import package::bind::uniform::{materials, picture_params};
-import package::features::{HAS_TEXTURES, HAS_VERTEX_COLORS};
+import package::features::{HAS_FRESNEL, HAS_TEXTURES, HAS_VERTEX_COLORS};
 import package::hit::hit::{Hit, absorption, transmittance};
 import package::hit::texture::{Sampled, sample_area, sample_texture};
 import package::records::material::{MAX_GAIN, NO_TEXTURE, TRANSFER_CUTOUT, TRANSFER_GAIN, shows_clear};
@@ -81,7 +81,8 @@ fn triangle_image(
     return sample_area(images, layer, size, uv, right * reach, down * reach, all_colors);
 }
 
-fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
+// `passes`: share of light that the surface does not reflect.
+fn triangle_hit(setup: u32, texel: vec2<f32>, passes: f32) -> Hit {
     let met = triangle_weights(setup, texel);
     let material_id = setup_texel(setup, 4u).w;
     let material = materials[material_id];
@@ -102,7 +103,10 @@ fn triangle_hit(setup: u32, texel: vec2<f32>) -> Hit {
         // Of texels that are smaller than a pixel, the mean opacity is the share that is solid.
         opacity += (material.cutoff - picture_params.cutout_threshold) * saturate(image.level);
     }
-    let color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
+    var color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);
+    if HAS_FRESNEL {
+        color *= passes;
+    }
     let light = transmittance(material.transfer, 1.0, opacity, color);
     let absorbed = absorption(material.transfer, 1.0, opacity, color);
     return Hit(light, color, opacity, met.w, met.w, met.w, material_id, absorbed);

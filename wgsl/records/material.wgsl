@@ -23,12 +23,15 @@ struct GpuMaterial {
     metallic: f32,
     ior: f32,   // of its bodies; 1: straight through
     frost: f32, // blur of what is behind, per distance behind it
-    catcher: u32, // 1: shows the surroundings behind it
-    unlit: u32,   // 1: shows its colour, whatever the light
+    fresnel: f32, // index of refraction of its faces, minus that of its panes; 0: they reflect nothing
+    shows: u32,   // SHOWS_*
 }
 
 const MAX_MATERIALS: u32 = 512u;
 const NO_TEXTURE: u32 = 0xffffffffu;
+
+const SHOWS_SURROUNDINGS: u32 = 1u; // behind it
+const SHOWS_COLOR: u32 = 2u;        // its own, whatever the light
 
 const TRANSFER_FILTER: u32 = 0u;
 const TRANSFER_STAIN: u32 = 1u;
@@ -56,6 +59,14 @@ const RECEIVES_OPAQUE: u32 = 2u;
 const RECEIVES_OTHERS: u32 = 3u;
 
 const MAX_GAIN: f32 = 16.0;
+
+fn shows_surroundings(material: GpuMaterial) -> bool {
+    return (material.shows & SHOWS_SURROUNDINGS) != 0u;
+}
+
+fn shows_color(material: GpuMaterial) -> bool {
+    return (material.shows & SHOWS_COLOR) != 0u;
+}
 
 // Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
 fn shows_clear(transfer: u32) -> bool {

@@ -2,6 +2,6 @@
 
 import package::records::point::Point;
 
-fn caught(point: Point, catcher: u32, to_eye: vec3<f32>) -> Point {
+fn caught(point: Point, catches: bool, to_eye: vec3<f32>) -> Point {
     return point;
 }

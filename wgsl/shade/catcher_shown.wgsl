@@ -8,8 +8,8 @@ import package::shade::incoming::incoming;
 import package::shade::irradiance::irradiance;
 import package::shade::shading::PER_PI;
 
-fn caught(point: Point, catcher: u32, to_eye: vec3<f32>) -> Point {
-    if catcher == 0u {
+fn caught(point: Point, catches: bool, to_eye: vec3<f32>) -> Point {
+    if !catches {
         return point;
     }
     var whole = irradiance(point.normal);

@@ -2,12 +2,16 @@
 // src/reference/shade/mod.rs.
 
 import package::hit::hit::Hit;
-import package::records::material::{GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE};
+import package::features::HAS_FRESNEL;
+import package::hit::fresnel::passed_share;
+import package::records::material::{
+    GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE, shows_color,
+};
 import package::shade::shading::{Gloss, mirrored_sky};
 
 // Gloss of a pane, premultiplied: glass keeps its highlights where it is clear.
 fn pane_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
-    let shines = 1.0 - f32(material.unlit);
+    let shines = select(1.0, 0.0, shows_color(material));
     return Gloss(material.reflectivity * shines, max(hit.opacity, material.transmission) * shines);
 }
 
@@ -16,12 +20,18 @@ fn pane_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
 fn scattered_share(hit: Hit, material: GpuMaterial, of_emission: bool) -> f32 {
     let covers = material.transfer == TRANSFER_OVER || material.transfer == TRANSFER_SMOKE;
     let share = select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_emission), covers);
-    return hit.opacity * share * (1.0 - f32(material.unlit));
+    return hit.opacity * share * select(1.0, 0.0, shows_color(material));
 }
 
 // Mirrored share of the sky; `normal` is on the eye's side.
 fn mirrored_share(hit: Hit, material: GpuMaterial, normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
-    return mirrored_sky(pane_gloss(hit, material), dot(normal, to_eye), material.roughness);
+    let gloss = pane_gloss(hit, material);
+    let cosine = dot(normal, to_eye);
+    if HAS_FRESNEL && material.fresnel != 0.0 {
+        let share = 1.0 - passed_share(material.fresnel, cosine);
+        return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * share;
+    }
+    return mirrored_sky(gloss, cosine, material.roughness);
 }
 
 // Albedo of a pane; `gain` scatters everything.

@@ -22,7 +22,7 @@ import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 override WORKGROUP_SIZE: u32;
 
 fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
-    let hit = triangle_hit(pane.setup, pixel);
+    let hit = triangle_hit(pane.setup, pixel, 1.0);
     let material = materials[hit.material];
     let position = world_point(view, pixel, pane.depth);
     let to_eye = normalize(eye() - position);

@@ -11,7 +11,9 @@ import package::records::capsule::capsule_of;
 import package::records::caster::{look_material, particle_object};
 import package::records::color::unpack_color;
 import package::records::light::cluster_of;
-import package::records::material::{GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear};
+import package::records::material::{
+    GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
+};
 import package::records::owner::owner_tag;
 import package::records::point::{POINT_NONE, POINT_SOLID, Point, pixel_number};
 import package::records::point_list::SURFACE_LIST;
@@ -58,7 +60,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let to_eye = normalize(eye() - position);
     let normals = normals_at(id, setup, weights, to_eye);
     let around = mirrored_around(material, albedo, normals.normal, to_eye);
-    let is_lit = material.unlit == 0u;
+    let is_lit = !shows_color(material);
     let point = Point(
         POINT_SOLID,
         rounded(id, weights, normals.face, position),
@@ -77,7 +79,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         pixel_number(pixel),
         0u,
     );
-    return caught(point, material.catcher, to_eye);
+    return caught(point, shows_surroundings(material), to_eye);
 }
 
 fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
@@ -120,7 +122,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         pixel_number(pixel),
         0u,
     );
-    return caught(point, material.catcher, to_eye);
+    return caught(point, shows_surroundings(material), to_eye);
 }
 
 @compute @workgroup_size(LANES)

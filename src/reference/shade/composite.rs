@@ -10,6 +10,7 @@ use crate::{
     reference::{
         caster_hit::{Hit, Target, metres_per_depth},
         coplanar::is_in_front,
+        fresnel::passed_share,
         refraction::{Bend, GlassFace},
         shading::{Gloss, Point, PointKind},
         tile::{Tile, TileTexels},
@@ -210,7 +211,13 @@ fn pane_gloss(material: &Material, hit: &Hit) -> Gloss {
 
 /// Share of the sky that the surface mirrors; `normal` is on the eye's side.
 fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) -> f32 {
-    pane_gloss(material, hit).mirrored_sky(normal.dot(to_eye), material.roughness)
+    let (gloss, cosine) = (pane_gloss(material, hit), normal.dot(to_eye));
+    let index = material.fresnel.index();
+    if index != 0.0 {
+        let share = 1.0 - passed_share(index, cosine);
+        return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * share;
+    }
+    gloss.mirrored_sky(cosine, material.roughness)
 }
 
 /// Whether its transfer attenuates what is behind it by what it covers.

@@ -99,7 +99,16 @@ fn range_problem(material: &Material) -> Option<&'static str> {
         color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(most)).all()
     };
     let &Material {
-        tint, reflectivity, cutoff, transmission, roughness, metallic, frost, ior, ..
+        tint,
+        reflectivity,
+        cutoff,
+        transmission,
+        roughness,
+        metallic,
+        frost,
+        ior,
+        fresnel,
+        ..
     } = material;
     let shares = [tint.w, reflectivity, cutoff, transmission, roughness, metallic, frost];
     let distance = material.attenuation_distance;
@@ -121,7 +130,10 @@ fn range_problem(material: &Material) -> Option<&'static str> {
         (is_color(material.emission, f32::MAX), "its emission must be finite and not negative"),
         (is_color(material.attenuation_color, 1.0), "its attenuation must be 0 to 1"),
         (distance > 0.0, "its attenuation distance must be above 0"),
-        ((1.0..=3.0).contains(&ior), "its index of refraction must be 1 to 3"),
+        (
+            [ior, fresnel.ior()].iter().all(|ior| (1.0..=3.0).contains(ior)),
+            "its index of refraction must be 1 to 3",
+        ),
         (is_density, "the density of its Gaussians must be finite and not negative"),
     ]
     .into_iter()

@@ -2,7 +2,8 @@
 use crate::shadows::host_inputs::HostInputs;
 use crate::{
     model::{
-        CLASSES, Class, FAINTEST, Gaussian, Material, Particle, Receives, Shape, Transfer, Triangle,
+        CLASSES, Class, FAINTEST, Fresnel, Gaussian, Material, Particle, Receives, Shape, Transfer,
+        Triangle,
     },
     stage::features::{Features, Flags},
 };
@@ -114,6 +115,7 @@ fn add_features(features: &mut [Features; CLASSES], material: &Material, is_part
             (Flags::HAS_CAPSULES, is_particle && shape == Shape::Capsule),
             (Flags::HAS_FACING, is_particle && matches!(shape, Shape::Disc | Shape::Quad)),
             (Flags::HAS_MEDIA, is_particle && material.is_medium()),
+            (Flags::HAS_FRESNEL, !is_particle && material.fresnel != Fresnel::None),
             (Flags::HAS_DITHER, transfer == Transfer::Dither),
             (Flags::HAS_GAIN, transfer == Transfer::Gain),
             (Flags::HAS_OVER, transfer == Transfer::Over),
