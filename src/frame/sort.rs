@@ -14,7 +14,7 @@ use wgpu::{Buffer, BufferUsages, TextureFormat::R32Uint, TextureView};
 /// Source of the number of pairs.
 #[derive(Clone, Copy, Debug)]
 pub enum SortCount<'a> {
-    /// This many: a kernel may lower it in [`Sort::count_buffer`].
+    /// This many.
     Known(u32),
     /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
     FromBuffer { counts: &'a Buffer, index: u32, capacity: u32 },
@@ -25,7 +25,6 @@ pub enum SortCount<'a> {
 pub struct Sort {
     /// Three for each digit.
     pub dispatches: Vec<Dispatch>,
-    counts: Buffer,
     scratch_size: u64,
 }
 
@@ -41,8 +40,7 @@ impl Sort {
         let (device, shape) = (kernels_of.device(), kernels_of.profile().shape);
         let (counts, count_index, capacity) = match count {
             SortCount::Known(count) => {
-                let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-                (kernels_of.filled("counts", &[count], usage), 0, count)
+                (kernels_of.filled("counts", &[count], BufferUsages::STORAGE), 0, count)
             }
             SortCount::FromBuffer { counts, index, capacity } => (counts.clone(), index, capacity),
         };
@@ -83,7 +81,7 @@ impl Sort {
             }
         }
         let scratch_size = if is_first { u64::from(width) * u64::from(height) * 4 } else { 0 };
-        Ok(Self { dispatches, counts, scratch_size })
+        Ok(Self { dispatches, scratch_size })
     }
 
     /// Which of the two pair textures holds the sorted pairs.
@@ -94,10 +92,5 @@ impl Sort {
     /// Size of the histograms, 0 if an earlier sort of the frame has them [bytes].
     pub fn scratch_size(&self) -> u64 {
         self.scratch_size
-    }
-
-    /// Buffer of the number of pairs.
-    pub fn count_buffer(&self) -> &Buffer {
-        &self.counts
     }
 }

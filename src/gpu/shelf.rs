@@ -147,13 +147,6 @@ impl Shelf {
         self.contents().is_overwritten = true;
     }
 
-    /// Says that commands write a buffer, too.
-    pub fn rewritten(&self, buffer: &Buffer) {
-        let mut contents = self.contents();
-        let all = contents.buffers.0.values_mut().flat_map(|(all, _)| all);
-        all.filter(|filled| filled.buffer == *buffer).for_each(|filled| filled.bytes = None);
-    }
-
     /// A texture whose contents are undefined.
     pub fn texture(&self, device: &wgpu::Device, desc: &TextureDescriptor<'static>) -> Texture {
         let key = texture_key(desc);

@@ -120,13 +120,3 @@ crate::records::gpu_struct! {
         pub pad_2: u32,
     }
 }
-
-crate::records::gpu_struct! {
-    /// Number of host casters in a list.
-    #[derive(Default, Eq)]
-    pub struct Listed {
-        pub chunk_count: u32,
-        /// End of the list's footprints, including those before the host casters.
-        pub footprint_end: u32,
-    }
-}

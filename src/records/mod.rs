@@ -57,8 +57,8 @@ pub use gaussian::{
     UNIT_ROUNDING,
 };
 pub use host::{
-    CullParams, DIAGONAL, GaussianLook, HostGridParams, HostGroup, Listed, LoadCounters,
-    LoadParams, MAX_COORDINATE,
+    CullParams, DIAGONAL, GaussianLook, HostGridParams, HostGroup, LoadCounters, LoadParams,
+    MAX_COORDINATE,
 };
 pub use image::{
     CLEAR_WEIGHT, ImageDetail, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size,

@@ -26,8 +26,13 @@ const SCAN_LANES: u32 = 256;
 const SERIAL_LANES: u32 = 8;
 /// Invocations of the other steps' workgroups, on GPUs. `bin_emit_wide` bisects as many.
 const WIDE_LANES: &[Constant] = &[("SCAN_LANES", 64.0)];
-/// Invocations of a workgroup of `tiles`.
+/// Invocations of a workgroup of `clear` and `tiles`.
 pub const TILE_LANES: u32 = 64;
+
+pub const CLEAR: KernelDesc = KernelDesc {
+    constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
+    ..KernelDesc::new("bin_clear", "bin/bin_clear.wgsl")
+};
 
 pub const COUNT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
@@ -70,9 +75,16 @@ pub const TILES: KernelDesc = KernelDesc {
 };
 
 /// Where pairs did not fit, these bin the list again, a part of its tiles at a time.
+pub const PART_CLEAR: KernelDesc = KernelDesc {
+    constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
+    ..KernelDesc::new("part_clear", "bin/part_clear.wgsl")
+};
+
 pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/part_count.wgsl");
 
 pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/part_plan.wgsl");
+
+pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/part_first.wgsl");
 
 pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/part_next.wgsl");
 
@@ -98,10 +110,14 @@ impl Dispatch {
     }
 }
 
+// `CLEAR` has an invocation for each word of them.
+const _: () = assert!(4 * Dispatch::COUNT <= TILE_LANES as u64);
+
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/bin.wgsl`.
     #[derive(Default, Eq)]
     pub struct BinParams {
+        /// Of a list with host casters the most; `cull` replaces it.
         pub footprint_count: u32,
         pub run_length: u32,
         pub run_count: u32,
@@ -142,7 +158,7 @@ impl BinParams {
         [self.run_count.div_ceil(block_runs(shape)), 1, 1]
     }
 
-    /// Workgroups of [`TILES`].
+    /// Workgroups of [`CLEAR`], [`PART_CLEAR`] and [`TILES`].
     pub fn tile_groups(&self) -> [u32; 3] {
         [self.tile_count.div_ceil(TILE_LANES), 1, 1]
     }
@@ -170,6 +186,9 @@ crate::records::gpu_struct! {
         pub in_parts: u32,
     }
 }
+
+/// Index of `footprint_count` among the parameters.
+pub const FOOTPRINT_COUNT_INDEX: u32 = 0;
 
 /// Index of `pair_count` among the counters.
 pub const PAIR_COUNT_INDEX: u32 = 1;

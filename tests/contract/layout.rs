@@ -6,8 +6,8 @@ use gobo::{
         records::{
             AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
             EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
-            GpuView, HostGridParams, HostGroup, HostView, ImportParams, Listed, LoadCounters,
-            LoadParams, MaskParams,
+            GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams,
+            MaskParams,
         },
         stage::{
             bin::{BatchCounters, BinParams, PartParams, Segment},
@@ -57,7 +57,6 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<HostGroup>,
     struct_agrees::<LoadCounters>,
     struct_agrees::<CullParams>,
-    struct_agrees::<Listed>,
     struct_agrees::<ImportParams>,
     struct_agrees::<ConvertParams>,
     struct_agrees::<EmissionParams>,

@@ -7,13 +7,14 @@ use gobo::{
     internals::{
         gpu::{Gpu, Kernel, Resources},
         records::{
-            Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, Listed, LoadCounters,
+            Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, LoadCounters,
             LoadParams, MAX_MATERIALS, MAX_VIEWS, ROW,
         },
         shadows::cull::{Frustum, widened},
         stage::{
+            bin::BinParams,
             load,
-            project::{CHUNK_SIZE, Chunk},
+            project::{CHUNK_SIZE, Chunk, ProjectParams},
         },
     },
     light_views,
@@ -166,7 +167,11 @@ fn chunks_are_of_what_views_may_see_in_order() {
         &vec![[POISON; 4]; entries],
         BufferUsages::STORAGE | BufferUsages::COPY_SRC,
     );
-    let listed = gpu.storage::<Listed>("listed", 1);
+    let project = ProjectParams { first_setup: 3, ..ProjectParams::default() };
+    let bin = BinParams { run_count: 5, ..BinParams::default() };
+    let written = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+    let of_project = gpu.upload("project", &[project], written);
+    let of_bin = gpu.upload("bin", &[bin], written);
     let counts = gpu.storage::<u32>("counts", load::listed_length(entries as u32) as usize);
     let of_params = gpu.upload("params", &[params], BufferUsages::UNIFORM);
     let of_planes = gpu.upload("planes", &planes, BufferUsages::UNIFORM);
@@ -176,7 +181,8 @@ fn chunks_are_of_what_views_may_see_in_order() {
         .with("cull_planes", &of_planes)
         .with("host_groups", &of_groups)
         .with("chunks", &chunks)
-        .with("listed", &listed)
+        .with("listed_bin_params", &of_bin)
+        .with("listed_project_params", &of_project)
         .with("listed_counts", &counts);
     let steps = load::cull(entries as u32);
     // More blocks than one turn of the scan takes.
@@ -198,9 +204,10 @@ fn chunks_are_of_what_views_may_see_in_order() {
             }
         }
     }
-    let listed: Vec<Listed> = gpu.read(&listed);
+    // The counts alone are replaced.
     let chunk_count = expected.len() as u32;
-    assert_eq!(listed, [Listed { chunk_count, footprint_end: next }]);
+    assert_eq!(gpu.read::<ProjectParams>(&of_project), [ProjectParams { chunk_count, ..project }]);
+    assert_eq!(gpu.read::<BinParams>(&of_bin), [BinParams { footprint_count: next, ..bin }]);
     let chunks: Vec<Chunk> = gpu.read(&chunks);
     assert_eq!(chunks[..expected.len()], expected);
     let rest: &[u32] = bytemuck::cast_slice(&chunks[expected.len()..]);

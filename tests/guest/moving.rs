@@ -188,7 +188,7 @@ fn repeated_commands_have_the_contents_of_their_frame() {
     }
 }
 
-/// The dispatches of a batch share passes, unless each has a time.
+/// All dispatches of a frame share a pass, unless each has a time.
 #[test]
 fn few_passes_render_many_views() {
     let gpu = gpu(TIERS[0]);
@@ -207,5 +207,5 @@ fn few_passes_render_many_views() {
         let prepared = moving.prepare_with(&casters, &views, &settings, &inputs).unwrap();
         passes = prepared.commands().pass_count();
     }
-    assert!((4..=20).contains(&passes), "{passes} passes");
+    assert_eq!(passes, 1);
 }

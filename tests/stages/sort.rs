@@ -70,14 +70,12 @@ fn kernels(gpu: &Gpu, (shape, tier): (Shape, Tier)) -> Kernels {
     Kernels::new(&gpu.device, tier, profile, gpu.kernels.clone())
 }
 
-/// Sorts the first `count` of `pairs`; all texels of the result. `lowered`: the count that a kernel has
-/// lowered a known one to.
+/// Sorts the first `count` of `pairs`; all texels of the result.
 fn sort_on(
     gpu: &Gpu,
     way: (Shape, Tier),
     pairs: &[Pair],
     count: SortCount<'_>,
-    lowered: Option<u32>,
     bits: Range<u32>,
 ) -> Vec<Pair> {
     let capacity = match count {
@@ -86,9 +84,6 @@ fn sort_on(
     let textures = pair_textures(gpu, pairs, capacity);
     let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
     let sort = Sort::new(&kernels(gpu, way), views.each_ref(), count, bits).unwrap();
-    if let Some(count) = lowered {
-        gpu.queue.write_buffer(sort.count_buffer(), 0, &count.to_le_bytes());
-    }
     let result = sort.result();
     let mut commands = Commands::new();
     commands.pass("gobo sort", sort.dispatches);
@@ -100,7 +95,7 @@ fn sort_on(
 
 fn check(gpu: &Gpu, way: (Shape, Tier), pairs: &[Pair], bits: Range<u32>) {
     let count = SortCount::Known(pairs.len() as u32);
-    let found = sort_on(gpu, way, pairs, count, None, bits.clone());
+    let found = sort_on(gpu, way, pairs, count, bits.clone());
     compare(&found, &sorted(pairs, bits.clone()))
         .unwrap_or_else(|error| panic!("{} pairs, bits {bits:?}, {way:?}: {error}", pairs.len()));
 }
@@ -169,12 +164,9 @@ fn count_may_stay_below_the_capacity() {
     let expected = sorted(&pairs, 0..24);
     for way in WAYS {
         for capacity in [3000, 50_000, 2_000_000] {
-            let known = SortCount::Known(capacity);
-            let found = sort_on(&gpu, way, &pairs, known, Some(3000), 0..24);
-            compare(&found, &expected).unwrap();
             let counts = gpu.upload("counts", &[9, 9, 3000], wgpu::BufferUsages::STORAGE);
             let counted = SortCount::FromBuffer { counts: &counts, index: 2, capacity };
-            let found = sort_on(&gpu, way, &pairs, counted, None, 0..24);
+            let found = sort_on(&gpu, way, &pairs, counted, 0..24);
             compare(&found, &expected).unwrap();
         }
     }
@@ -211,7 +203,7 @@ fn count_past_the_capacity_is_the_capacity() {
     let counts = gpu.upload("counts", &[u32::MAX], wgpu::BufferUsages::STORAGE);
     for way in WAYS {
         let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 2000 };
-        let found = sort_on(&gpu, way, &pairs, counted, None, 0..12);
+        let found = sort_on(&gpu, way, &pairs, counted, 0..12);
         // Two passes: the result lies where the pairs were, with the unsorted ones behind.
         assert_eq!(found[2000..3000], pairs[2000..]);
         compare(&found[..2000], &expected).unwrap();

@@ -1,10 +1,10 @@
 // Storage buffers that kernels write. A name has one number in the whole project.
 
-import package::records::bin::BatchCounters;
-import package::records::chunk::Chunk;
+import package::records::bin::{BatchCounters, BinParams};
+import package::records::chunk::{Chunk, ProjectParams};
 import package::records::cluster::ClusterCounters;
 import package::records::emitter::GpuEmitted;
-import package::records::host::{HostGroup, Listed, LoadCounters};
+import package::records::host::{HostGroup, LoadCounters};
 import package::records::tile::Segment;
 
 @group(0) @binding(9) var<storage, read_write> chunks: array<Chunk>;
@@ -30,8 +30,10 @@ import package::records::tile::Segment;
 @group(0) @binding(174) var<storage, read_write> brick_states: array<u32>;
 @group(0) @binding(75) var<storage, read_write> host_counters: LoadCounters;
 @group(0) @binding(76) var<storage, read_write> host_groups: array<HostGroup>;
-@group(0) @binding(77) var<storage, read_write> listed: Listed;
 @group(0) @binding(78) var<storage, read_write> listed_counts: array<u32>;
+// The uniform buffers of a list that has the host's casters.
+@group(0) @binding(77) var<storage, read_write> listed_bin_params: BinParams;
+@group(0) @binding(176) var<storage, read_write> listed_project_params: ProjectParams;
 @group(0) @binding(97) var<storage, read_write> emitted: array<GpuEmitted>;
 @group(0) @binding(121) var<storage, read_write> tile_pairs: array<atomic<u32>>;
 @group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;

@@ -1,6 +1,6 @@
-// cull, scan: chunks and footprints of all blocks before each block, in place. One workgroup. Rust: src/stage/load.rs.
+// cull, scan: chunks and footprints of all blocks before each block, in place, and those of the list. One workgroup. Rust: src/stage/load.rs.
 
-import package::bind::changed::{listed, listed_counts};
+import package::bind::changed::{listed_bin_params, listed_counts, listed_project_params};
 import package::bind::uniform::cull_params;
 import package::load::cull::{cull_blocks, cull_entries};
 import package::scan::agreed::agreed;
@@ -32,7 +32,7 @@ fn cull_scan(@builtin(local_invocation_index) lane: u32) {
     let chunk_count = scan_blocks(lane, first, 0u);
     let footprint_end = scan_blocks(lane, first + cull_blocks(), cull_params.first_footprint);
     if lane == 0u {
-        listed.chunk_count = chunk_count;
-        listed.footprint_end = footprint_end;
+        listed_project_params.chunk_count = chunk_count;
+        listed_bin_params.footprint_count = footprint_end;
     }
 }

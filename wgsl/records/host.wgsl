@@ -83,10 +83,5 @@ struct CullParams {
 }
 
 // Number of host casters in a list.
-struct Listed {
-    chunk_count: u32,
-    footprint_end: u32, // end of the list's footprints, including those before the host casters
-}
-
 const CHUNK_SIZE: u32 = 256u; // casters of a group
 const MAX_COORDINATE: f32 = 1e7; // [m]

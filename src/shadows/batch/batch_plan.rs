@@ -23,10 +23,9 @@ use std::ops::RangeInclusive;
 /// and segments are memory that the next one uses, too.
 const MAX_TILES: u32 = 16384;
 
-/// Footprints of the host's casters that a frame has room for at once, 60 bytes each. Each view has room for all casters,
-/// whatever it sees: of more, it has room for fewer, and more views take more batches, not more memory.
+/// Footprints of the host's casters that a batch has room for, 60 bytes each. Each view has room for all casters,
+/// whatever it sees: more views take more batches, not more memory.
 const HOST_FOOTPRINTS: u64 = 3 << 19;
-const FEWER_HOST_FOOTPRINTS: u64 = 3 << 17;
 
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
 /// for the nearest casters and the rest.
@@ -78,45 +77,31 @@ pub(crate) fn batches(
 ) -> Result<Vec<BatchPlan>, Error> {
     let most_footprints = u64::from(ROW * 8192 / FOOTPRINT_TEXELS);
     let host = |list: usize| casters.host().map_or(0, |sets| u64::from(sets.spans[list].capacity));
-    let of_host = host(0).max(host(1)) * views.len() as u64;
-    let most_together =
-        if of_host > HOST_FOOTPRINTS { FEWER_HOST_FOOTPRINTS } else { most_footprints };
+    let most_together = if casters.host().is_some() { HOST_FOOTPRINTS } else { most_footprints };
     let mut plans = Vec::new();
-    let mut batch = Vec::new();
+    let mut first = 0;
     let mut footprints = [0; 2];
     let mut tile_count = 0;
-    for pending in views {
-        let PendingView { view, slot, groups, .. } = *pending;
+    for (i, &PendingView { view, groups, .. }) in views.iter().enumerate() {
         let listed = [0, 1].map(|i| count(casters, groups, &Class::LISTS[i]) + host(i));
         for need in listed {
             let limit = "casters of one class in a view";
             Error::check_limit(limit, most_footprints, need, "split the scene")?;
         }
         let tiles = view.tiles().element_product();
-        let mut gpu_view = view.to_gpu(tile_count, slot.origin, slot.layer);
-        let full = tile_count + tiles > MAX_TILES
-            || batch.len() == MAX_VIEWS
-            || batch.first().is_some_and(|(v, _): &(GpuView, PendingView<'_>)| {
-                v.perspective != gpu_view.perspective
-            })
+        let is_full = tile_count + tiles > MAX_TILES
+            || i - first == MAX_VIEWS
+            || views[first].view.projection != view.projection
             || (0..2).any(|i| footprints[i] + listed[i] > most_together);
-        if full && !batch.is_empty() {
-            plans.push(BatchPlan::new(
-                std::mem::take(&mut batch),
-                tile_count,
-                casters,
-                config,
-                kept,
-            ));
-            (tile_count, footprints) = (0, [0; 2]);
-            gpu_view.first_tile = 0;
+        if is_full && i > first {
+            plans.push(BatchPlan::new(&views[first..i], casters, config, kept));
+            (first, tile_count, footprints) = (i, 0, [0; 2]);
         }
-        batch.push((gpu_view, *pending));
         tile_count += tiles;
         footprints = [0, 1].map(|i| footprints[i] + listed[i]);
     }
-    if !batch.is_empty() {
-        plans.push(BatchPlan::new(batch, tile_count, casters, config, kept));
+    if first < views.len() {
+        plans.push(BatchPlan::new(&views[first..], casters, config, kept));
     }
     Ok(plans)
 }
@@ -174,27 +159,31 @@ impl BatchPlan {
                 .all(|(list, other)| list.is_alike(other, profile, scratch, self.tile_count))
     }
 
-    fn new(
-        seen: Vec<(GpuView, PendingView<'_>)>,
-        tile_count: u32,
-        casters: &CasterSet,
-        config: &Config,
-        kept: bool,
-    ) -> Self {
-        let (views, pending): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+    fn new(pending: &[PendingView<'_>], casters: &CasterSet, config: &Config, kept: bool) -> Self {
+        let mut tile_count = 0;
+        let to_gpu = |&PendingView { view, slot, .. }: &PendingView<'_>| {
+            let gpu_view = view.to_gpu(tile_count, slot.origin, slot.layer);
+            tile_count += view.tiles().element_product();
+            gpu_view
+        };
+        let views: Vec<_> = pending.iter().map(to_gpu).collect();
         let of_depths = pending.iter().enumerate();
         let depths: Vec<_> =
             of_depths.filter_map(|(i, pending)| Some((i, pending.depth?.clone()))).collect();
         let groups: Vec<_> = pending.iter().map(|pending| pending.groups).collect();
-        let none: &[u32] = &[];
-        let groups_that_block = pending.iter().map(|p| if p.blocks() { p.groups } else { none });
-        let by_list = [groups_that_block.collect(), groups.clone()];
+        let groups_that_block: Vec<&[u32]>;
+        let mut by_list = [&groups[..]; 2];
+        if pending.iter().any(|pending| !pending.blocks()) {
+            let of_view = pending.iter().map(|p| if p.blocks() { p.groups } else { &[] });
+            groups_that_block = of_view.collect();
+            by_list[0] = &groups_that_block;
+        }
         let perspective = views[0].perspective > 0.0;
         let has_opaque = casters.has(0) || !depths.is_empty();
         let [mut blocking, mut filtering] = [0, 1].map(|i| {
-            let (list, groups): (_, &Vec<_>) = (&Class::LISTS[i], &by_list[i]);
+            let list = &Class::LISTS[i];
             let features = casters.span(list.clone()).features.of_views(perspective, has_opaque);
-            ListPlan::new(list, features, casters, groups)
+            ListPlan::new(list, features, casters, by_list[i])
         });
         let is_small = |extent: TriangleExtent, view: &GpuView| extent.is_small(view);
         let small_chunks = blocking.take_triangles(|chunk| {
@@ -214,7 +203,7 @@ impl BatchPlan {
         blocking.add_host(casters, 0, &views);
         filtering.add_host(casters, 1, &views);
         if let Some(host) = &mut blocking.host {
-            let not_blocked = (0..).zip(&pending).filter(|(_, pending)| !pending.blocks());
+            let not_blocked = (0..).zip(pending).filter(|(_, pending)| !pending.blocks());
             not_blocked.for_each(|(view, _)| host.hide(view));
         }
         let nodes = config.nodes();

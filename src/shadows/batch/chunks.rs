@@ -26,26 +26,29 @@ pub(crate) struct Chunks {
 }
 
 impl Chunks {
-    pub(super) fn new(context: &mut Context<'_, '_>, plan: &ListPlan) -> Result<Self, Error> {
+    /// `bin_params`: of the list, which kernels may write where it has host casters.
+    pub(super) fn new(
+        context: &mut Context<'_, '_>,
+        plan: &ListPlan,
+        bin_params: &Buffer,
+    ) -> Result<Self, Error> {
         let [gaussians, particles, triangles] =
             plan.chunks.each_ref().map(|chunks| context.chunk_buffers(plan, chunks));
         let host = plan.host.as_ref().zip(context.casters.host());
-        let host = host.map(|host| HostChunks::new(context, plan, host)).transpose()?;
+        let host = host.map(|host| HostChunks::new(context, plan, host, bin_params)).transpose()?;
         Ok(Self { uploaded: [gaussians?, particles?, triangles?], host })
     }
 
-    /// Culls the host's chunks, then projects all. `counts`: the parameters of bin and the count of the sort
-    /// by depth, which take the number of footprints.
+    /// Culls the host's chunks, then projects all.
     pub(super) fn project(
         &self,
         kernels: &Kernels,
         features: Features,
         resources: &Resources,
-        [bin_params, sort_count]: [&Buffer; 2],
     ) -> Result<Commands, Error> {
         let mut commands = Commands::new();
         if let Some(host) = &self.host {
-            commands.append(host.cull(kernels.shelf(), bin_params, sort_count));
+            commands.pass("gobo cull", host.cull.iter().cloned());
         }
         let [gaussians, particles, triangles] = self.uploaded.each_ref().map(Option::as_ref);
         let host = |is_there: fn(&HostKinds) -> bool| {

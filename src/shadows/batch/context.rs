@@ -59,10 +59,21 @@ impl Context<'_, '_> {
     ) -> Result<ChunkBuffers, Error> {
         let first_gaussian = plan.host_setup_origin();
         let params = ProjectParams { first_gaussian, ..self.project_params(plan, 0) };
-        let params = self.allocator.uniform("project_params", &params);
+        let params = self.listed_uniform("project_params", &params, true);
         let none = BufferUsages::empty();
         let chunks = self.allocator.storage::<Chunk>("chunks", u64::from(count), none)?;
         Ok(ChunkBuffers { count, chunks, params })
+    }
+
+    /// Parameters of a list. `of_host`: a kernel replaces their counts before any other reads them.
+    pub(crate) fn listed_uniform<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &'static str,
+        value: &T,
+        of_host: bool,
+    ) -> Buffer {
+        let written = if of_host { BufferUsages::STORAGE } else { BufferUsages::COPY_DST };
+        self.allocator.filled(name, std::slice::from_ref(value), BufferUsages::UNIFORM | written)
     }
 
     fn project_params(&self, plan: &ListPlan, chunk_count: u32) -> ProjectParams {

@@ -79,42 +79,40 @@ impl List {
             view_count,
             plan.segment_length(&context.config.profile),
         );
-        let chunks = Chunks::new(context, plan)?;
-        let params = context.allocator.uniform("bin_params", &values);
+        let params = context.listed_uniform("bin_params", &values, plan.host.is_some());
+        let chunks = Chunks::new(context, plan, &params)?;
         let sorts = (plan.footprint_count > 0)
-            .then(|| sorts(context, plan, &counters, tile_count))
+            .then(|| sorts(context, plan, [&params, &counters], tile_count))
             .transpose()?;
         let features = Features::NONE.with(plan.features.flags & KINDS, true);
         let resources =
             context.resources(views).with("bin_params", &params).with("counters", &counters);
 
+        let by_tile = values.tile_groups();
         let mut clear = Commands::new();
-        for buffer in [&counters, &scratch.dispatches, &scratch.scattered_tiles] {
-            clear.clear("gobo clear", buffer);
-        }
+        let cleared = context.kernels.dispatch(&bin::CLEAR, Features::NONE, &resources, by_tile)?;
+        clear.pass("gobo clear", [cleared]);
         let (mut project, mut sort) = (Commands::new(), Commands::new());
         let (mut pairs, mut of_tiles) = (Commands::new(), Vec::new());
         let mut sorted = [0; 2];
-        if let Some([by_depth, by_tile]) = sorts {
-            sorted = [by_depth.result(), by_tile.result()];
+        if let Some([depths, tiles]) = sorts {
+            sorted = [depths.result(), tiles.result()];
             let projected = resources.clone().with("keys", &scratch.keys[0]);
-            let count = by_depth.count_buffer();
-            project = chunks.project(context.kernels, features, &projected, [&params, count])?;
-            sort.pass("gobo sort", by_depth.dispatches);
+            project = chunks.project(context.kernels, features, &projected)?;
+            sort.pass("gobo sort", depths.dispatches);
             let footprints = resources.clone().with("sorted", &scratch.keys[sorted[0]]);
             pairs.pass("gobo bin", bin_pairs(context, features, &footprints, &values)?);
-            of_tiles = by_tile.dispatches;
+            of_tiles = tiles.dispatches;
         }
         // Curves take what was scattered themselves.
         let curves = plan.features.nodes > 0 && !context.camera;
         let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources =
             resources.with("pairs", &scratch.pairs[sorted[1]]).with("scattered_tiles", scattered);
-        let groups = values.tile_groups();
-        of_tiles.push(context.kernels.dispatch(&bin::TILES, features, &resources, groups)?);
+        of_tiles.push(context.kernels.dispatch(&bin::TILES, features, &resources, by_tile)?);
         let mut tiles = Commands::new();
         tiles.pass("gobo bin", of_tiles);
-        let parts = Parts::new(context, plan, tile_count, &resources, sorted[0])?;
+        let parts = Parts::new(context, plan, &values, &resources, sorted[0])?;
         Ok(Self {
             footprint_count: plan.footprint_count,
             clear,
@@ -139,15 +137,18 @@ impl List {
     }
 }
 
-/// The sort of the footprints by depth, and that of their pairs by tile.
+/// The sort of the footprints by depth, and that of their pairs by tile. `params`: of bin.
 fn sorts(
     context: &mut Context<'_, '_>,
     plan: &ListPlan,
-    counters: &Buffer,
+    [params, counters]: [&Buffer; 2],
     tile_count: u32,
 ) -> Result<[Sort; 2], Error> {
     let (scratch, kernels) = (context.scratch, context.kernels);
-    let known = SortCount::Known(plan.footprint_count);
+    let capacity = plan.footprint_count;
+    let of_host =
+        SortCount::FromBuffer { counts: params, index: bin::FOOTPRINT_COUNT_INDEX, capacity };
+    let known = if plan.host.is_some() { of_host } else { SortCount::Known(capacity) };
     let counted = SortCount::FromBuffer {
         counts: counters,
         index: bin::PAIR_COUNT_INDEX,

@@ -11,11 +11,11 @@ use crate::{
     frame::{Commands, Dispatch, Work},
     gpu::Resources,
     stage::{
-        bin::{self, PartParams},
+        bin::{self, BinParams, PartParams},
         features::{Features, Flags},
     },
 };
-use wgpu::{Buffer, BufferUsages};
+use wgpu::BufferUsages;
 
 /// The commands of the parts of a list.
 #[derive(Debug)]
@@ -24,19 +24,19 @@ pub(crate) struct Parts {
     pub count: u32,
     /// The choice between parts and scattering, after the pairs were written.
     pub plan: Commands,
-    /// Counts of neither segments nor merged tiles.
-    pub no_segments: Buffer,
+    /// Without it, segments of the list would be walked again where no part follows.
+    pub first: Dispatch,
     /// The pairs of the next part.
     pub next: [Dispatch; 2],
 }
 
 impl Parts {
-    /// `None` if all pairs fit. `resources`: of the kernel that finds each tile's pairs; `sorted`: index of
+    /// `None` if all pairs fit. `values`: parameters of bin; `resources`: of the kernel that finds each tile's pairs; `sorted`: index of
     /// the texture of sorted keys.
     pub(crate) fn new(
         context: &Context<'_, '_>,
         list: &ListPlan,
-        tile_count: u32,
+        values: &BinParams,
         resources: &Resources,
         sorted: usize,
     ) -> Result<Option<Self>, Error> {
@@ -49,7 +49,7 @@ impl Parts {
             return Ok(None);
         };
         let room = scratch.part_room;
-        let count = list.most_parts(room, tile_count);
+        let count = list.most_parts(room, values.tile_count);
         let params = context.kernels.filled(
             "part_params",
             &[PartParams { room, most_parts: count }],
@@ -68,10 +68,10 @@ impl Parts {
         let run = |desc, work: Work| context.kernels.dispatch(desc, features, &resources, work);
         let by = |counts: bin::Dispatch| Work::indirect(&scratch.dispatches, counts.offset());
         let mut plan = Commands::new();
-        plan.clear("gobo clear", &buffers.tile_pairs);
         plan.pass(
             "gobo bin",
             [
+                run(&bin::PART_CLEAR, values.tile_groups().into())?,
                 run(&bin::PART_COUNT, by(bin::Dispatch::PartCount))?,
                 run(&bin::PART_PLAN, [1, 1, 1].into())?,
             ],
@@ -80,9 +80,7 @@ impl Parts {
             run(&bin::PART_NEXT, Work::indirect(&buffers.turn, 0))?,
             run(&bin::PART_GATHER, by(bin::Dispatch::Part))?,
         ];
-        // `Dispatch::Segment` and `Dispatch::Merged`, side by side.
-        let no_segments =
-            context.kernels.filled("no_segments", &[[0_u32; 4]; 2], BufferUsages::COPY_SRC);
-        Ok(Some(Self { count, plan, no_segments, next }))
+        let first = run(&bin::PART_FIRST, [1, 1, 1].into())?;
+        Ok(Some(Self { count, plan, first, next }))
     }
 }

@@ -85,15 +85,10 @@ impl Walk<'_> {
         commands.pass(label, read.clone());
         commands.pass(last, resolve.clone());
         if let Some(parts) = &list.parts {
-            if merges {
-                // Where no part follows, no segment is walked again.
-                let (none, size) = (&parts.no_segments, parts.no_segments.size());
-                let segments = (&scratch.dispatches, bin::Dispatch::Segment.offset());
-                commands.copy_buffer(label, (none, 0), segments, size);
-            }
             read[0] = read[0].with_work(by(bin::Dispatch::Part));
             let part = [&parts.next[..], &read, &resolve].concat();
-            commands.pass(label, (0..parts.count).flat_map(|_| part.iter().cloned()));
+            let all = (0..parts.count).flat_map(|_| part.iter().cloned());
+            commands.pass(label, merges.then(|| parts.first.clone()).into_iter().chain(all));
         }
         Ok(commands)
     }

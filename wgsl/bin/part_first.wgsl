@@ -1,0 +1,11 @@
+// bin, before the parts of the tiles: none has segments yet, so that where no part follows none is walked again. One
+// invocation. Rust: src/shadows/batch/parts.rs.
+
+import package::bin::part_plan::store_dispatch;
+import package::records::dispatch::{MERGED_DISPATCH, SEGMENT_DISPATCH};
+
+@compute @workgroup_size(1)
+fn part_first() {
+    store_dispatch(SEGMENT_DISPATCH, vec4(0u));
+    store_dispatch(MERGED_DISPATCH, vec4(0u));
+}
