@@ -3,7 +3,7 @@ use crate::model::{Projection, View, ViewRole};
 use glam::{Mat4, UVec2, Vec2};
 
 /// Most views of a batch: the length of the uniform array.
-pub const MAX_VIEWS: usize = 64;
+pub const MAX_VIEWS: usize = 256;
 
 /// Numbers of [`ViewRole`] in [`GpuView::role`].
 pub const ROLE_WHOLE: u32 = 0;

@@ -1,4 +1,4 @@
-//! The README's figures equal those of benches/results/llvmpipe.json, which `make results` writes; and the tables that
+//! The README's figures equal those of benches/results: llvmpipe.json, which `make results` writes, and h100.json; and the tables that
 //! `make quality` writes hold what is asked of curves.
 use serde_json::Value;
 
@@ -18,19 +18,23 @@ fn thousands(count: u64) -> String {
     text
 }
 
-/// A row of the README's table; its last column is a GPU's.
-fn line(row: &Value) -> String {
-    let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
+/// A row of the README's table; its last columns are a GPU's.
+fn line(row: &Value, on_gpu: &Value) -> String {
+    let of =
+        |row: &Value, name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
+    let number = |name: &str| of(row, name);
     // A number that was f32 has more digits as f64.
     let short = |name: &str| format!("{}", number(name) as f32);
     format!(
-        "| {} | {} | {} | {} | {} | {:.1} | |",
+        "| {} | {} | {} | {} | {} | {:.1} | {:.2} | {:.2} |",
         thousands(number("casters") as u64),
         short("footprint"),
         short("opacity"),
         figure(number("compute_ms")),
         figure(number("raster_ms")),
         number("ratio"),
+        of(on_gpu, "compute_ms"),
+        of(on_gpu, "cuda_ms"),
     )
 }
 
@@ -55,9 +59,12 @@ fn the_readme_shows_what_was_measured() {
         [1e6, 16.0, 1.0],
     ];
     assert_eq!(rows.iter().map(case).collect::<Vec<_>>(), wanted);
+    let gpu: Value = serde_json::from_str(&read("benches/results/h100.json")).unwrap();
+    let of_gpu = gpu["rows"].as_array().unwrap();
+    assert_eq!(of_gpu.iter().map(case).collect::<Vec<_>>(), wanted);
     let readme = read("README.md");
-    for row in rows {
-        let line = line(row);
+    for (row, on_gpu) in rows.iter().zip(of_gpu) {
+        let line = line(row, on_gpu);
         assert!(readme.contains(&format!("\n{line}\n")), "not in README.md: {line}");
     }
 }

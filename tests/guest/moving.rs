@@ -188,7 +188,7 @@ fn repeated_commands_have_the_contents_of_their_frame() {
     }
 }
 
-/// All dispatches of a frame share a pass, unless each has a time.
+/// All dispatches of a frame share a pass, unless each has a time, and all views of a batch share dispatches.
 #[test]
 fn few_passes_render_many_views() {
     let gpu = gpu(TIERS[0]);
@@ -202,10 +202,11 @@ fn few_passes_render_many_views() {
     let inputs = HostInputs::new().casters(&sets);
     let views: Vec<_> = (0..16).flat_map(spots).collect();
     assert_eq!(views.len(), 256);
-    let mut passes = 0;
-    for _ in 0..2 {
-        let prepared = moving.prepare_with(&casters, &views, &settings, &inputs).unwrap();
-        passes = prepared.commands().pass_count();
+    for views in [&views[..1], &views, &views] {
+        let prepared = moving.prepare_with(&casters, views, &settings, &inputs).unwrap();
+        assert_eq!(prepared.commands().pass_count(), 1, "{} views", views.len());
+        let listed = format!("{:?}", prepared.commands());
+        let binned = listed.matches("\n  bin_tiles ").count();
+        assert_eq!(binned, 1, "{} views", views.len());
     }
-    assert_eq!(passes, 1);
 }

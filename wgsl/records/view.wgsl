@@ -23,7 +23,7 @@ const ROLE_FACE: u32 = 1u;   // of a cube
 const ROLE_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the next window, or light
 
 const TILE_SIZE: u32 = 16u; // edge [texels]
-const MAX_VIEWS: u32 = 64u; // of a batch
+const MAX_VIEWS: u32 = 256u; // of a batch
 
 // Whether a particle is beside the view, so that its centre has no position in the map, by its footprint's
 // first texel. Then xy, w is its centre to the right, down and along the axis [m], and z is minus its
