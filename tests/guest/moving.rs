@@ -206,7 +206,7 @@ fn few_passes_render_many_views() {
         let prepared = moving.prepare_with(&casters, views, &settings, &inputs).unwrap();
         assert_eq!(prepared.commands().pass_count(), 1, "{} views", views.len());
         let listed = format!("{:?}", prepared.commands());
-        let binned = listed.matches("\n  bin_tiles ").count();
-        assert_eq!(binned, 1, "{} views", views.len());
+        let projected = listed.matches("\n  project_particles ").count();
+        assert_eq!(projected, 1, "{} views", views.len());
     }
 }
