@@ -78,7 +78,9 @@ pub use mask::{
     COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskParams, MaskSlots, NORMALS_NONE,
     NORMALS_SIGNED, NORMALS_UNORM, SLOTS, ScreenBounds, mask_size,
 };
-pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR, SHOWS_SURROUNDINGS};
+pub use material::{
+    FAR_SIDE_SHIFT, GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR, SHOWS_SURROUNDINGS,
+};
 pub use occlusion::OcclusionRadius;
 pub use outline::{OUTLINE_ROUNDING, Outline};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};

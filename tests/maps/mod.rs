@@ -15,6 +15,7 @@ mod curve_receivers;
 mod dither_maps;
 mod extremes;
 mod faint;
+mod far_sides;
 mod forms;
 mod fresnel;
 mod gaussian_crowds;

@@ -75,7 +75,7 @@ impl Plane {
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
     /// receiver, which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets
-    /// the ray, and slightly beyond, so that a caster that touches it counts.
+    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of that by the bias.
     fn tint_depth(
         &self,
         view: &GpuView,
@@ -84,7 +84,11 @@ impl Plane {
         bias: f32,
         receiver: Receiver,
     ) -> f32 {
-        if receiver.solid { self.meets(view, texel) + TOUCH * bias } else { z - bias }
+        match (receiver.solid, receiver.leaf) {
+            (true, _) => self.meets(view, texel) + TOUCH * bias,
+            (false, true) => self.meets(view, texel) - bias,
+            (false, false) => z - bias,
+        }
     }
 
     /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth along it.
