@@ -10,6 +10,7 @@ mod blue;
 mod brick;
 mod capsule;
 mod caster;
+mod caustic;
 mod cluster;
 mod convert;
 mod emitter;
@@ -43,6 +44,10 @@ pub use blue::{BLUE_SIZE, blue_ranks};
 pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, SLOT_SIZE};
 pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
 pub use caster::{CASTER_TEXELS, Caster};
+pub use caustic::{
+    CARRY_BITS, CAUSTIC_ONE, CausticTexel, GLASS_VECTORS, GlassFace, NO_FACE, THROWN_BIT,
+    add_caustic, caustic_light, glass_faces,
+};
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
 };

@@ -6,6 +6,7 @@ mod brick_uploads;
 mod bricks;
 mod brute_force;
 mod cascades;
+mod caustics;
 mod closed_forms;
 mod colored;
 mod curve;

@@ -2,6 +2,7 @@
 
 import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
+import choice::thrown::with_thrown;
 import package::bind::uniform::picture_params;
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_FAR_SIDES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
@@ -84,6 +85,7 @@ fn point_light(number: u32) -> vec3<f32> {
                         reach = -1.0;
                     }
                     through = shadow(light, index, origin, face, arriving.toward, reach);
+                    through = with_thrown(light, load_point(aside(ASIDE_SHINE).w).position, through);
                 }
                 add_light(listed_index(list, i), through);
             }

@@ -4,6 +4,7 @@ pub mod receive;
 mod reflectance;
 pub mod seen_plane;
 pub mod taps;
+mod thrown;
 mod tone;
 
 pub use reflectance::{DARKEST, HEAD_ON, ORDERS, SHEEN};

@@ -1,5 +1,7 @@
 //! CPU reference of `wgsl/shade/receive.wgsl`: share of a light that the shadow maps let through to a point.
-use super::{Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline};
+use super::{
+    Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline, thrown::with_thrown,
+};
 use crate::{
     model::Receives,
     records::{CASTER_BIAS, GpuLight, GpuView, ROLE_FACE, ROLE_WINDOW, SPLINE_REACH},
@@ -218,7 +220,12 @@ impl Lighting<'_> {
             return self.through_windows(views, of);
         }
         let (at, bias) = self.lifted(views.start, of);
-        (self.receive(views.start, of, at, bias), 1.0)
+        let straight = self.receive(views.start, of, at, bias);
+        let (view, maps) = (&self.views[views.start], self.maps[views.start]);
+        if maps.caustics.is_empty() {
+            return (straight, 1.0);
+        }
+        (with_thrown(view, maps, of.surface.point, straight), 1.0)
     }
 
     /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.
