@@ -8,6 +8,8 @@ override HAS_TEXTURES: bool = true;
 override HAS_VERTEX_COLORS: bool = false;
 // Some triangles reflect a share of the light by its angle.
 override HAS_FRESNEL: bool = false;
+// Some triangles of the picture send light on to their far side.
+override HAS_FAR_SIDES: bool = false;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
 // Some particles are discs or quads, which face the light.

@@ -108,12 +108,16 @@ pub(super) struct Arrays<'a> {
     /// Empty without coloured dithering.
     pub colored: &'a [[f32; 3]],
     pub curve: Option<&'a CurveMap>,
+    /// Light that glass throws; empty without.
+    pub caustics: Vec<[f32; 4]>,
 }
 
 impl<'a> Arrays<'a> {
     fn of(maps: &'a ViewMaps) -> Self {
         let ViewMaps { view, filter, nearest, opaque, colored, curve, .. } = maps;
-        Self { size: view.size.to_array(), filter, nearest, opaque, colored, curve: curve.as_ref() }
+        let (size, curve) = (view.size.to_array(), curve.as_ref());
+        let caustics = maps.thrown_light();
+        Self { size, filter, nearest, opaque, colored, curve, caustics }
     }
 
     /// Writes the arrays and their previews; `stem`: the start of their names.
@@ -122,7 +126,7 @@ impl<'a> Arrays<'a> {
         write: &mut impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
         stem: &str,
     ) -> Result<(), Failure> {
-        let &Self { size: [width, height], filter, nearest, opaque, colored, curve } = self;
+        let &Self { size: [width, height], filter, nearest, opaque, colored, curve, .. } = self;
         let (rows, columns) = (height as usize, width as usize);
         let mut save = |map: &str, array: Fill<'_>, preview: DynamicImage| {
             let preview = std::thread::scope(|scope| {
@@ -140,6 +144,12 @@ impl<'a> Arrays<'a> {
         save_colors("filter", filter)?;
         if !colored.is_empty() {
             save_colors("colored", colored)?;
+        }
+        if !self.caustics.is_empty() {
+            let colors: Vec<_> = self.caustics.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+            let preview = filter_preview(width, height, &colors);
+            let values = || self.caustics.as_flattened().iter().copied();
+            save("caustics", &mut |out| npy::write(out, &[rows, columns, 4], values()), preview)?;
         }
         for (map, depths) in [("nearest", nearest), ("opaque", opaque)] {
             let preview = depth_preview(width, height, depths);

@@ -116,6 +116,7 @@ fn merge(
         opaque: &opaque.into_iter().map(f32::from_bits).collect::<Vec<_>>(),
         colored: &colored.collect::<Vec<_>>(),
         curve: curve.as_ref(),
+        caustics: Vec::new(),
     };
     arrays.write(write, &head.names[view])
 }

@@ -152,6 +152,10 @@ pub struct Material {
     pub ior: f32,
     /// What its triangles reflect of the light that meets them. Default [`Fresnel::None`].
     pub fresnel: Fresnel,
+    /// Index into [`crate::model::Scene::materials`] of what its triangles send on to their far side, diffusely (a leaf, a
+    /// lampshade): seen from there, they scatter light in that material's colour, and from the light's side by its
+    /// transmission less. It is for the picture: the shadow is that of triangles of that material beside them. Default none.
+    pub far_side: Option<u32>,
     /// Radius by which what is behind a pane is blurred in the picture, per distance behind it, 0..=1: frosted glass. Default 0.
     pub frost: f32,
     /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
@@ -194,6 +198,7 @@ impl Default for Material {
             metallic: 0.0,
             ior: 1.0,
             fresnel: Fresnel::None,
+            far_side: None,
             frost: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,

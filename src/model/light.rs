@@ -122,6 +122,11 @@ pub const MAX_CASCADES: u32 = 6;
 /// Most shadows of a light, including its own.
 pub const MAX_SHADOWS: usize = 4;
 
+/// Most rays along the edge of a texel that glass bends.
+pub const MAX_CAUSTIC_RAYS: u32 = 8;
+/// Largest map in which bent light lands \[texels\].
+pub const MAX_CAUSTIC_SIZE: u32 = 2048;
+
 /// One shadow of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shadow {
@@ -186,6 +191,10 @@ pub struct Light {
     /// penumbrae of its own size: 1..=[`MAX_VIEWPOINTS`], of round sources 1 or 3 and more, of point lights 1. What they let
     /// through is averaged. Maps and look-ups cost that many times as much. Default 1.
     pub viewpoints: u32,
+    /// Rays along each edge of a texel that faces with [`Fresnel::Face`](super::Fresnel::Face) bend, up to [`MAX_CAUSTIC_RAYS`]:
+    /// their light lands elsewhere on what is opaque, instead of in the straight shadow. Default 0: shadows are straight. Of a
+    /// directional light or a spot with one map of at most [`MAX_CAUSTIC_SIZE`] texels a side.
+    pub caustics: u32,
     /// How receivers read its maps. Default: as [`ShadowSettings`](super::ShadowSettings) says.
     pub look_up: LookUp,
 }
@@ -209,6 +218,7 @@ impl Default for Light {
             shafts: true,
             source: None,
             viewpoints: 1,
+            caustics: 0,
             look_up: LookUp::default(),
         }
     }
@@ -289,8 +299,24 @@ impl Light {
         };
         let of_shadows = std::iter::once(&own).chain(&self.shadows).filter_map(Shadow::problem);
         let problems = problems.chain(of_fall).chain(of_sent).chain(of_shadows);
+        let problems = problems.chain(self.caustics_problem());
         let problem = problems.chain(self.look_up.problem()).next();
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
+    }
+
+    /// Why its caustics cannot be made.
+    pub(crate) fn caustics_problem(&self) -> Option<&'static str> {
+        let is_one = self.view_count() == 1 && self.area().is_none();
+        if self.caustics == 0 {
+            None
+        } else if self.caustics > MAX_CAUSTIC_RAYS {
+            Some("its caustics have at most 8 rays along the edge of a texel")
+        } else if !is_one {
+            Some("caustics are of a directional light or a spot with one map, without a source")
+        } else {
+            let is_large = self.size.is_some_and(|size| size > MAX_CAUSTIC_SIZE);
+            is_large.then_some("with caustics its map has at most 2048 texels a side")
+        }
     }
 
     /// The source that softens its shadows; `None` without shadows or without a size.

@@ -57,7 +57,10 @@ pub use grid::{
 };
 pub use hash::pcg;
 pub use image_sun::ImageSun;
-pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use light::{
+    Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_CAUSTIC_RAYS, MAX_CAUSTIC_SIZE,
+    MAX_SHADOWS, Shadow,
+};
 pub use look::{Lens, Occlusion, Tone};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;

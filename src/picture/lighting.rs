@@ -67,10 +67,12 @@ impl Lighting {
         }
         let features = features
             .with(Flags::HAS_MASKS, masks.is_some())
+            .with(Flags::HAS_CAUSTICS, prepared.caustics.is_some())
             .with(Flags::HAS_SHADOWS, !prepared.views().is_empty());
         let environment = environment_texture(allocator, queue, scene, &mut kept.environment)?;
         let resources = Resources::new()
             .with_any("levels", of_levels)
+            .with_any("caustics", prepared.caustics.as_ref().map(|it| &it.texels))
             .with("air", &air)
             .with("environment", &environment);
         let resources = masks.iter().fold(resources, |all, it| all.and(&it.resources()));

@@ -63,9 +63,16 @@ impl ShadeFeatures {
         let masks = lighting.masks.as_ref();
         // Some light without a mask casts shadows.
         let unmasked = masks.is_none_or(|masks| masks.slots.unmasked > 0);
+        let far_sides = || scene.materials.iter().filter_map(|material| material.far_side);
+        let far_texture = far_sides().any(|far| scene.materials[far as usize].texture.is_some());
+        let has_far_sides = far_sides().next().is_some();
+        let light = light.with(Flags::HAS_FAR_SIDES, has_far_sides);
         let shown = |features: Features| {
             let environment = scene.environment.is_some();
-            features.with(Flags::HAS_ENVIRONMENT, environment)
+            features
+                .with(Flags::HAS_ENVIRONMENT, environment)
+                .with(Flags::HAS_FAR_SIDES, has_far_sides)
+                .with(Flags::HAS_TEXTURES, far_texture || features.has(Flags::HAS_TEXTURES))
         };
         let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
         let aired =

@@ -1,5 +1,5 @@
 //! Maps and pictures on the host, read back from the device.
-use crate::model::View;
+use crate::{model::View, records::caustic_light};
 use glam::UVec2;
 
 /// The maps of one view, read back. Texel `(x, y)` is at `y * size.x + x`; row 0 is the top.
@@ -20,9 +20,20 @@ pub struct ViewMaps {
     /// Sums over the casters, from which `filter` and `nearest` are resolved, if they were asked for; else empty. Optical
     /// depth per channel in fixed point, and nearness of the nearest hit: see [`crate::records::added`].
     pub sums: Vec<[u32; 4]>,
+    /// Light that glass has thrown onto what is opaque, in fixed point: see [`Self::thrown_light`]. Empty without
+    /// [`Light::caustics`](crate::Light::caustics).
+    pub caustics: Vec<[u32; 4]>,
     /// Owner tag of the caster that wrote `nearest`, see [`crate::records::owner_tag`]; empty if no
     /// receiver reads it.
     pub owner: Vec<u16>,
+}
+
+impl ViewMaps {
+    /// Light that lands in each texel, linear rgb as a share of what the light sends to a texel, and 1 where the texel's own
+    /// light was thrown elsewhere, else 0. Empty without [`Light::caustics`](crate::Light::caustics).
+    pub fn thrown_light(&self) -> Vec<[f32; 4]> {
+        self.caustics.iter().map(|&texel| caustic_light(texel).into()).collect()
+    }
 }
 
 /// The lit picture.

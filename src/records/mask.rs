@@ -154,13 +154,17 @@ impl MaskSlots {
     ) -> Self {
         let tinting = tinting_bounds(scene);
         let wants = scene.lights.iter().map(|light| {
-            let bounds = Some(light).filter(|light| light.view_count() > 0);
+            // Masks have eight bits, and end at 1.
+            let is_masked = light.view_count() > 0 && light.caustics == 0;
+            let bounds = Some(light).filter(|_| is_masked);
             let bounds = bounds.and_then(|light| ScreenBounds::new(light, camera));
             bounds.map(|bounds| (bounds, scene.shadow.colored || is_tinted(light, &tinting)))
         });
         let wants: Vec<_> = wants.collect();
         let names: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
-        Self::assign(&wants, &names, settings.limit, former)
+        let thrown = scene.lights.iter().filter(|light| light.caustics > 0).count() as u32;
+        let slots = Self::assign(&wants, &names, settings.limit, former);
+        Self { unmasked: slots.unmasked + thrown, ..slots }
     }
 
     /// `wants`: for each light that casts shadows into the picture, its bounds, and whether its shadows are

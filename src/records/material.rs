@@ -36,7 +36,8 @@ crate::records::gpu_struct! {
         pub frost: f32,
         /// Index of refraction of its faces, minus that of its panes; 0 where they reflect nothing.
         pub fresnel: f32,
-        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`].
+        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of the material of its far
+        /// side plus 1, or 0.
         pub shows: u32,
     }
 }
@@ -47,6 +48,8 @@ pub const NO_TEXTURE: u32 = u32::MAX;
 pub const SHOWS_SURROUNDINGS: u32 = 1;
 /// Flag of [`GpuMaterial::shows`]: its colour, whatever the light.
 pub const SHOWS_COLOR: u32 = 2;
+/// Bits of flags in [`GpuMaterial::shows`].
+pub const FAR_SIDE_SHIFT: u32 = 8;
 
 /// Most materials of a scene: the uniform array's length.
 pub const MAX_MATERIALS: usize = 512;
@@ -85,7 +88,8 @@ impl GpuMaterial {
             frost: material.frost,
             fresnel: material.fresnel.index(),
             shows: select(material.catcher, SHOWS_SURROUNDINGS)
-                | select(material.unlit, SHOWS_COLOR),
+                | select(material.unlit, SHOWS_COLOR)
+                | material.far_side.map_or(0, |far| (far + 1) << FAR_SIDE_SHIFT),
         }
     }
 }

@@ -10,6 +10,7 @@ mod blue;
 mod brick;
 mod capsule;
 mod caster;
+mod caustic;
 mod cluster;
 mod convert;
 mod emitter;
@@ -43,6 +44,10 @@ pub use blue::{BLUE_SIZE, blue_ranks};
 pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, SLOT_SIZE};
 pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
 pub use caster::{CASTER_TEXELS, Caster};
+pub use caustic::{
+    CARRY_BITS, CAUSTIC_ONE, CausticTexel, GLASS_VECTORS, GlassFace, NO_FACE, THROWN_BIT,
+    add_caustic, caustic_light, glass_faces,
+};
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
 };
@@ -78,7 +83,9 @@ pub use mask::{
     COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskParams, MaskSlots, NORMALS_NONE,
     NORMALS_SIGNED, NORMALS_UNORM, SLOTS, ScreenBounds, mask_size,
 };
-pub use material::{GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR, SHOWS_SURROUNDINGS};
+pub use material::{
+    FAR_SIDE_SHIFT, GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR, SHOWS_SURROUNDINGS,
+};
 pub use occlusion::OcclusionRadius;
 pub use outline::{OUTLINE_ROUNDING, Outline};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};

@@ -6,6 +6,7 @@ use super::{
     blur::blur,
     capsule::project_capsule,
     caster_hit::Records,
+    caustics::thrown,
     curve::{
         soften::soften_curves,
         tile::{CurveModes, curves},
@@ -29,7 +30,7 @@ use crate::{
     records::{
         BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Capsules, Caster, CurveMap, DEPTH_BITS, Footprint,
         GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
-        ORDERED_SEGMENT, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+        ORDERED_SEGMENT, TileRect, TriangleRecord, TriangleSetup, ViewMaps, glass_faces,
     },
 };
 use glam::{UVec2, Vec3};
@@ -103,7 +104,20 @@ pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
         skipped: scene.skipped.clone(),
         ..Counters::default()
     };
-    let maps = views.iter().map(|view| records.render(view, &mut counters)).collect();
+    let rays = |view: &View| {
+        view.light.and_then(|light| scene.lights.get(light)).map_or(0, |light| light.caustics)
+    };
+    let has_caustics = views.iter().any(|view| rays(view) > 0);
+    let faces = if has_caustics { glass_faces(&scene.casters()) } else { Vec::new() };
+    let render = |view: &View| {
+        let mut maps = records.render(view, &mut counters);
+        if rays(view) > 0 {
+            let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
+            maps.caustics = thrown(&gpu_view, &maps, &faces, rays(view));
+        }
+        maps
+    };
+    let maps = views.iter().map(render).collect();
     (maps, counters)
 }
 
@@ -361,6 +375,7 @@ impl<'a> SceneRecords<'a> {
             colored: Vec::new(),
             curve: None,
             sums: Vec::new(),
+            caustics: Vec::new(),
             owner: if self.modes.owners { vec![NO_OWNER; texels] } else { Vec::new() },
         };
         for (index, (tile, opaque)) in accumulated.iter().zip(opaque).enumerate() {

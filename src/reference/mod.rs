@@ -9,6 +9,7 @@ pub mod brick;
 pub mod brick_light;
 pub mod capsule;
 pub mod caster_hit;
+pub mod caustics;
 pub mod cluster;
 pub mod coplanar;
 pub mod curve;

@@ -103,7 +103,8 @@ impl GpuEngine {
         let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
         let maps = if options.maps {
             let owners = self.shadows.casters()?.owners;
-            read_maps(&self.gpu, prepared.maps(), &views, owners, options)?
+            let caustics = prepared.caustics.as_ref();
+            read_maps(&self.gpu, prepared.maps(), &views, owners, caustics, options)?
         } else {
             Vec::new()
         };
@@ -122,6 +123,7 @@ impl GpuEngine {
         };
         let mut memory = prepared.memory().clone();
         memory.add_all(&self.emitters.memory);
+        prepared.caustics.iter().for_each(|caustics| memory.add_all(&caustics.memory));
         if !options.maps_only {
             let lit = Lit { scene, camera, prepared: &prepared };
             self.add_picture(&mut frame, &mut memory, &lit, &whole, options)?;
@@ -225,7 +227,8 @@ impl GpuEngine {
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.toggles.count_first = count_first);
         loop {
-            let prepared = self.shadows.prepare_with(&casters, views, &scene.shadow, &inputs)?;
+            let mut prepared =
+                self.shadows.prepare_with(&casters, views, &scene.shadow, &inputs)?;
             self.shadows.configure(|config| config.toggles.count_first = false);
             self.has_counted = true;
             ahead.take().map_or(Ok(()), |ahead| ahead(self, &prepared))?;
@@ -234,6 +237,14 @@ impl GpuEngine {
             let counters = prepared.counters()?;
             self.gpu.check()?;
             if !self.shadows.grow_from(&counters) {
+                let has_filters = !self.shadows.config().toggles.sums;
+                let throws = || prepared.throw_light(&scene.lights, &casters);
+                let caustics = if has_filters { throws()? } else { None };
+                if let Some(caustics) = &caustics {
+                    self.work
+                        .submit(&self.gpu, |encoder, timeline| caustics.record(encoder, timeline));
+                }
+                prepared.caustics = caustics;
                 return Ok((prepared, counters));
             }
             self.grown += 1;

@@ -4,8 +4,8 @@ use crate::{
     error::Error,
     gpu::Gpu,
     model::View,
-    records::{CurveMap, NO_OWNER, PackedNode, ViewMaps, stored_tag},
-    shadows::Maps,
+    records::{CausticTexel, CurveMap, NO_OWNER, PackedNode, ViewMaps, stored_tag},
+    shadows::{Caustics, Maps},
     view::atlas::MapSlot,
 };
 use glam::UVec2;
@@ -17,6 +17,7 @@ pub(super) fn read_maps(
     maps: &Maps,
     views: &[View],
     owners: bool,
+    caustics: Option<&Caustics>,
     options: &RenderOptions<'_>,
 ) -> Result<Vec<ViewMaps>, Error> {
     phase!("read_back");
@@ -31,12 +32,18 @@ pub(super) fn read_maps(
         Some(sums) => gpu.try_read_texture(sums)?,
         None => Vec::new(),
     };
+    let thrown: Vec<CausticTexel> = match caustics {
+        Some(caustics) => gpu.try_read(&caustics.texels)?,
+        None => Vec::new(),
+    };
+    let first = |index: usize| caustics.map_or(0, |caustics| caustics.firsts[index] as usize);
+    let views = views.iter().enumerate();
     let shown: Vec<_> =
-        views.iter().zip(&maps.slots).filter(|(view, _)| options.shows(view)).collect();
-    let slots: Vec<_> = shown.iter().map(|(view, slot)| (view.size, **slot)).collect();
+        views.zip(&maps.slots).filter(|((_, view), _)| options.shows(view)).collect();
+    let slots: Vec<_> = shown.iter().map(|((_, view), slot)| (view.size, **slot)).collect();
     let mut curves = read_curves(gpu, maps, &slots)?.into_iter();
     let atlas = maps.filters.size();
-    let view_maps = shown.into_iter().map(|(view, slot)| {
+    let view_maps = shown.into_iter().map(|((index, view), slot)| {
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
                 let row = slot.layer * atlas.height + slot.origin.y + y;
@@ -59,6 +66,10 @@ pub(super) fn read_maps(
                 .map(|&[r, g, b, _]| [r, g, b])
                 .collect(),
             curve: curves.next(),
+            caustics: match first(index) {
+                0 => Vec::new(),
+                first => thrown[first..][..view.size.element_product() as usize].to_vec(),
+            },
             sums: texels().filter_map(|t| sums.get(t)).copied().collect(),
             owner: if owners { texels().map(owner).collect() } else { Vec::new() },
         }

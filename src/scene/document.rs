@@ -86,6 +86,8 @@ pub(super) struct EnvironmentTable {
 pub(super) struct MaterialTable {
     /// Without its texture.
     pub material: Material,
+    /// Share of light that passes diffusely, and its colour.
+    pub far_side: Option<(f32, Vec3)>,
     pub texture: Option<TextureSource>,
     /// Radius of particles whose file has none [m].
     pub radius: Option<f32>,

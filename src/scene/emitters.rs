@@ -229,7 +229,7 @@ impl Loader<'_> {
 
     fn emitter(&mut self, table: &Spanned<EmitterTable>) -> Result<Emitter, SceneError> {
         let EmitterTable { material: name, trail_material, emitter } = table.get_ref();
-        let material = self.material(&table.span(), name)?;
+        let material = self.material_of_grains(&table.span(), name)?;
         let mut most = self.scene.materials[material as usize].transfer.max_color();
         let mut trail = emitter.trail;
         if let Some(trail) = &mut trail {

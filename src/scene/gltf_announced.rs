@@ -6,7 +6,7 @@ use super::{
     gltf_file::File,
     gltf_mesh::{corners, triangle_count},
     gltf_nodes,
-    gltf_texture::{MAX_SIDE, Product, transmission},
+    gltf_texture::{IMAGES, MAX_SIDE, Product, transmission},
     images,
     limits::Limit,
 };
@@ -59,7 +59,7 @@ pub(super) fn announced(file: &File) -> Announced {
 
 /// Number of textures of these materials, and of their texels.
 pub(super) fn images<'a>(
-    file: &File,
+    file: &'a File,
     materials: impl IntoIterator<Item = Material<'a>>,
 ) -> (u64, u64) {
     let (mut known, mut used) = (HashSet::new(), HashSet::new());
@@ -68,9 +68,9 @@ pub(super) fn images<'a>(
         if !known.insert(material.index()) {
             continue;
         }
-        for images in images_of(&material) {
+        for images in images_of(file, &material) {
             let key = images.each_ref().map(|image| image.as_ref().map(Image::index));
-            if key == [None; 3] || !used.insert(key) {
+            if key == [None; IMAGES] || !used.insert(key) {
                 continue;
             }
             // The product of two images has the larger size.
@@ -86,12 +86,17 @@ pub(super) fn images<'a>(
     (textures, texels)
 }
 
-/// Images of the colour, which become one texture, and of the emission.
-fn images_of<'a>(material: &Material<'a>) -> [[Option<Image<'a>>; 3]; 2] {
-    let color = Product::of(material, transmission(material) > 0.0, false);
+/// Images of the colour, which become one texture, of the emission, and of what passes diffusely.
+fn images_of<'a>(file: &'a File, material: &Material<'a>) -> [[Option<Image<'a>>; IMAGES]; 3] {
+    let transmits = transmission(material) > 0.0;
+    let color = Product::of(material, transmits, false);
+    let diffuse = file.diffuse(material).filter(|_| !transmits);
+    let far = diffuse.map_or_else(Product::default, |d| Product::far(&file.document, &d, material));
+    let color = diffuse.map_or(color.clone(), |d| color.near(&file.document, &d));
     let strength = material.emissive_strength().unwrap_or(1.0);
     let emits = material.emissive_factor().iter().any(|factor| factor * strength > 0.0);
     let emission = material.emissive_texture().filter(|_| emits);
     let emission = emission.map(|info| info.texture().source());
-    [color.images().map(Option::<&Image<'a>>::cloned), [emission, None, None]]
+    let emission = Product { base: emission, ..Product::default() };
+    [color, emission, far].map(|product| product.images().map(Option::<&Image<'a>>::cloned))
 }

@@ -3,6 +3,7 @@
 use super::{
     SceneError,
     error::quoted,
+    gltf_diffuse::{self, Diffuse},
     gltf_draco,
     gltf_film::{self, Film},
     gltf_json::{self, Instancing},
@@ -35,6 +36,7 @@ pub(super) struct File {
     unpacked: HashMap<usize, Vec<u8>>,
     instancing: Vec<Option<Instancing>>,
     films: Vec<Option<Film>>,
+    diffuse: Vec<Option<Diffuse>>,
     /// Primitives of splats, which the document has no more.
     pub(super) splats: Vec<SplatPrimitive>,
     /// Features of the file that are ignored, a sentence each.
@@ -60,6 +62,7 @@ impl File {
         gltf_json::add_zeros(&mut value);
         let splats = gltf_splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
+        let diffuse = gltf_diffuse::all(&value);
         let packed = gltf_meshopt::packed(&value).map_err(invalid)?;
         let fallbacks = gltf_meshopt::fallbacks(&value);
         let damaged = |error: &dyn std::fmt::Display| {
@@ -91,6 +94,7 @@ impl File {
             unpacked: HashMap::new(),
             instancing,
             films,
+            diffuse,
             splats,
             notes,
         };
@@ -144,6 +148,11 @@ impl File {
     /// Thin film on a material.
     pub(super) fn film(&self, material: usize) -> Option<Film> {
         self.films.get(material).copied().flatten()
+    }
+
+    /// What a material passes diffusely.
+    pub(super) fn diffuse(&self, material: &gltf::Material<'_>) -> Option<Diffuse> {
+        self.diffuse.get(material.index()?).copied().flatten()
     }
 
     /// Bytes of a data URI, or of a file in the document's folder or below.

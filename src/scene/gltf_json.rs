@@ -4,7 +4,7 @@ use super::{error::quoted, gltf_ignored::Ignored, limits};
 use serde_json::{Map, Value, json};
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 20] = [
+pub(super) const EXTENSIONS: [&str; 21] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -13,6 +13,7 @@ pub(super) const EXTENSIONS: [&str; 20] = [
     "KHR_gaussian_splatting_compression_spz",
     "KHR_gaussian_splatting_compression_spz_2",
     "KHR_lights_punctual",
+    "KHR_materials_diffuse_transmission",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",

@@ -8,6 +8,7 @@
 //! units, so the node's scale multiplies it in that material.
 use super::{
     SceneError,
+    far_sides::far_side,
     gltf::Earlier,
     gltf_file::File,
     gltf_texture::{Product, Textures, share, transmission},
@@ -166,7 +167,11 @@ impl<'a> Materials<'a> {
         }
         // A volume may need others in meshes that are not closed.
         let count = (self.earlier + self.materials.len()) as u64;
-        let more = if source.volume().is_some() { 3 } else { 1 };
+        let more = match (source.volume(), self.file.diffuse(source)) {
+            (Some(_), _) => 3,
+            (None, Some(_)) => 2,
+            (None, None) => 1,
+        };
         Limit::Materials.grown_in(&self.file.path, count, more)?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
@@ -209,7 +214,7 @@ impl<'a> Materials<'a> {
         let is_body = transmits && source.volume().is_some_and(|v| v.thickness_factor() > 0.0);
         // Of KHR_materials_transmission: glass as dense as air is not frosted.
         let frost = roughness * roughness * (2.0 * ior - 2.0).clamp(0.0, 1.0);
-        self.materials.push(Material {
+        let mut material = Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
             transfer: match source.alpha_mode() {
                 _ if transmits => Transfer::Filter,
@@ -238,8 +243,32 @@ impl<'a> Materials<'a> {
             metallic,
             unlit: source.unlit(),
             ..Material::default()
-        });
+        };
+        let far = self.far_side(source, &mut material)?;
+        self.materials.push(material);
+        self.materials.extend(far);
         Ok(uses)
+    }
+
+    /// The material of what passes diffusely to its far side.
+    fn far_side(
+        &mut self,
+        source: &gltf::Material<'_>,
+        material: &mut Material,
+    ) -> Result<Option<Material>, SceneError> {
+        let Some(diffuse) = self.file.diffuse(source) else { return Ok(None) };
+        if material.transmission > 0.0 || material.unlit {
+            self.ignore("diffuse transmission of glass or of what is not lit ignored");
+            return Ok(None);
+        }
+        if diffuse.is_placed {
+            self.ignore("texture coordinates of diffuse transmission textures ignored");
+        }
+        let product = Product::far(&self.file.document, &diffuse, source);
+        let texture = self.textures.add(&product)?;
+        let id = self.materials.len() as u32 + 1;
+        let far = far_side(material, id, diffuse.lacks(), diffuse.factor * diffuse.color);
+        Ok(Some(Material { texture, ..far }))
     }
 
     /// Texture of a material's colour and transmission, and that of its emission, with the coordinates of the
@@ -283,7 +312,11 @@ impl<'a> Materials<'a> {
         transmits: bool,
         is_face: bool,
     ) -> Result<Option<u32>, SceneError> {
-        self.textures.add(&Product::of(source, transmits, is_face))
+        let product = Product::of(source, transmits, is_face);
+        let diffuse = self.file.diffuse(source).filter(|_| !transmits && !source.unlit());
+        let document = &self.file.document;
+        let product = diffuse.map_or(product.clone(), |diffuse| product.near(document, &diffuse));
+        self.textures.add(&product)
     }
 
     /// Roughness and metal, by the means of their texture.

@@ -1,7 +1,10 @@
 //! glTF images as textures of casters: base colour, with transmission and metal multiplied in.
-use super::{SceneError, gltf_file::File, images, limits::Limit, particles::linear_from_srgb};
+use super::{
+    SceneError, gltf_diffuse::Diffuse, gltf_file::File, images, limits::Limit,
+    particles::linear_from_srgb,
+};
 use crate::model::Texture;
-use ::gltf::{Image, Material, material::AlphaMode, texture::Info};
+use ::gltf::{Document, Image, Material, material::AlphaMode, texture::Info};
 use image::{Rgba32FImage, RgbaImage, imageops::FilterType};
 use std::collections::HashMap;
 
@@ -16,14 +19,38 @@ pub(super) struct Product<'a> {
     pub(super) transmission: Option<Image<'a>>,
     /// Its blue channel, times the factor, is the share of metal, which transmits nothing.
     pub(super) metal: Option<(Image<'a>, f32)>,
+    /// Its alpha is the share of light that passes diffusely.
+    pub(super) spreads: Option<(Image<'a>, Spreads)>,
+    /// Its alpha is that of the product.
+    pub(super) covers: Option<(Image<'a>, Covers)>,
     /// Whether alpha is one.
     pub(super) is_opaque: bool,
     /// Whether it is that of one of the two faces of a body: the square root of the colour.
     pub(super) is_face: bool,
 }
 
-/// Images of the base colour, transmission and metal with its factor's bits; opaque; square root.
-type Key = ([Option<usize>; 3], u32, bool, bool);
+/// What of the light that a texture spreads diffusely a product has.
+#[derive(Clone, Copy)]
+pub(super) enum Spreads {
+    /// What passes.
+    Passes,
+    /// What does not, with the factor of what passes.
+    Stays(f32),
+}
+
+/// Where a product is by the alpha of another image.
+#[derive(Clone, Copy)]
+pub(super) enum Covers {
+    AsItIs,
+    /// Where alpha is at least this.
+    From(f32),
+}
+
+/// Images of a product.
+pub(super) const IMAGES: usize = 5;
+
+/// Images, and the bits of the numbers and choices that go with them.
+type Key = ([Option<usize>; IMAGES], [u32; 3], bool, bool);
 
 impl<'a> Product<'a> {
     /// The texture of a material's colour and, if it `transmits`, transmission.
@@ -39,20 +66,62 @@ impl<'a> Product<'a> {
             metal: metal.map(|info| (image(info), factor)),
             is_opaque: source.alpha_mode() == AlphaMode::Opaque,
             is_face,
+            ..Self::default()
+        }
+    }
+
+    /// The texture of a near side's colour, `self` without what passes diffusely.
+    pub(super) fn near(self, document: &'a Document, diffuse: &Diffuse) -> Self {
+        let passes = image(document, diffuse.share);
+        Self { spreads: passes.map(|image| (image, Spreads::Stays(diffuse.factor))), ..self }
+    }
+
+    /// The texture of what passes diffusely, and of where it is.
+    pub(super) fn far(document: &'a Document, diffuse: &Diffuse, source: &Material<'a>) -> Self {
+        let surface = source.pbr_metallic_roughness();
+        let [.., alpha] = surface.base_color_factor();
+        let covers = surface.base_color_texture();
+        let covers = covers.filter(|_| source.alpha_mode() != AlphaMode::Opaque);
+        Self {
+            base: image(document, diffuse.tint),
+            spreads: image(document, diffuse.share).map(|image| (image, Spreads::Passes)),
+            covers: covers.map(|info| {
+                let covers = match source.alpha_mode() {
+                    AlphaMode::Mask => Covers::From(source.alpha_cutoff().unwrap_or(0.5) / alpha),
+                    _ => Covers::AsItIs,
+                };
+                (info.texture().source(), covers)
+            }),
+            is_opaque: source.alpha_mode() == AlphaMode::Opaque,
+            ..Self::default()
         }
     }
 
     /// Its images: what is stored of them has the larger size.
-    pub(super) fn images(&self) -> [Option<&Image<'a>>; 3] {
+    pub(super) fn images(&self) -> [Option<&Image<'a>>; IMAGES] {
         let metal = self.metal.as_ref().map(|(image, _)| image);
-        [self.base.as_ref(), self.transmission.as_ref(), metal]
+        let spreads = self.spreads.as_ref().map(|(image, _)| image);
+        let covers = self.covers.as_ref().map(|(image, _)| image);
+        [self.base.as_ref(), self.transmission.as_ref(), metal, spreads, covers]
     }
 
     fn key(&self) -> Key {
-        let factor = self.metal.as_ref().map_or(0, |(_, factor)| factor.to_bits());
+        let metal = self.metal.as_ref().map_or(0, |(_, factor)| factor.to_bits());
+        let spreads = self.spreads.as_ref().map_or(0, |(_, spreads)| match spreads {
+            Spreads::Passes => u32::MAX,
+            Spreads::Stays(factor) => factor.to_bits(),
+        });
+        let covers = self.covers.as_ref().map_or(0, |(_, covers)| match covers {
+            Covers::AsItIs => u32::MAX,
+            Covers::From(cutoff) => cutoff.to_bits(),
+        });
         let images = self.images().map(|image| image.map(Image::index));
-        (images, factor, self.is_opaque, self.is_face)
+        (images, [metal, spreads, covers], self.is_opaque, self.is_face)
     }
+}
+
+fn image(document: &Document, texture: Option<usize>) -> Option<Image<'_>> {
+    document.textures().nth(texture?).map(|texture| texture.source())
 }
 
 #[derive(Debug)]
@@ -103,8 +172,8 @@ impl<'a> Textures<'a> {
         self.textures.push(Texture { name, width, height, rgba: pixels.into_raw() });
         self.known.insert(key, id);
         if is_solid {
-            let (images, factor, is_opaque, is_face) = key;
-            self.known.insert((images, factor, !is_opaque, is_face), id);
+            let (images, numbers, is_opaque, is_face) = key;
+            self.known.insert((images, numbers, !is_opaque, is_face), id);
         }
         Ok(Some(id))
     }
@@ -113,7 +182,7 @@ impl<'a> Textures<'a> {
     fn multiplied(&mut self, product: &Product<'_>) -> Result<RgbaImage, SceneError> {
         let before = self.texels;
         let images = product.images();
-        let mut decoded = [None, None, None];
+        let mut decoded = [const { None }; IMAGES];
         for (decoded, image) in decoded.iter_mut().zip(images) {
             *decoded = image.map(|image| self.decode(image)).transpose()?;
         }
@@ -121,7 +190,7 @@ impl<'a> Textures<'a> {
         let (width, height) = sizes.fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
         let texels = u64::from(width) * u64::from(height);
         self.texels = Limit::Texels.grown_in(&self.file.path, before, texels)?;
-        let [base, transmission, metal] = decoded;
+        let [base, transmission, metal, spreads, covers] = decoded;
         let white = || RgbaImage::from_pixel(width, height, image::Rgba([255; 4]));
         let mut base = base.map_or_else(white, |base| resized_color(base, width, height));
         let factor = product.metal.as_ref().map_or(0.0, |(_, factor)| *factor);
@@ -130,6 +199,25 @@ impl<'a> Textures<'a> {
         }
         if let Some(metal) = metal {
             multiply(&mut base, metal, |texel| 1.0 - factor * (f32::from(texel[2]) / 255.0));
+        }
+        if let (Some(image), Some((_, spreads))) = (spreads, &product.spreads) {
+            let passes = |texel: [u8; 4]| f32::from(texel[3]) / 255.0;
+            match *spreads {
+                Spreads::Passes => multiply(&mut base, image, passes),
+                Spreads::Stays(factor) => {
+                    multiply(&mut base, image, |texel| 1.0 - factor * passes(texel));
+                }
+            }
+        }
+        if let (Some(image), Some((_, covers))) = (covers, &product.covers) {
+            let image = resized_color(image, width, height);
+            for (pixel, alpha) in base.pixels_mut().zip(image.pixels().map(|pixel| pixel.0[3])) {
+                pixel.0[3] = match *covers {
+                    Covers::AsItIs => alpha,
+                    Covers::From(cutoff) if f32::from(alpha) / 255.0 >= cutoff => 255,
+                    Covers::From(_) => 0,
+                };
+            }
         }
         Ok(base)
     }

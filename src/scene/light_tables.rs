@@ -1,8 +1,8 @@
 //! Tables of lights and their shadows in the library's units.
 use super::{SceneError, keys::Keys, tables};
 use crate::model::{
-    Cascades, Light, LightKind, LookUp, MAX_CASCADES, MAX_SHADOWS, MAX_SOURCE_SIZE, MAX_SUN_ANGLE,
-    MAX_VIEWPOINTS, Shadow, Source,
+    Cascades, Light, LightKind, LookUp, MAX_CASCADES, MAX_CAUSTIC_RAYS, MAX_SHADOWS,
+    MAX_SOURCE_SIZE, MAX_SUN_ANGLE, MAX_VIEWPOINTS, Shadow, Source,
 };
 use serde::Deserialize;
 use toml::Spanned;
@@ -37,13 +37,14 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
         let help = format!("a light has at most {}", MAX_SHADOWS - 1);
         return Err(keys.fault("shadow", format!("{} further shadows", shadows.len()), &help));
     }
-    let light = |key| keys.three(key, 0.0..=f32::MAX, "0 or more");
+    let rgb = |key| keys.three(key, 0.0..=f32::MAX, "0 or more");
     let intensity = keys.number("intensity", 0.0..=f32::MAX, "0 or more")?;
     let source = keys.one("source", |of| source(of, keys, kind))?.map(Spanned::into_inner);
-    Ok(Light {
+    let rays = format!("0 to {MAX_CAUSTIC_RAYS} rays along the edge of a texel");
+    let light = Light {
         name: keys.given("name")?.unwrap_or_else(|| format!("light{index}")),
         kind,
-        color: light("color")?.unwrap_or(glam::Vec3::ONE),
+        color: rgb("color")?.unwrap_or(glam::Vec3::ONE),
         intensity: intensity.unwrap_or(3.0),
         near,
         far,
@@ -56,6 +57,7 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
         shafts: keys.value("shafts", true)?,
         source: source.map(|(source, _)| source),
         viewpoints: source.map_or(1, |(_, viewpoints)| viewpoints),
+        caustics: keys.whole("caustics", 0, 0..=MAX_CAUSTIC_RAYS, &rays)?,
         look_up: LookUp {
             filter: tables::filter(keys)?,
             bias: keys.bias("bias")?,
@@ -63,7 +65,11 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
             normal_bias: keys.bias("normal_bias")?,
         },
         shadows: shadows.into_iter().map(Spanned::into_inner).collect(),
-    })
+    };
+    match light.caustics_problem() {
+        Some(problem) => Err(keys.fault("caustics", problem, "remove caustics, or the other key")),
+        None => Ok(light),
+    }
 }
 
 /// Area of a light, the surface that its rays leave, and its viewpoints; `light`: keys of the light.

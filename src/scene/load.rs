@@ -7,7 +7,7 @@ use super::{
         CameraTable, Document, MeshTable, ParticlesTable, ShapeTable, SplatsTable, StrandsTable,
         VolumeTable,
     },
-    emitters, environment, formats,
+    emitters, environment, far_sides, formats,
     gltf::Wanted,
     keys::Keys,
     light_tables,
@@ -260,6 +260,7 @@ fn load_contents(
     still.extend(moving.into_iter().map(|moving| Arc::new(moving) as _));
     scene.recentre();
     place_again(&mut scene, still);
+    far_sides::add_filters(&mut scene, path)?;
     let by = -scene.origin;
     let resting = resting.into_iter().map(|resting| resting.moved(by).unwrap_or(resting));
     scene.motions.extend(resting);

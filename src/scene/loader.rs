@@ -6,6 +6,7 @@ use super::{
     displace::Displaced,
     document::{Document, MaterialTable, MeshTable, ShapeTable, TextureSource},
     error::quoted,
+    far_sides::far_side,
     formats,
     gltf::Wanted,
     limits::Limit,
@@ -122,7 +123,7 @@ impl<'a> Loader<'a> {
         }
         self.lights(document)?;
         for (index, table) in document.material.iter().enumerate() {
-            let MaterialTable { material, texture, radius } = table.get_ref();
+            let MaterialTable { material, texture, radius, .. } = table.get_ref();
             self.check_limit(Limit::Materials, index, 1, (&table.span(), "name"))?;
             let texture = texture.as_ref().map(|image| self.texture(table, image)).transpose()?;
             if self.names.insert(material.name.clone(), index as u32).is_some() {
@@ -133,6 +134,7 @@ impl<'a> Loader<'a> {
             self.radii.push(*radius);
             self.scene.materials.push(Material { texture, ..material.clone() });
         }
+        self.far_sides(document)?;
         for table in &document.particles {
             self.particles(table)?;
         }
@@ -236,6 +238,37 @@ impl<'a> Loader<'a> {
             nearest(name, known).unwrap_or_else(|| "add a [[material]] with this name".to_owned());
         let message = format!("no material is named {}", quoted(name));
         Err(self.error(span, "material", &message, &help))
+    }
+
+    /// Adds the materials of the far sides of the file's materials.
+    pub(super) fn far_sides(&mut self, document: &Document) -> Result<(), SceneError> {
+        for (index, table) in document.material.iter().enumerate() {
+            let MaterialTable { far_side: Some((share, color)), .. } = table.get_ref() else {
+                continue;
+            };
+            let last = self.scene.materials.len();
+            let place = (&table.span(), "diffuse_transmission");
+            self.check_limit(Limit::Materials, last, 1, place)?;
+            let material = &mut self.scene.materials[index];
+            let far = far_side(material, last as u32, *share, *share * *color);
+            self.scene.materials.push(far);
+        }
+        Ok(())
+    }
+
+    /// Like [`Self::material`], of what has no far side.
+    pub(super) fn material_of_grains(
+        &self,
+        span: &Range<usize>,
+        name: &str,
+    ) -> Result<u32, SceneError> {
+        let index = self.material(span, name)?;
+        if self.scene.materials[index as usize].far_side.is_some() {
+            let message = "only shapes and meshes have a far side";
+            let help = "use a material without diffuse_transmission";
+            return Err(self.error(span, "material", message, help));
+        }
+        Ok(index)
     }
 
     /// Adds a shape or mesh to the parts that keys may move.

@@ -26,7 +26,7 @@ pub(super) const MAX_SIDE: u32 = 8192;
 impl Loader<'_> {
     pub(super) fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
         let ParticlesTable { file, generate, material } = table.get_ref();
-        let id = self.material(&table.span(), material)?;
+        let id = self.material_of_grains(&table.span(), material)?;
         if self.scene.materials[id as usize].is_volume() {
             let help = "use shape = \"puff\", and no attenuation";
             let message = "particles have no volume";
@@ -187,6 +187,7 @@ impl Loader<'_> {
         self.scene.materials.extend(model.materials.into_iter().map(|material| Material {
             texture: material.texture.map(|index| index + first_texture),
             emissive_texture: material.emissive_texture.map(|index| index + first_texture),
+            far_side: material.far_side.map(|index| index + first_material),
             ..material
         }));
         limits::reserve(&mut self.scene.triangles, model.triangles.len(), "triangles", path)?;

@@ -33,7 +33,7 @@ impl Loader<'_> {
         let material = match &given.material {
             None => Material { name: "splats".to_owned(), ..Material::default() },
             Some(name) => {
-                let index = self.material(&span, name)?;
+                let index = self.material_of_grains(&span, name)?;
                 self.scene.materials[index as usize].clone()
             }
         };

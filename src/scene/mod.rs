@@ -14,6 +14,7 @@ mod emitters;
 mod environment;
 mod error;
 mod faces;
+mod far_sides;
 mod formats;
 mod fur;
 #[doc(hidden)]
@@ -21,6 +22,7 @@ pub mod generate;
 mod gltf;
 mod gltf_animation;
 mod gltf_announced;
+mod gltf_diffuse;
 mod gltf_draco;
 mod gltf_file;
 mod gltf_film;
@@ -133,5 +135,6 @@ pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
         let is_volume = |material: u32| model.materials[material as usize].is_volume();
         rig.pose(&local, &mut model.triangles, transform, 0.0, is_volume);
     }
+    far_sides::Filters::add(&mut model.triangles, &model.materials, path)?;
     Ok(model)
 }

@@ -78,7 +78,7 @@ impl Loader<'_> {
         span: &Range<usize>,
         name: &str,
     ) -> Result<Material, SceneError> {
-        let named = &self.scene.materials[self.material(span, name)? as usize];
+        let named = &self.scene.materials[self.material_of_grains(span, name)? as usize];
         let problem = [
             (named.is_volume(), "strands have no volume", "remove its attenuation"),
             (named.texture.is_some(), "strands have no texture", "remove it"),

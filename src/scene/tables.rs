@@ -262,6 +262,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         return Err(keys.fault("catcher", "a catcher that is not opaque", help));
     }
     let (ior, fresnel) = glass(keys, filters)?;
+    let far_side = far_side(keys, transfer, catcher)?;
     let texture = keys.given("texture")?;
     if let Some(TextureSource::Noise(noise)) = &texture {
         check_noise(keys, noise)?;
@@ -284,6 +285,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         metallic: keys.share("metallic", usual.metallic)?,
         ior,
         fresnel,
+        far_side: usual.far_side,
         frost: keys.share("frost", usual.frost)?,
         attenuation_color: attenuation_color.unwrap_or(Vec3::ONE),
         attenuation_distance: attenuation_distance.unwrap_or(f32::INFINITY),
@@ -299,6 +301,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
     };
     Ok(MaterialTable {
         material,
+        far_side,
         texture,
         radius: keys.number("radius", ABOVE_ZERO..=1e7, "above 0")?,
     })
@@ -315,6 +318,32 @@ fn glass(keys: &Keys<'_>, filters: bool) -> Result<(f32, Fresnel), SceneError> {
         Some(ior) if thin => Ok((1.0, Fresnel::Pane { ior })),
         Some(ior) => Ok((ior, Fresnel::Face { ior })),
     }
+}
+
+/// Share of light that passes diffusely to the far side, and its colour.
+fn far_side(
+    keys: &Keys<'_>,
+    transfer: Transfer,
+    catcher: bool,
+) -> Result<Option<(f32, Vec3)>, SceneError> {
+    let share = keys.share("diffuse_transmission", 0.0)?;
+    let color = keys.three("diffuse_transmission_color", 0.0..=1.0, "from 0 to 1")?;
+    if share == 0.0 {
+        return match color {
+            Some(_) => {
+                let message = "colour without a share that passes";
+                let help = "give it a diffuse_transmission above 0";
+                Err(keys.fault("diffuse_transmission_color", message, help))
+            }
+            None => Ok(None),
+        };
+    }
+    if !matches!(transfer, Transfer::Opaque | Transfer::Cutout) || catcher {
+        let message = "light passes diffusely through what is opaque or cutout, and no catcher";
+        let help = "give it transfer = \"opaque\"";
+        return Err(keys.fault("diffuse_transmission", message, help));
+    }
+    Ok(Some((share, color.unwrap_or(Vec3::ONE))))
 }
 
 fn check_noise(keys: &Keys<'_>, noise: &Noise) -> Result<(), SceneError> {

@@ -27,6 +27,7 @@ mod shadows;
 mod simulation;
 mod smoothing;
 mod statistics;
+mod thrown;
 mod views;
 mod warm_up;
 
@@ -58,4 +59,5 @@ pub use shadows::Shadows;
 #[cfg(feature = "picture")]
 pub(crate) use shadows::check;
 pub use simulation::{EMITTED_WGSL, Simulation};
+pub(crate) use thrown::Caustics;
 pub use views::maps::Maps;

@@ -1,6 +1,6 @@
 //! Maps of a frame in the host's hands.
 use super::{
-    LightShelf, Maps,
+    Caustics, LightShelf, Maps,
     frame_mark::Mark,
     prepare::FrameCommands,
     statistics::{Planned, Statistics},
@@ -37,6 +37,8 @@ pub struct Prepared {
     pub(super) views: Vec<View>,
     pub(super) settings: ShadowSettings,
     pub(super) maps: Maps,
+    /// Light that glass throws, if some light asked for it.
+    pub(crate) caustics: Option<Caustics>,
     /// Of all frames of the `Shadows`.
     pub(super) light_shelf: Arc<LightShelf>,
 }

@@ -270,6 +270,7 @@ impl Shadows {
             views: views.to_vec(),
             settings: *settings,
             maps: maps.set.maps.clone(),
+            caustics: None,
             light_shelf: Arc::clone(&self.light_shelf),
         };
         self.maps = Some(maps);

@@ -74,6 +74,10 @@ bitflags::bitflags! {
         const HAS_REFRACTION = 1 << 35;
         /// Some triangles reflect a share of the light by its angle.
         const HAS_FRESNEL = 1 << 39;
+        /// Some triangles of the picture send light on to their far side.
+        const HAS_FAR_SIDES = 1 << 40;
+        /// Glass throws light of some light of the picture.
+        const HAS_CAUSTICS = 1 << 41;
         /// Some of the views whose levels are made are faces of cubes.
         const HAS_FACES = 1 << 38;
     }

@@ -7,6 +7,7 @@ pub mod air;
 pub mod bin;
 pub mod bloom;
 pub mod blur;
+pub mod caustics;
 pub mod cluster;
 pub mod colored;
 pub mod curve;
@@ -111,6 +112,15 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::LIGHT_SHARES,
     &shade::AREA_LIGHT_POINTS,
     &shade::AREA_LIGHT_SHARES,
+    &shade::THROWN_LIGHT_SHARES,
+    &shade::THROWN_AREA_LIGHT_SHARES,
+    &shade::THROWN_LIGHT_POINTS,
+    &shade::THROWN_AREA_LIGHT_POINTS,
+    &shade::THROWN_MASKED_LIGHT_POINTS,
+    &shade::THROWN_AREA_MASKED_LIGHT_POINTS,
+    &caustics::DEPTHS,
+    &caustics::OWNERS,
+    &caustics::THROW,
     &shade::MASKED_LIGHT_POINTS,
     &shade::AREA_MASKED_LIGHT_POINTS,
     &shade::COMPOSITE,

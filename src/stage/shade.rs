@@ -5,6 +5,7 @@
 //! to the eye, `composite` blends it. For the points of a host the same kernel gives the share of each
 //! light that reaches them.
 use super::{
+    caustics,
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
     walk::{IN_ORDER, LANE_CASTER, WALK},
@@ -139,50 +140,102 @@ pub const CASTERS: KernelDesc = of_points("shade_casters", "shade/shade_casters.
 pub const BRICKS: KernelDesc = of_points("shade_bricks", "shade/shade_bricks.wgsl");
 /// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc = KernelDesc {
-    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS],
+    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
 /// Share of each light that reaches the points of a host.
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
     entry: LIGHT_POINTS.entry,
-    with: &[SHARES, OF_POINT, IN_REGISTERS],
+    with: &[SHARES, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
     ..of_points("light_points", LIGHT_POINTS_ROOT)
 };
 /// [`LIGHT_POINTS`] with area lights.
 pub const AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
     name: "area_light_points",
-    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP],
+    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
     ..LIGHT_POINTS
 };
 /// [`LIGHT_POINTS`] with shadow masks.
 pub const MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
     name: "masked_light_points",
-    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS],
+    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
     ..LIGHT_POINTS
 };
 /// [`MASKED_LIGHT_POINTS`] with area lights.
 pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
     name: "area_masked_light_points",
-    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP],
+    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
     ..LIGHT_POINTS
 };
-/// The kernel that evaluates the light of a picture's points.
-pub fn light_points(features: Features) -> &'static KernelDesc {
-    match [Flags::HAS_AREAS, Flags::HAS_MASKS].map(|flag| features.has(flag)) {
-        [false, false] => &LIGHT_POINTS,
-        [false, true] => &MASKED_LIGHT_POINTS,
-        [true, false] => &AREA_LIGHT_POINTS,
-        [true, true] => &AREA_MASKED_LIGHT_POINTS,
-    }
-}
-
 /// [`LIGHT_SHARES`] with area lights.
 pub const AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "area_light_shares",
-    with: &[SHARES, OF_AREA, IN_WORKGROUP],
+    with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
     ..LIGHT_SHARES
 };
+/// [`LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_light_points",
+    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`AREA_LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_area_light_points",
+    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`MASKED_LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_masked_light_points",
+    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`AREA_MASKED_LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_area_masked_light_points",
+    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`LIGHT_SHARES`] with light that glass throws.
+pub const THROWN_LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "thrown_light_shares",
+    with: &[SHARES, OF_POINT, IN_REGISTERS, caustics::THROWN],
+    ..LIGHT_SHARES
+};
+/// [`AREA_LIGHT_SHARES`] with light that glass throws.
+pub const THROWN_AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "thrown_area_light_shares",
+    with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::THROWN],
+    ..LIGHT_SHARES
+};
+
+/// The kernel that evaluates the light of a picture's points.
+pub fn light_points(features: Features) -> &'static KernelDesc {
+    let flags = [Flags::HAS_AREAS, Flags::HAS_MASKS, Flags::HAS_CAUSTICS];
+    match flags.map(|flag| features.has(flag)) {
+        [false, false, false] => &LIGHT_POINTS,
+        [false, true, false] => &MASKED_LIGHT_POINTS,
+        [true, false, false] => &AREA_LIGHT_POINTS,
+        [true, true, false] => &AREA_MASKED_LIGHT_POINTS,
+        [false, false, true] => &THROWN_LIGHT_POINTS,
+        [false, true, true] => &THROWN_MASKED_LIGHT_POINTS,
+        [true, false, true] => &THROWN_AREA_LIGHT_POINTS,
+        [true, true, true] => &THROWN_AREA_MASKED_LIGHT_POINTS,
+    }
+}
+
+/// The kernel that gives a host the share of each light.
+pub fn light_shares(area: bool, thrown: bool) -> &'static KernelDesc {
+    match [area, thrown] {
+        [false, false] => &LIGHT_SHARES,
+        [true, false] => &AREA_LIGHT_SHARES,
+        [false, true] => &THROWN_LIGHT_SHARES,
+        [true, true] => &THROWN_AREA_LIGHT_SHARES,
+    }
+}
+
 pub const CLIP: KernelDesc = of_points("shade_clip", "shade/shade_clip.wgsl");
 
 /// Workgroup grid for `count` points or footprints.

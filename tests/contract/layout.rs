@@ -12,6 +12,7 @@ use gobo::{
         stage::{
             bin::{BatchCounters, BinParams, PartParams, Segment},
             blur::BlurParams,
+            caustics::CausticParams,
             levels::LevelParams,
             project::{Chunk, ProjectParams},
             shade::{Band, PictureParams, PointBatch},
@@ -45,6 +46,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<ClusterCounters>,
     struct_agrees::<GpuArea>,
     struct_agrees::<GpuLight>,
+    struct_agrees::<CausticParams>,
     struct_agrees::<LevelParams>,
     struct_agrees::<MaskParams>,
     struct_agrees::<HostView>,

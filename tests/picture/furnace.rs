@@ -250,6 +250,7 @@ fn sent(kind: PointKind, angle: f32, roughness: f32, metallic: f32) -> f32 {
                 gloss: Gloss::SOLID,
                 emission: Vec3::ZERO,
                 metallic,
+                far: Vec3::ZERO,
             };
             let across = if is_strand { down.sin() } else { down.cos() };
             sum += lighting.light(&point, None).x * across * down.sin();

@@ -192,6 +192,58 @@ fn glass_with_an_index_reflects() {
     }
 }
 
+/// `KHR_materials_diffuse_transmission`: the share and the colour, each times its texture; where alpha is cut, there is no leaf.
+#[test]
+fn leaves_pass_light_diffusely() {
+    let mut model = Glb::new();
+    // Alphas 128 and 255; linear colours of 0.2140 (sRGB 128) and 1.
+    let share = model.texture(1, 1, &[0, 0, 0, 128]);
+    let tint = model.texture(1, 1, &[128, 255, 255, 0]);
+    let solid = model.texture(1, 1, &[255, 0, 0, 153]);
+    let clear = model.texture(1, 1, &[255, 0, 0, 102]);
+    let leaf = |extension: Value, more: Value| {
+        let mut material = json!({ "pbrMetallicRoughness": plain([0.2, 0.9, 0.1, 1.0]),
+            "extensions": { "KHR_materials_diffuse_transmission": extension } });
+        let more = more.as_object().unwrap().clone();
+        material.as_object_mut().unwrap().extend(more);
+        material
+    };
+    let plainly = json!({ "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.4, 0.8, 1] });
+    let textured = json!({ "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [1, 0.8, 1],
+        "diffuseTransmissionTexture": { "index": share }, "diffuseTransmissionColorTexture": { "index": tint } });
+    let cut = |texture: usize| {
+        json!({ "alphaMode": "MASK", "pbrMetallicRoughness":
+            { "metallicFactor": 0, "baseColorTexture": { "index": texture } } })
+    };
+    let half = json!({ "alphaMode": "BLEND", "pbrMetallicRoughness": plain([1.0, 1.0, 1.0, 0.5]) });
+    let metal = json!({ "pbrMetallicRoughness": { "metallicFactor": 1 } });
+    let materials = [
+        (leaf(json!({}), json!({})), [0.0; 3]),
+        (leaf(plainly.clone(), json!({})), [0.2, 0.4, 0.5]),
+        (leaf(textured, json!({})), [0.251 * 0.2159, 0.251 * 0.8, 0.251]),
+        (leaf(plainly.clone(), cut(solid)), [0.2, 0.4, 0.5]),
+        (leaf(plainly.clone(), cut(clear)), [1.0; 3]),
+        (leaf(plainly.clone(), half), [0.6, 0.7, 0.75]),
+        (leaf(plainly, metal), [0.0; 3]),
+    ];
+    let places: Vec<_> = (0..7).map(|i| [1.5 * i as f32 - 4.4, 0.1]).collect();
+    let mut wanted = Vec::new();
+    for ((material, light), [x, _]) in materials.into_iter().zip(&places) {
+        let square = model.square(material);
+        model.place(square, [x - 0.1, 0.0, 0.0]);
+        wanted.push(light);
+    }
+    let scene = scene(&Folder::new(), &model, "translation = [0, 0.5, 0]\n");
+    assert!(!scene.notes.iter().any(|note| note.contains("not read")), "{:?}", scene.notes);
+    for (found, wanted) in below(&scene, &places).into_iter().zip(wanted) {
+        assert_light(found, wanted);
+    }
+    // What does not pass stays, by the texture where there is one.
+    let shares = scene.materials.iter().filter(|m| m.name.ends_with("(far side)"));
+    let shares: Vec<_> = shares.map(|material| material.transmission).collect();
+    assert_eq!(shares, [0.5, 0.0, 0.5, 0.5, 0.5, 0.5]);
+}
+
 /// The colour of clear texels does not show beside others.
 #[test]
 fn clear_texels_have_no_colour() {

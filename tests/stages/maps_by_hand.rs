@@ -42,6 +42,7 @@ pub(super) fn random_maps(seed: u64) -> [ViewMaps; 2] {
             opaque: Vec::new(),
             colored: Vec::new(),
             curve: None,
+            caustics: Vec::new(),
             sums: Vec::new(),
             owner: Vec::new(),
         };

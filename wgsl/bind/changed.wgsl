@@ -38,4 +38,7 @@ import package::records::tile::Segment;
 @group(0) @binding(121) var<storage, read_write> tile_pairs: array<atomic<u32>>;
 @group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;
 @group(0) @binding(117) var<storage, read_write> point_lists: array<atomic<u32>>;
+@group(0) @binding(176) var<storage, read_write> glass_depths: array<atomic<u32>>;
+@group(0) @binding(177) var<storage, read_write> glass_owners: array<atomic<u32>>;
+@group(0) @binding(178) var<storage, read_write> caustics: array<atomic<u32>>;
 @group(0) @binding(118) var<storage, read_write> layered_tiles: array<atomic<u32>>;

@@ -24,7 +24,7 @@ struct GpuMaterial {
     ior: f32,   // of its bodies; 1: straight through
     frost: f32, // blur of what is behind, per distance behind it
     fresnel: f32, // index of refraction of its faces, minus that of its panes; 0: they reflect nothing
-    shows: u32,   // SHOWS_*
+    shows: u32,   // SHOWS_*; from FAR_SIDE_SHIFT on the index of the material of its far side plus 1, or 0
 }
 
 const MAX_MATERIALS: u32 = 512u;
@@ -32,6 +32,7 @@ const NO_TEXTURE: u32 = 0xffffffffu;
 
 const SHOWS_SURROUNDINGS: u32 = 1u; // behind it
 const SHOWS_COLOR: u32 = 2u;        // its own, whatever the light
+const FAR_SIDE_SHIFT: u32 = 8u;
 
 const TRANSFER_FILTER: u32 = 0u;
 const TRANSFER_STAIN: u32 = 1u;

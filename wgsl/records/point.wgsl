@@ -2,6 +2,7 @@
 // `light_points` evaluates the light that they send to the eye. Rust: src/stage/shade.rs.
 
 import package::bind::sampled::points;
+import package::features::HAS_FAR_SIDES;
 import package::records::octahedral::{from_octahedral, octahedral};
 import package::records::record::record_texel;
 
@@ -14,10 +15,11 @@ const POINT_PARTICLE: u32 = 3u; // scatters without a normal
 const POINT_BRICK: u32 = 4u;    // in a brick of voxels: scatters several times
 const POINT_STRAND: u32 = 5u;   // around an axis, its normal: scatters as a cylinder, and mirrors
 const POINT_COVER: u32 = 6u;    // covers what is behind it, scatters light from its face's side
+const POINT_LEAF: u32 = 7u;     // scatters light from its face's side, and other light from its far side
 
 // Whether a point is on a surface.
 fn is_faced(kind: u32) -> bool {
-    return kind == POINT_SOLID || kind == POINT_PANE || kind == POINT_COVER;
+    return kind == POINT_SOLID || kind == POINT_PANE || kind == POINT_COVER || kind == POINT_LEAF;
 }
 
 const POLISH_STEPS: f32 = 2047.0;
@@ -40,6 +42,7 @@ struct Point {
     metallic: f32,        // 1: mirrors in its own colour and scatters nothing
     pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 for a particle
     brick: u32,           // of POINT_BRICK: the brick whose voxels shadow it; 0 for none
+    far: vec3<f32>,       // of POINT_LEAF: share of the light from its far side that it scatters
 }
 
 // A batch of points that are evaluated together. Rust: src/stage/shade.rs.
@@ -63,13 +66,25 @@ fn packed_pixel(p: Point) -> u32 {
     return (p.pixel & 0xfffu) | ((p.pixel >> 16u) << 12u) | (metal << 24u);
 }
 
+// Albedo and, of a leaf, the light of its far side: unsigned shares of 16 bits.
+fn packed_shares(p: Point) -> vec3<u32> {
+    if HAS_FAR_SIDES && p.kind == POINT_LEAF {
+        return vec3(
+            pack2x16unorm(p.albedo.xy),
+            pack2x16unorm(vec2(p.albedo.z, p.far.x)),
+            pack2x16unorm(p.far.yz),
+        );
+    }
+    return bitcast<vec3<u32>>(p.albedo);
+}
+
 fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
     let polish = u32(saturate(p.polish) * POLISH_STEPS + 0.5);
     let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
     return array(
         vec4(bitcast<vec3<u32>>(p.position), bits),
         vec4(select(octahedral(p.face), p.brick, p.kind == POINT_BRICK), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
-        vec4(bitcast<vec3<u32>>(p.albedo), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
+        vec4(packed_shares(p), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
         vec4(bitcast<vec3<u32>>(p.emission), packed_pixel(p)),
     );
 }
@@ -83,6 +98,13 @@ fn load_point(index: u32) -> Point {
     let kind = words.w & 7u;
     let shine = unpack2x16unorm(look.w);
     let has_face = is_faced(kind);
+    var albedo = bitcast<vec3<f32>>(look.xyz);
+    var far = vec3(0.0);
+    if HAS_FAR_SIDES && kind == POINT_LEAF {
+        let mixed = unpack2x16unorm(look.y);
+        albedo = vec3(unpack2x16unorm(look.x), mixed.x);
+        far = vec3(mixed.y, unpack2x16unorm(look.z));
+    }
     return Point(
         kind,
         bitcast<vec3<f32>>(words.xyz),
@@ -92,7 +114,7 @@ fn load_point(index: u32) -> Point {
         normals.w,
         (words.w >> 3u) & 3u,
         words.w >> 16u,
-        bitcast<vec3<f32>>(look.xyz),
+        albedo,
         shine.x,
         shine.y,
         f32((words.w >> 5u) & 2047u) / POLISH_STEPS,
@@ -100,5 +122,6 @@ fn load_point(index: u32) -> Point {
         f32(surface.w >> 24u) / METAL_STEPS,
         (surface.w & 0xfffu) | (((surface.w >> 12u) & 0xfffu) << 16u),
         select(0u, normals.x, kind == POINT_BRICK),
+        far,
     );
 }

@@ -2,18 +2,19 @@
 
 import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
+import choice::thrown::with_thrown;
 import package::bind::uniform::picture_params;
-import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_SHADOWS};
+import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_FAR_SIDES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_COVER, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced, load_point,
+    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced, load_point,
 };
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::irradiance::irradiance;
 import package::shade::own_shadow::{outside, own_passed};
 import package::shade::phase::{PER_FOUR_PI, phase_of_orders};
-import package::shade::receiver::set_receiver;
+import package::shade::receiver::{set_leaf, set_receiver};
 import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored, mirrored_sky};
 import package::shade::shadow::shadow;
 import package::shade::strand::strand_scattered;
@@ -28,7 +29,7 @@ const ASIDE_SHINE: u32 = ASIDE_LOCAL + 1u;
 fn scattered(point: Point, cosine: f32) -> f32 {
     switch point.kind {
         // A highlight never sends more than it does head-on.
-        case POINT_SOLID: { return max(cosine, 0.0) * PER_PI * (1.0 - HEAD_ON * point.polish); }
+        case POINT_SOLID, POINT_LEAF: { return max(cosine, 0.0) * PER_PI * (1.0 - HEAD_ON * point.polish); }
         case POINT_COVER: { return max(cosine, 0.0) * PER_PI; }
         case POINT_PANE: { return abs(cosine) * PER_PI; }
         // Evenly to all sides.
@@ -42,7 +43,7 @@ fn ambient(point: Point) -> vec3<f32> {
     let light = select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
     let cosine = dot(point.normal, normalize(eye() - point.position));
     let mirror = mirrored_sky(Gloss(point.reflectivity, point.polish), cosine, point.roughness);
-    let mirrors = point.kind == POINT_SOLID && picture_params.environment_size > 0u;
+    let mirrors = (point.kind == POINT_SOLID || point.kind == POINT_LEAF) && picture_params.environment_size > 0u;
     return light * select(1.0, 1.0 - mirror, mirrors);
 }
 
@@ -53,6 +54,7 @@ fn point_light(number: u32) -> vec3<f32> {
     let count = select(list.count, 0u, first.kind == POINT_NONE);
     set_turn(first.pixel);
     set_receiver(first.receives, first.tag, first.kind == POINT_SOLID);
+    set_leaf(first.kind == POINT_LEAF);
     lay_aside(ASIDE_DIFFUSE, bits_of(ambient(first), 0.0));
     lay_aside(ASIDE_SHINE, vec4(vec3(0u), number));
     var i = 0u;
@@ -83,6 +85,7 @@ fn point_light(number: u32) -> vec3<f32> {
                         reach = -1.0;
                     }
                     through = shadow(light, index, origin, face, arriving.toward, reach);
+                    through = with_thrown(light, load_point(aside(ASIDE_SHINE).w).position, through);
                 }
                 add_light(listed_index(list, i), through);
             }
@@ -127,6 +130,9 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let middle = normalize(arriving.toward + to_eye);
     let lobe = highlight(point.normal, middle, point.roughness) * mirrored(gloss, dot(to_eye, middle), head_on);
     let shines = is_faced(point.kind) && cosine > 0.0;
-    let added = select(vec3(0.0), passed * (cosine * lobe), shines);
+    var added = select(vec3(0.0), passed * (cosine * lobe), shines);
+    if HAS_FAR_SIDES {
+        added += point.far * passed * (max(-cosine, 0.0) * PER_PI);
+    }
     lay_aside(ASIDE_SHINE, vec4(bits_of(floats_of(shine).xyz + added, 0.0).xyz, shine.w));
 }

@@ -6,11 +6,16 @@ import package::records::owner::stored_tag;
 var<private> receives: u32;     // RECEIVES_*
 var<private> receiver_tag: u32; // owner tag of its object
 var<private> is_solid: bool;    // it is opaque: in no filter map, so no translucent caster is its own
+var<private> is_leaf: bool;     // it is in the filter map itself
 
 fn set_receiver(accepts: u32, tag: u32, solid: bool) {
     receives = accepts;
     receiver_tag = tag;
     is_solid = solid;
+}
+
+fn set_leaf(leaf: bool) {
+    is_leaf = leaf;
 }
 
 // Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest` in the format of

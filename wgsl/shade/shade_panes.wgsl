@@ -7,12 +7,14 @@ import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
 import package::records::material::TRANSFER_SMOKE;
-import package::records::point::{POINT_COVER, POINT_PANE, Point, pixel_number};
+import package::records::point::{POINT_COVER, POINT_LEAF, POINT_PANE, Point, pixel_number};
 import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::band::indexed_pixel;
 import package::shade::environment::from_around;
+import package::shade::far_side::far_side;
+import package::shade::irradiance::irradiance;
 import package::shade::layer::{LAYER_TEXELS, Pane, pane_of};
 import package::shade::listed_point::{point_at, point_count};
 import package::shade::pane::{mirrored_share, scattered_share, seen_color, pane_gloss};
@@ -31,8 +33,11 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
     let gloss = pane_gloss(hit, material);
     let mirror = mirrored_share(hit, material, normals.normal, to_eye);
     let scattered = scattered_share(hit, material, true) * (1.0 - mirror);
+    let far = far_side(material, pane.setup, pixel, weights);
+    let mirrored = mirror * from_around(reflect(-to_eye, normals.normal), material.roughness);
+    let kind = select(POINT_PANE, POINT_COVER, material.transfer == TRANSFER_SMOKE);
     return Point(
-        select(POINT_PANE, POINT_COVER, material.transfer == TRANSFER_SMOKE),
+        select(kind, POINT_LEAF, far.is_there),
         position,
         normals.face,
         normals.normal,
@@ -40,14 +45,15 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
         cluster_of(pixel, pane.depth),
         material.receives,
         owner_tag(setup_texel(pane.setup, 6u).w),
-        scattered * seen_color(hit, material.transfer),
+        scattered * far.near * seen_color(hit, material.transfer),
         material.roughness,
         gloss.reflectivity,
         gloss.polish,
-        mirror * from_around(reflect(-to_eye, normals.normal), material.roughness),
+        mirrored + scattered * far.color * irradiance(-normals.normal),
         0.0,
         pixel_number(pixel),
         0u,
+        scattered * far.color,
     );
 }
 

@@ -15,7 +15,7 @@ import package::records::material::{
     GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
 };
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_NONE, POINT_SOLID, Point, pixel_number};
+import package::records::point::{POINT_LEAF, POINT_NONE, POINT_SOLID, Point, pixel_number};
 import package::records::point_list::SURFACE_LIST;
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
@@ -24,6 +24,8 @@ import package::shade::append_point::append_point;
 import package::shade::band::band_pixel;
 import package::shade::emission::emission_at;
 import package::shade::environment::from_around;
+import package::shade::far_side::far_side;
+import package::shade::irradiance::irradiance;
 import package::shade::shading::mirrored_solid;
 import package::shade::store_point::store_point;
 import package::shade::surface::{eye, normals_at, rounded, world_point};
@@ -61,23 +63,27 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let normals = normals_at(id, setup, weights, to_eye);
     let around = mirrored_around(material, albedo, normals.normal, to_eye);
     let is_lit = !shows_color(material);
+    let far = far_side(material, setup, pixel, weights);
+    let emission = emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit);
     let point = Point(
-        POINT_SOLID,
-        rounded(id, weights, normals.face, position),
+        select(POINT_SOLID, POINT_LEAF, far.is_there),
+        // Light from the far side is looked up in front of the facet there.
+        select(rounded(id, weights, normals.face, position), position, far.is_there),
         normals.face,
         normals.normal,
         0.0,
         cluster_of(pixel, depth),
         material.receives,
         owner_tag(setup_texel(setup, 6u).w),
-        select(vec3(0.0), albedo, is_lit),
+        select(vec3(0.0), albedo * far.near, is_lit),
         material.roughness,
         0.0,
         select(0.0, 1.0, is_lit),
-        emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit),
+        emission + far.color * irradiance(-normals.normal),
         material.metallic,
         pixel_number(pixel),
         0u,
+        far.color,
     );
     return caught(point, shows_surroundings(material), to_eye);
 }
@@ -121,6 +127,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         material.metallic,
         pixel_number(pixel),
         0u,
+        vec3(0.0),
     );
     return caught(point, shows_surroundings(material), to_eye);
 }

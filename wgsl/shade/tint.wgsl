@@ -1,8 +1,9 @@
 // Depth of a receiver with respect to translucent casters. CPU reference: src/reference/shading/receive.rs,
 // `Plane`.
 
+import package::features::HAS_FAR_SIDES;
 import package::records::view::GpuView;
-import package::shade::receiver::is_solid;
+import package::shade::receiver::{is_leaf, is_solid};
 
 // Share of the bias by which an opaque receiver extends, so that casters that touch it tint it.
 const TOUCH: f32 = 0.0625;
@@ -20,7 +21,7 @@ fn set_plane(view: GpuView, point: vec3<f32>, normal: vec3<f32>) {
 
 // Light depth along the ray through `texel` (view's map) up to which translucent casters tint the receiver,
 // which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets the ray, and
-// slightly beyond, so that a caster that touches it counts.
+// slightly beyond, so that a caster that touches it counts. For a leaf it is in front of that by the bias.
 fn tint_depth(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> f32 {
     let slope = (texel - view.size * 0.5) / view.scale;
     let perspective = view.perspective > 0.0;
@@ -31,6 +32,10 @@ fn tint_depth(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> f32 {
     let edge_on = abs(meets) < EDGE_ON * length(ray);
     let met = dot(plane_normal, plane_point - start) / select(meets, 1.0, edge_on);
     let along = select(met, -plane_point.z, edge_on);
-    let depth = (along - view.near) / (view.far - view.near) + TOUCH * bias;
+    let own = (along - view.near) / (view.far - view.near);
+    let depth = own + TOUCH * bias;
+    if HAS_FAR_SIDES {
+        return select(select(z, own, is_leaf) - bias, depth, is_solid);
+    }
     return select(z - bias, depth, is_solid);
 }

@@ -177,16 +177,22 @@ impl Eye<'_> {
         let mirrored = mirrored_share(material, hit, surface.normal, surface.to_eye);
         let reflected = (-surface.to_eye).reflect(surface.normal);
         let share = scattered_share(material, hit.opacity) * (1.0 - mirrored);
-        Point {
+        let far = blended.far_side(material, footprint, pixel);
+        let near = far.map_or(1.0, |far| far.near);
+        let mut point = Point {
             kind: match material.transfer {
+                _ if far.is_some() => PointKind::Leaf,
                 Transfer::Smoke => PointKind::Cover,
                 _ => PointKind::Pane,
             },
-            albedo: share * seen_color(hit, material),
+            albedo: share * near * seen_color(hit, material),
+            far: far.map_or(Vec3::ZERO, |far| share * far.color),
             gloss: pane_gloss(material, hit),
             emission: mirrored * self.lighting.radiance_around(reflected, material.roughness),
             ..surface
-        }
+        };
+        point.emission += self.lighting.ambient_behind(&point);
+        point
     }
 }
 

@@ -261,6 +261,7 @@ impl Eye<'_> {
             gloss: Gloss::SOLID,
             emission: Vec3::ZERO,
             metallic: 0.0,
+            far: Vec3::ZERO,
         };
         self.lighting.light(&point, None)
     }
@@ -296,6 +297,7 @@ impl Eye<'_> {
                 gloss: Gloss::SOLID,
                 emission: grid.emission * black_body(kelvin),
                 metallic: 0.0,
+                far: Vec3::ZERO,
             };
             if !is_own_shadow {
                 return self.lighting.light(&point, None);

@@ -24,6 +24,15 @@ pub(super) struct Seen<'a> {
     detail: ImageDetail,
 }
 
+/// Light that a surface sends on to its far side, diffusely.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FarSide {
+    /// Share of the light from the far side that is scattered.
+    pub(super) color: Vec3,
+    /// Share of the light on this side that stays.
+    pub(super) near: f32,
+}
+
 impl<'a> Seen<'a> {
     pub(super) fn new(
         casters: Casters<'a>,
@@ -65,6 +74,24 @@ impl<'a> Seen<'a> {
             let seen = self.records().seen_image(texture, setup, pixel, met.uv, true);
             material.emission * seen.rgba.truncate()
         })
+    }
+
+    /// Light that the surface sends on to its far side where the ray meets it.
+    pub(super) fn far_side(
+        &self,
+        material: &Material,
+        footprint: &Footprint,
+        pixel: Vec2,
+    ) -> Option<FarSide> {
+        let far = &self.records.materials[material.far_side? as usize];
+        let setup = self.setup(footprint);
+        let color = far.tint.truncate();
+        let texture = far.texture.zip(setup.hit(pixel));
+        let color = texture.map_or(color, |(texture, met)| {
+            let seen = self.records().seen_image(texture, setup, pixel, met.uv, false);
+            color * seen.rgba.truncate()
+        });
+        Some(FarSide { color, near: 1.0 - far.transmission })
     }
 
     /// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette

@@ -97,6 +97,18 @@ impl Eye<'_> {
                 let gloss = Gloss { reflectivity: 0.0, polish: 0.0 };
                 return Point { position, albedo: Vec3::ZERO, gloss, emission, ..facet };
             }
+            if let Some(far) = solid.far_side(material, footprint, pixel) {
+                let mut leaf = Point {
+                    kind: PointKind::Leaf,
+                    albedo: albedo * far.near,
+                    far: far.color,
+                    emission: facet.emission + around,
+                    metallic: material.metallic,
+                    ..facet
+                };
+                leaf.emission += self.lighting.ambient_behind(&leaf);
+                return leaf;
+            }
             return Point {
                 position,
                 to_eye: (self.position() - position).normalize(),
@@ -134,6 +146,7 @@ impl Eye<'_> {
             gloss: Gloss::SOLID,
             emission: material.emission + around,
             metallic: material.metallic,
+            far: Vec3::ZERO,
         }
     }
 
@@ -166,6 +179,7 @@ impl Eye<'_> {
             gloss: Gloss::SOLID,
             emission: seen.emission(material, setup, pixel),
             metallic: 0.0,
+            far: Vec3::ZERO,
         }
     }
 }

@@ -32,6 +32,7 @@ impl Eye<'_> {
             gloss: Gloss::SOLID,
             emission: Vec3::ZERO,
             metallic: 0.0,
+            far: Vec3::ZERO,
         }
     }
 

@@ -4,6 +4,7 @@ pub mod receive;
 mod reflectance;
 pub mod seen_plane;
 pub mod taps;
+mod thrown;
 mod tone;
 
 pub use reflectance::{DARKEST, HEAD_ON, ORDERS, SHEEN};
@@ -24,6 +25,7 @@ use crate::{
     },
 };
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
+use std::f32::consts::FRAC_1_PI;
 
 /// Lights, shadow maps and environment of a picture.
 #[derive(Clone, Debug)]
@@ -66,6 +68,8 @@ pub struct Point {
     pub emission: Vec3,
     /// 1: mirrors in its own colour and scatters nothing.
     pub metallic: f32,
+    /// Of a leaf: share of the light from its far side that it scatters.
+    pub far: Vec3,
 }
 
 /// Scattering of a point.
@@ -77,6 +81,8 @@ pub enum PointKind {
     Pane,
     /// A thin layer that covers what is behind it, and scatters light from its face's side.
     Cover,
+    /// Scatters light from its face's side, and other light from its far side.
+    Leaf,
     /// Scatters without a normal.
     Particle,
     /// Around an axis, the normal: scatters as a cylinder, and mirrors.
@@ -96,13 +102,16 @@ pub struct Receiver {
     tag: u16,
     /// Whether it is opaque: it is in no filter map, so no translucent caster is its own.
     solid: bool,
+    /// Whether it is in the filter map itself.
+    leaf: bool,
     /// Direction to the first texel of a disc, unit.
     turn: Vec2,
 }
 
 impl Receiver {
     /// A receiver tinted by all casters in front of it.
-    pub const AIR: Self = Self { receives: Receives::Curve, tag: 0, solid: false, turn: Vec2::X };
+    pub const AIR: Self =
+        Self { receives: Receives::Curve, tag: 0, solid: false, leaf: false, turn: Vec2::X };
 
     pub fn new(material: &Material, id: u32) -> Self {
         Self { receives: material.receives, tag: owner_tag(id), ..Self::AIR }
@@ -116,7 +125,7 @@ impl Receiver {
 
     #[must_use]
     pub fn of_kind(self, kind: PointKind) -> Self {
-        Self { solid: kind == PointKind::Solid, ..self }
+        Self { solid: kind == PointKind::Solid, leaf: kind == PointKind::Leaf, ..self }
     }
 }
 
@@ -219,7 +228,7 @@ impl<'a> Lighting<'a> {
     fn ambient_at(&self, point: &Point) -> Vec3 {
         match point.kind {
             PointKind::Particle | PointKind::Strand | PointKind::Brick { .. } => self.ambient,
-            PointKind::Solid | PointKind::Pane | PointKind::Cover => {
+            PointKind::Solid | PointKind::Pane | PointKind::Cover | PointKind::Leaf => {
                 irradiance_at(&self.irradiance, point.normal)
             }
         }
@@ -228,10 +237,16 @@ impl<'a> Lighting<'a> {
     /// Ambient light that a point scatters to the eye: of an opaque surface what it does not mirror there. Where the
     /// surroundings are two colours, only metal mirrors them, and all else is scattered.
     pub fn ambient_of(&self, point: &Point) -> Vec3 {
-        let mirrors = point.kind == PointKind::Solid && self.environment.is_some();
+        let is_solid = matches!(point.kind, PointKind::Solid | PointKind::Leaf);
+        let mirrors = is_solid && self.environment.is_some();
         let mirror = point.gloss.mirrored_sky(point.normal.dot(point.to_eye), point.roughness);
         let kept = if mirrors { 1.0 - mirror } else { 1.0 };
         point.albedo * (1.0 - point.metallic) * kept * self.ambient_at(point)
+    }
+
+    /// Ambient light that a leaf scatters from its far side.
+    pub fn ambient_behind(&self, point: &Point) -> Vec3 {
+        point.far * irradiance_at(&self.irradiance, -point.normal)
     }
 
     /// Light that a point sends to the eye. `masks`: those of its picture.
@@ -284,13 +299,16 @@ impl<'a> Lighting<'a> {
                 }
                 PointKind::Strand => passed * strand_scattered(point, toward),
                 // A highlight never sends more than it does head-on.
-                PointKind::Solid => {
+                PointKind::Solid | PointKind::Leaf => {
                     passed * scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
                 }
                 kind => passed * scattered(kind, cosine),
             };
-            let has_face =
-                matches!(point.kind, PointKind::Solid | PointKind::Pane | PointKind::Cover);
+            let has_face = matches!(
+                point.kind,
+                PointKind::Solid | PointKind::Pane | PointKind::Cover | PointKind::Leaf
+            );
+            shine += point.far * passed * ((-cosine).max(0.0) * FRAC_1_PI);
             if has_face && cosine > 0.0 {
                 shine += passed * (cosine * highlight(point, toward));
             }

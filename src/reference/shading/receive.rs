@@ -1,5 +1,7 @@
 //! CPU reference of `wgsl/shade/receive.wgsl`: share of a light that the shadow maps let through to a point.
-use super::{Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline};
+use super::{
+    Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline, thrown::with_thrown,
+};
 use crate::{
     model::Receives,
     records::{CASTER_BIAS, GpuLight, GpuView, ROLE_FACE, ROLE_WINDOW, SPLINE_REACH},
@@ -75,7 +77,7 @@ impl Plane {
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
     /// receiver, which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets
-    /// the ray, and slightly beyond, so that a caster that touches it counts.
+    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of that by the bias.
     fn tint_depth(
         &self,
         view: &GpuView,
@@ -84,7 +86,11 @@ impl Plane {
         bias: f32,
         receiver: Receiver,
     ) -> f32 {
-        if receiver.solid { self.meets(view, texel) + TOUCH * bias } else { z - bias }
+        match (receiver.solid, receiver.leaf) {
+            (true, _) => self.meets(view, texel) + TOUCH * bias,
+            (false, true) => self.meets(view, texel) - bias,
+            (false, false) => z - bias,
+        }
     }
 
     /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth along it.
@@ -214,7 +220,12 @@ impl Lighting<'_> {
             return self.through_windows(views, of);
         }
         let (at, bias) = self.lifted(views.start, of);
-        (self.receive(views.start, of, at, bias), 1.0)
+        let straight = self.receive(views.start, of, at, bias);
+        let (view, maps) = (&self.views[views.start], self.maps[views.start]);
+        if maps.caustics.is_empty() {
+            return (straight, 1.0);
+        }
+        (with_thrown(view, maps, of.surface.point, straight), 1.0)
     }
 
     /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.

@@ -8,7 +8,7 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 /// Share of the light that a point of albedo 1 sends to the eye.
 pub(super) fn scattered(kind: PointKind, cosine: f32) -> f32 {
     match kind {
-        PointKind::Solid | PointKind::Cover => cosine.max(0.0) * FRAC_1_PI,
+        PointKind::Solid | PointKind::Cover | PointKind::Leaf => cosine.max(0.0) * FRAC_1_PI,
         PointKind::Pane => cosine.abs() * FRAC_1_PI,
         // Evenly to all sides.
         PointKind::Particle | PointKind::Strand | PointKind::Brick { .. } => 0.25 * FRAC_1_PI,

@@ -103,6 +103,6 @@ impl Lighting<'_> {
 }
 
 /// Weights of a quadratic B-spline around t in -0.5..0.5.
-fn spline(t: f32) -> [f32; 3] {
+pub fn spline(t: f32) -> [f32; 3] {
     [0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)]
 }

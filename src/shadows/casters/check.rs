@@ -57,9 +57,12 @@ impl Casters<'_> {
         })?;
         find(Input::Material, materials, |material| {
             let named = [material.texture, material.emissive_texture];
+            let far = material.far_side.is_some_and(|far| far as usize >= materials.len());
             let unknown = named.iter().flatten().any(|&index| index as usize >= textures.len());
             let out_of_range = || range_problem(material);
-            unknown.then_some("its texture is not among the textures").or_else(out_of_range)
+            let problem = far.then_some("the material of its far side is not among the materials");
+            let unknown = unknown.then_some("its texture is not among the textures");
+            problem.or(unknown).or_else(out_of_range)
         })?;
         find(Input::Texture, textures, |texture| {
             let size = u64::from(texture.width) * u64::from(texture.height) * 4;

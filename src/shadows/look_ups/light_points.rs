@@ -8,7 +8,7 @@ use crate::{
     model::Light,
     stage::{
         features::{Features, Flags},
-        shade::{AREA_LIGHT_SHARES, LIGHT_SHARES, PointBatch, point_grid},
+        shade::{PointBatch, light_shares, point_grid},
     },
 };
 use wgpu::{Buffer, BufferUsages};
@@ -104,7 +104,9 @@ impl Prepared {
             let features = features.with(Flags::HAS_FILTERS, source.is_filtered);
             let levels = source.levels;
             levels.iter().try_for_each(AreaLevels::compile)?;
-            let desc = if levels.is_some() { &AREA_LIGHT_SHARES } else { &LIGHT_SHARES };
+            let thrown = self.caustics.as_ref().map(|caustics| &caustics.texels);
+            let resources = resources.with_any("caustics", thrown);
+            let desc = light_shares(levels.is_some(), thrown.is_some());
             let mut commands = Commands::new();
             let groups = point_grid(batch.count);
             let look_up = self.kernels_on(shelf).dispatch(desc, features, &resources, groups)?;

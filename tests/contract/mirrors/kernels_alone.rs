@@ -52,6 +52,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "POINT_NONE",
     "POINT_PARTICLE",
     "POINT_COVER",
+    "POINT_LEAF",
     "POINT_PANE",
     "POINT_SOLID",
     "POLISH_STEPS",

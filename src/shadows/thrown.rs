@@ -1,0 +1,25 @@
+//! Light that glass throws, as look-ups read it.
+use crate::{
+    frame::Commands,
+    gpu::{Memory, Timeline},
+};
+use wgpu::Buffer;
+
+/// Light that glass throws in the maps of all lights that ask for it.
+#[derive(Clone, Debug)]
+pub(crate) struct Caustics {
+    /// For each view its first texel, or 0; then the texels of the views.
+    pub texels: Buffer,
+    /// First texel of each view, 0 for those without.
+    pub firsts: Vec<u32>,
+    pub(super) commands: Commands,
+    pub memory: Memory,
+}
+
+impl Caustics {
+    /// Records it, after the maps.
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        self.commands.record(encoder, timeline);
+        timeline.end(encoder);
+    }
+}
