@@ -33,7 +33,7 @@ import package::records::tile::Segment;
 @group(0) @binding(78) var<storage, read_write> listed_counts: array<u32>;
 // The uniform buffers of a list that has the host's casters.
 @group(0) @binding(77) var<storage, read_write> listed_bin_params: BinParams;
-@group(0) @binding(176) var<storage, read_write> listed_project_params: ProjectParams;
+@group(0) @binding(181) var<storage, read_write> listed_project_params: ProjectParams;
 @group(0) @binding(97) var<storage, read_write> emitted: array<GpuEmitted>;
 @group(0) @binding(121) var<storage, read_write> tile_pairs: array<atomic<u32>>;
 @group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;
