@@ -47,7 +47,7 @@ if [ -f "dist/gobo-shadows-$version.tgz" ] && command -v npm >/dev/null 2>&1; th
     for file in LICENSE-APACHE LICENSE-MIT README.md index.js index.d.ts view.js gobo_web_bg.wasm; do
         tar -tzf "dist/gobo-shadows-$version.tgz" | grep -qx "package/$file" || wrong "the npm package lacks $file"
     done
-    npm publish "dist/gobo-shadows-$version.tgz" --dry-run --access public
+    npm publish "./dist/gobo-shadows-$version.tgz" --dry-run --access public
 else
     say "left out: the npm package, make web"
 fi

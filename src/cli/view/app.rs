@@ -65,6 +65,8 @@ pub(super) struct App {
     /// Time per million pixels of a picture [ms].
     pace: f64,
     script: Option<Script>,
+    /// What is picked in the first picture that has its place in the window, right and down, 0..1.
+    to_pick: Option<Vec2>,
     /// How the first scene is shown, until it is there.
     start: Option<ViewArguments>,
 }
@@ -108,6 +110,7 @@ impl App {
             problem: None,
             pace: 0.0,
             script: Script::of(&arguments, done),
+            to_pick: None,
             start: Some(arguments),
         };
         app.read();
@@ -199,9 +202,7 @@ impl App {
                 line.play(start.play);
             }
             if let &[x, y] = &start.pick[..] {
-                let at = Vec2::new(x, y).clamp(Vec2::ZERO, Vec2::ONE);
-                let camera = knobs.look(self.size_of_a_picture(&knobs)).camera;
-                knobs.pick = Some(Pick { camera, at });
+                self.to_pick = Some(Vec2::new(x, y).clamp(Vec2::ZERO, Vec2::ONE));
             }
         }
         tracing::info!("read {}", self.file.display());
@@ -238,7 +239,7 @@ impl App {
                 None => self.stages.push((stage, ms)),
             }
         }
-        let is_last = shown.number == self.number;
+        let is_last = shown.number == self.number && self.to_pick.is_none();
         tracing::info!("shown in {:.0} ms", shown.ms);
         self.shown = Some(shown);
         if let (Some(script), Some(knobs), true) = (&mut self.script, &mut self.knobs, is_last)
@@ -367,6 +368,13 @@ impl App {
         let frame = egui::Frame::new().fill(Color32::BLACK);
         egui::CentralPanel::default().frame(frame).show(ui, |ui| self.show_picture(ui));
         self.ask(&context);
+        let is_shown = self.shown.as_ref().is_some_and(|shown| shown.number == self.number);
+        if let (true, Some(shown), Some(knobs)) = (is_shown, &self.shown, &mut self.knobs)
+            && let Some(at) = self.to_pick.take()
+        {
+            knobs.pick = Some(Pick { camera: shown.camera, at });
+            context.request_repaint();
+        }
         let shown = self.shown.as_ref().and_then(|shown| shown.pictures.first());
         if let Some(script) = &mut self.script {
             script.pass(&context, shown.map(|(_, picture)| picture));

@@ -1,9 +1,12 @@
 //! The window without a screen: its passes, by the CPU reference.
-use super::{app::App, watch};
+use super::{app::App, pick::place, watch};
 use crate::cli::arguments::{Arguments, Command, ViewArguments};
 use clap::Parser as _;
 use eframe::egui::{self, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, pos2, vec2};
-use gobo::{Receiver, glam::Vec3};
+use gobo::{
+    Receiver,
+    glam::{Vec2, Vec3},
+};
 use std::{
     fs,
     path::PathBuf,
@@ -192,4 +195,14 @@ fn a_picked_pixel_has_each_lights_share_by_both_receivers() {
         let [_, at] = picked.surface.unwrap();
         assert!(at.y.abs() < 1e-3, "{at}");
     }
+}
+
+#[test]
+fn a_place_that_is_given_is_picked_in_the_picture_as_it_is_in_the_window() {
+    let mut window = Window::new("given", &["--pick", "0.75", "0.5"]);
+    let point = |app: &App| app.shown.as_ref()?.picked.as_ref()?.surface.map(|[at, _]| at);
+    window.until("an answer", |app| point(app).is_some());
+    let found = point(&window.app).unwrap();
+    let at = place(&window.app.shown.as_ref().unwrap().camera, found).unwrap();
+    assert!(at.distance(Vec2::new(0.75, 0.5)) < 0.01, "{at}");
 }
