@@ -34,8 +34,11 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<(), Failure> {
     let (is_script, arguments) = (arguments.screenshot.is_some(), arguments.clone());
     let make: eframe::AppCreator<'_> =
         Box::new(move |creation| Ok(Box::new(App::new(&creation.egui_ctx, arguments, done))));
-    eframe::run_native("gobo", options, make)
-        .map_err(|error| Failure::Window(error.to_string()))?;
+    eframe::run_native("gobo", options, make).map_err(|error| {
+        // What is before the reason is a place in winit's source.
+        let text = error.to_string();
+        Failure::Window(text.rsplit(": ").next().unwrap_or(&text).to_owned())
+    })?;
     match outcome.try_recv() {
         Ok(outcome) => outcome,
         Err(_) if is_script => {
