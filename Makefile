@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels export-check gpu-static gpu-pack gpu-pack-test ash web viewer bevy fuzz soak doc deny \
+.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check bevy fuzz soak doc deny \
 	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -83,10 +83,13 @@ test-widths: setup
 
 # In a headless Chromium on SwiftShader: every exported kernel of core, and with subgroups where it has them, by its WGSL
 # compiler, Tint; and the page and the npm package of crates/gobo-web, as visitors use them, beside native pictures.
-web-test: web-kernels
+web-test: web-kernels web-page
+
+# The page and the package alone.
+web-page:
 	sh tools/web_page.sh
 
-# Its kernels alone.
+# The kernels alone.
 web-kernels: program
 	sh tools/web_kernels.sh
 
@@ -94,9 +97,13 @@ web-kernels: program
 web:
 	sh tools/web.sh
 
-# The window of examples/viewer on a screen without a monitor: fails where it shows nothing.
-viewer: setup
-	sh tools/viewer.sh
+# `gobo view` on a screen without a monitor (Xvfb, which `make setup` does not install).
+view-test: setup
+	sh tools/view.sh
+
+# The interface for C, crates/gobo-c: its tests, and a C++ program whose maps are those of `gobo render --maps`, bit for bit.
+c: program
+	sh tools/c.sh
 
 # The example of bevy_gobo (examples/bevy) without a window: fails if its picture is flat or grey.
 bevy: setup
@@ -134,6 +141,10 @@ soak: program
 # The library's pages without a warning.
 doc:
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --lib --quiet
+
+# What the registries would get, and dry runs: docs/release.md. Publishes nothing.
+release-check:
+	sh tools/release_check.sh
 
 # Licences, sources and, as far as they can be read, advisories of what we depend on: deny.toml.
 deny:

@@ -47,6 +47,7 @@
 //! - `picture`: the lit picture of a `Scene` (`Renderer`).
 //! - `device`: opens adapters by itself (`Gpu`).
 //! - `cli`: the program `gobo`, also as the function `program`; with the others, on by default.
+//! - `view`: its window, `gobo view`.
 //! - `internals`: the inside, for this repository's tests and program; without a promise.
 #![cfg_attr(
     not(all(feature = "internals", feature = "picture")),

@@ -30,6 +30,8 @@ case ${1:-} in
             environment "$build" 'maturin>=1.9,<2'
             set --
         fi
+        # What is beside the crate's pyproject.toml goes into the wheel.
+        cp LICENSE-APACHE LICENSE-MIT "$crate/"
         PATH="$root/$build/bin:$PATH" "$build/bin/maturin" build --quiet --release --locked \
             -m "$crate/Cargo.toml" --out dist "$@"
         ls dist/*.whl

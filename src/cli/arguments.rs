@@ -26,6 +26,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render a scene's frames, and its shadow maps
     Render(RenderArguments),
+    /// Show a scene in a window, and again whenever its files change
+    View(ViewArguments),
     /// Measure the shadow maps, also against the raster pipeline
     Bench(BenchArguments),
     /// Read and validate a scene; no GPU is touched
@@ -163,6 +165,50 @@ pub(crate) struct RenderArguments {
     pub(crate) json: bool,
 }
 
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ViewArguments {
+    /// A scene file, or any other file that `gobo info --formats` lists
+    pub(crate) scene: PathBuf,
+    /// Both receivers side by side: the nearest depth, and the curve
+    #[arg(long)]
+    pub(crate) beside: bool,
+    /// Where a scene that moves stands at first [s]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) time: f64,
+    /// Play it
+    #[arg(long)]
+    pub(crate) play: bool,
+    /// Each light's share at a place of the picture, right and down from its corner, 0 to 1
+    #[arg(long, value_names = ["X", "Y"], num_args = 2)]
+    pub(crate) pick: Vec<f32>,
+    /// The window [points]
+    #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [1280.0, 800.0])]
+    pub(crate) size: Vec<f32>,
+    /// Pixels of the picture to one of the window, along an edge
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) scale: f32,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    /// Replace a value of the scene file: shadow.size=512
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+    /// Write the window as a PNG file after the last of --frames, and close it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) screenshot: Option<PathBuf>,
+    /// Pictures before the screenshot
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "screenshot")]
+    pub(crate) frames: u32,
+    /// How far the camera turns before the last of them [degrees]
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        requires = "screenshot"
+    )]
+    pub(crate) orbit: f32,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct InfoArguments {
     /// A file that is read: what is in it, instead of adapters
@@ -228,6 +274,7 @@ impl Command {
     pub(crate) fn opens_a_device(&self) -> bool {
         match self {
             Self::Render(_)
+            | Self::View(_)
             | Self::Bench(_)
             | Self::Light(_)
             | Self::Maps(_)

@@ -24,6 +24,10 @@ pub(crate) enum Failure {
     /// The host cannot allocate so much memory [bytes].
     #[error("no memory for {} MiB of shadow maps, casters, pixels and points", .0 >> 20)]
     Memory(u64),
+    /// No window can be opened.
+    #[error("no window can be opened: {0}")]
+    #[cfg(feature = "view")]
+    Window(String),
     /// Stopped by a signal before this frame.
     #[error("stopped before frame {frame}")]
     Stopped { frame: u32 },
@@ -43,7 +47,13 @@ impl Failure {
     /// Prints the error to stderr; for a scene file with the line and the remedy. Errors of stderr itself
     /// (full or closed) are ignored.
     pub(crate) fn print(&self) {
-        let mut text = format!("gobo: {}\n", harmless(&self.to_string()));
+        let text = format!("gobo: {}", self.explained());
+        let _ = std::io::stderr().lock().write_all(text.as_bytes());
+    }
+
+    /// The error, with the place and the remedy.
+    pub(crate) fn explained(&self) -> String {
+        let mut text = harmless(&self.to_string()) + "\n";
         if let Some(remedy) = self.remedy() {
             text += &format!("  help: {remedy}\n");
         }
@@ -60,7 +70,7 @@ impl Failure {
                 text += &format!("  help: {help}\n");
             }
         }
-        let _ = std::io::stderr().lock().write_all(text.as_bytes());
+        text
     }
 
     /// Remedy on the command line.
@@ -87,6 +97,10 @@ impl Failure {
                 Some("--set shadow.size=512 takes less, as do fewer lights and pixels")
             }
             Self::Refused { help, .. } => Some(help),
+            #[cfg(feature = "view")]
+            Self::Window(_) => Some(
+                "a desktop is needed: DISPLAY or WAYLAND_DISPLAY names it on Linux; `gobo render` needs none",
+            ),
             Self::Stopped { .. } => Some(
                 "the same command with --skip-existing goes on, where it was given from the start",
             ),
@@ -107,6 +121,8 @@ impl Failure {
                 | Error::Limit { .. }
                 | Error::Unsupported { .. },
             ) => 3,
+            #[cfg(feature = "view")]
+            Self::Window(_) => 3,
             Self::Gpu(_)
             | Self::File { .. }
             | Self::Memory(_)

@@ -38,6 +38,8 @@ mod trial;
 mod trial_scene;
 mod values;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 mod wall_clock;
 mod writers;
 
@@ -92,9 +94,19 @@ pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 
 fn run(command: Command, clock: &WallClock) -> Result<(), Failure> {
     stop::listen()?;
-    inputs::watch();
+    if !matches!(command, Command::View(_)) {
+        inputs::watch();
+    }
     match command {
         Command::Render(arguments) => render::run(&arguments, clock),
+        #[cfg(feature = "view")]
+        Command::View(arguments) => view::run(&arguments),
+        #[cfg(not(feature = "view"))]
+        Command::View(_) => {
+            let message = "this program was built without a window: `cargo install --path . --features view` \
+                           in a checkout builds one that has it";
+            Err(Failure::Usage(message.to_owned()))
+        }
         Command::Bench(arguments) => bench::run(&arguments, clock),
         Command::Check { scene } => check::run(&scene),
         Command::Pack { scene, out } => pack::run(&scene, &out),

@@ -31,7 +31,7 @@ impl From<BackendName> for Backend {
 }
 
 // Options that several commands have: a comment for the help would replace that of the command.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct DeviceArguments {
     /// The interface to the hardware
     #[arg(long, default_value = "auto")]

@@ -145,6 +145,17 @@ pub(super) fn npy(path: &Path) -> Result<(Vec<usize>, Vec<f32>), String> {
     Ok((shape, values))
 }
 
+/// Without the feature it says how to build a program that has it; options are the same.
+#[test]
+#[cfg(not(feature = "view"))]
+fn a_program_without_a_window_says_how_to_build_one() {
+    let folder = Folder::new("view");
+    let error = folder.fail(&["view", "scene.toml", "--beside", "--pick", "0.5", "0.5"], 2);
+    assert!(error.contains("cargo install --path . --features view"), "{error}");
+    let error = folder.fail(&["view", "scene.toml", "--orbit", "3"], 2);
+    assert!(error.contains("--screenshot"), "{error}");
+}
+
 #[test]
 fn bad_usage_is_2() {
     let folder = Folder::new("usage");

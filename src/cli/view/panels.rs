@@ -1,16 +1,23 @@
 //! The panels around the picture.
-use crate::{app::App, inset};
-use eframe::egui::{Color32, ComboBox, Grid, ProgressBar, RichText, ScrollArea, Slider, Ui, vec2};
+use super::{
+    app::App,
+    inset,
+    request::{Picked, receiver_name},
+};
+use eframe::egui::{
+    Color32, ComboBox, Grid, ProgressBar, RichText, ScrollArea, Sense, Slider, Ui, vec2,
+};
 use gobo::Counters;
 
 /// Colour of errors.
 const RED: Color32 = Color32::from_rgb(255, 110, 100);
 
 /// One line: the error, the kernels being compiled, or the device.
-pub fn show_status(app: &App, ui: &mut Ui) {
+pub(super) fn show_status(app: &App, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
-        if let Some(problem) = &app.problem {
-            ui.colored_label(RED, problem);
+        if let Some(problem) = app.problem() {
+            // Places in files are marked below them.
+            ui.colored_label(RED, RichText::new(problem).monospace());
         } else if let Some((left, of, name)) = app.kernels {
             ui.spinner();
             ui.label(format!("kernels: {} of {of} made, {name}", of - left));
@@ -24,7 +31,7 @@ pub fn show_status(app: &App, ui: &mut Ui) {
     });
 }
 
-pub fn show_knobs(app: &mut App, ui: &mut Ui) {
+pub(super) fn show_knobs(app: &mut App, ui: &mut Ui) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal(|ui| {
             ui.heading(app.name());
@@ -49,6 +56,7 @@ pub fn show_knobs(app: &mut App, ui: &mut Ui) {
             knobs.show(ui);
             ui.checkbox(&mut knobs.insets, "show the light's maps");
         }
+        show_picked(app, ui);
         if app.shown.is_some() {
             ui.separator();
             show_times(app, ui);
@@ -58,9 +66,49 @@ pub fn show_knobs(app: &mut App, ui: &mut Ui) {
     });
 }
 
+/// Each light's share at the picked pixel.
+fn show_picked(app: &mut App, ui: &mut Ui) {
+    let (Some(knobs), Some(shown)) = (&mut app.knobs, &app.shown) else { return };
+    ui.separator();
+    let Some(picked) = shown.picked.as_ref().filter(|_| knobs.pick.is_some()) else {
+        ui.label(RichText::new("click the picture: each light's share there").small().weak());
+        return;
+    };
+    ui.horizontal(|ui| {
+        ui.label("light at the point");
+        if ui.small_button("clear").clicked() {
+            knobs.pick = None;
+        }
+    });
+    let Picked { surface: Some([_, at]), shares } = picked else {
+        ui.label(RichText::new("no opaque surface is there").small());
+        return;
+    };
+    ui.label(RichText::new(format!("x {:.3}, y {:.3}, z {:.3} m", at.x, at.y, at.z)).small());
+    Grid::new("shares").num_columns(3).spacing(vec2(8.0, 2.0)).show(ui, |ui| {
+        for (index, name) in knobs.light_names().enumerate() {
+            let of_receivers = shares.iter().zip(&shown.pictures);
+            for (shares, (receiver, _)) in of_receivers {
+                let Some(&share) = shares.get(index) else { continue };
+                ui.label(RichText::new(name).small());
+                if shown.pictures.len() > 1 {
+                    ui.label(RichText::new(receiver_name(*receiver)).small().weak());
+                }
+                let [r, g, b] = share.map(inset::to_srgb);
+                let (place, _) = ui.allocate_exact_size(vec2(18.0, 11.0), Sense::hover());
+                ui.painter().rect_filled(place, 2.0, Color32::from_rgb(r, g, b));
+                let [r, g, b] = share;
+                ui.label(RichText::new(format!("{r:.3} {g:.3} {b:.3}")).monospace().size(11.0));
+                ui.end_row();
+            }
+        }
+    });
+}
+
 fn show_times(app: &App, ui: &mut Ui) {
     let Some(shown) = &app.shown else { return };
-    let [width, height] = shown.picture.size;
+    let Some((_, picture)) = shown.pictures.first() else { return };
+    let [width, height] = picture.size;
     ui.label(format!("{width} x {height} pixels in {:.1} ms", shown.ms));
     let kept = shown.counters.views_kept;
     if kept > 0 {
@@ -72,7 +120,7 @@ fn show_times(app: &App, ui: &mut Ui) {
         for (stage, ms) in &app.stages {
             ui.label(RichText::new(*stage).small());
             ui.label(RichText::new(format!("{ms:.2} ms")).monospace().size(11.0));
-            let (bar, _) = ui.allocate_exact_size(vec2(110.0, 8.0), eframe::egui::Sense::hover());
+            let (bar, _) = ui.allocate_exact_size(vec2(110.0, 8.0), Sense::hover());
             let share = vec2((ms / most) as f32 * bar.width(), bar.height());
             let filled = eframe::egui::Rect::from_min_size(bar.min, share);
             ui.painter().rect_filled(filled, 2.0, ui.visuals().selection.bg_fill);
@@ -116,7 +164,7 @@ fn rows(counters: &Counters) -> impl Iterator<Item = (&'static str, u64)> {
     always.into_iter().chain(rarely.into_iter().filter(|(_, count)| *count > 0))
 }
 
-pub fn show_insets(app: &mut App, ui: &mut Ui) {
+pub(super) fn show_insets(app: &mut App, ui: &mut Ui) {
     let Some(shown) = &app.shown else { return };
     if shown.insets.is_empty() {
         ui.label("this light casts no shadows");

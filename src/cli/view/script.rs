@@ -1,12 +1,13 @@
-//! Scripted orbit, with a screenshot at the end.
-use crate::{Arguments, shot};
+//! What happens until the window's picture is taken.
+use super::shot;
+use crate::cli::{arguments::ViewArguments, failure::Failure};
 use eframe::egui::{ColorImage, Context, ViewportCommand};
 use std::{
     path::PathBuf,
     sync::{Arc, mpsc::Sender},
 };
 
-pub struct Script {
+pub(super) struct Script {
     file: PathBuf,
     frames: u32,
     /// Rotation before each frame after the first [turns].
@@ -14,25 +15,26 @@ pub struct Script {
     shown: u32,
     /// Passes of the window since the last picture arrived: after one the picture is on the screen.
     passes: u32,
-    done: Sender<Result<(), String>>,
+    done: Sender<Result<(), Failure>>,
 }
 
 impl Script {
-    pub fn of(arguments: &Arguments, done: Sender<Result<(), String>>) -> Option<Self> {
+    pub(super) fn of(arguments: &ViewArguments, done: Sender<Result<(), Failure>>) -> Option<Self> {
         let file = arguments.screenshot.clone()?;
         let frames = arguments.frames.max(1);
         let step = arguments.orbit / 360.0 / (frames.max(2) - 1) as f32;
         Some(Self { file, frames, step, shown: 0, passes: 0, done })
     }
 
-    /// Counts a shown picture; returns the rotation before the next one [turns], if there is one.
-    pub fn next(&mut self) -> Option<f32> {
+    /// Counts a picture, or an error beside the last one; returns the rotation before the next one [turns], if there is
+    /// one.
+    pub(super) fn next(&mut self) -> Option<f32> {
         self.shown += 1;
         (self.shown < self.frames).then_some(self.step)
     }
 
     /// Called once per pass of the window. `picture`: of the scene.
-    pub fn pass(&mut self, context: &Context, picture: Option<&ColorImage>) {
+    pub(super) fn pass(&mut self, context: &Context, picture: Option<&ColorImage>) {
         if self.shown < self.frames {
             return;
         }
@@ -41,9 +43,10 @@ impl Script {
         if self.passes != 2 {
             return;
         }
-        let of_scene = picture.map_or(Err("there is no picture".to_owned()), |picture| {
-            shot::check("the picture", picture)
-        });
+        let of_scene = match picture {
+            Some(picture) => shot::check("the picture", picture),
+            None => Err(Failure::Wrong("there is no picture".to_owned())),
+        };
         let (file, done, again) = (self.file.clone(), self.done.clone(), context.clone());
         context.request_screenshot(move |window: Arc<ColorImage>| {
             let outcome = of_scene
@@ -57,9 +60,9 @@ impl Script {
     }
 
     /// Ends the script: no further picture is shown.
-    pub fn fail(&mut self, context: &Context, problem: &str) {
+    pub(super) fn fail(&mut self, context: &Context, problem: &str) {
         // The receiver exists until the window is closed.
-        let _ = self.done.send(Err(problem.to_owned()));
+        let _ = self.done.send(Err(Failure::Wrong(problem.to_owned())));
         context.send_viewport_cmd(ViewportCommand::Close);
     }
 }

@@ -9,23 +9,23 @@ const NOTHING: Color32 = Color32::from_rgb(24, 34, 58);
 
 /// Maps of one view.
 #[derive(Clone)]
-pub struct Inset {
-    pub view: &'static str,
+pub(super) struct Inset {
+    pub(super) view: &'static str,
     /// Size of the view's map [texels].
-    pub size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// Images of the filter, the nearest depth and the opaque depth.
-    pub pictures: [ColorImage; 3],
+    pub(super) pictures: [ColorImage; 3],
 }
 
-pub const NAMES: [&str; 3] = ["filter F", "nearest D", "opaque Z"];
+pub(super) const NAMES: [&str; 3] = ["filter F", "nearest D", "opaque Z"];
 
 impl Inset {
-    pub fn of(maps: &ViewMaps) -> Self {
+    pub(super) fn of(maps: &ViewMaps) -> Self {
         let size = [maps.view.size.x, maps.view.size.y];
         let filter = smaller(size, |texels| {
             let sum: Vec3 = texels.iter().map(|&t| Vec3::from(maps.filter[t])).sum();
             let mean = sum / texels.len() as f32;
-            let [r, g, b] = mean.to_array().map(|share| to_srgb(share.min(1.0)));
+            let [r, g, b] = mean.to_array().map(to_srgb);
             Color32::from_rgb(r, g, b)
         });
         let depths = [&maps.nearest, &maps.opaque].map(|depths| depth_picture(size, depths));
@@ -67,7 +67,9 @@ fn smaller(size: [u32; 2], pixel: impl Fn(&[usize]) -> Color32) -> ColorImage {
     ColorImage::new(small, pixels)
 }
 
-fn to_srgb(linear: f32) -> u8 {
+/// `linear`: clamped to 0..=1.
+pub(super) fn to_srgb(linear: f32) -> u8 {
+    let linear = linear.clamp(0.0, 1.0);
     let curve =
         if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (curve * 255.0 + 0.5) as u8

@@ -1,12 +1,15 @@
 //! Orbit camera, with y up.
-use gobo::{Camera, glam::{UVec2, Vec3}};
+use gobo::{
+    Camera,
+    glam::{UVec2, Vec3},
+};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Largest elevation: at the poles the direction is undefined [radians].
 const MAX_PITCH: f32 = FRAC_PI_2 - 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orbit {
+pub(super) struct Orbit {
     /// Point that the camera orbits, world space [m].
     target: Vec3,
     /// Distance of the eye from the target [m].
@@ -21,7 +24,7 @@ pub struct Orbit {
 
 impl Orbit {
     /// Orbit with the eye, target and field of view of a camera; upright.
-    pub fn of(camera: &Camera) -> Self {
+    pub(super) fn of(camera: &Camera) -> Self {
         let arm = camera.eye - camera.target;
         let distance = arm.length().max(1e-3);
         Self {
@@ -40,20 +43,20 @@ impl Orbit {
         Vec3::new(sine * level, up, cosine * level)
     }
 
-    pub fn camera(&self, size: UVec2) -> Camera {
+    pub(super) fn camera(&self, size: UVec2) -> Camera {
         let eye = self.target + self.arm() * self.distance;
         Camera { eye, target: self.target, up: Vec3::Y, fov_y: self.fov_y, size }
     }
 
     /// Orbits by a drag: half a turn for the height of the picture. `drag` in picture heights, x right and
     /// y down.
-    pub fn turn(&mut self, drag: [f32; 2]) {
+    pub(super) fn turn(&mut self, drag: [f32; 2]) {
         self.yaw = (self.yaw - drag[0] * PI).rem_euclid(2.0 * PI);
         self.pitch = (self.pitch + drag[1] * PI).clamp(-MAX_PITCH, MAX_PITCH);
     }
 
     /// Pans with the pointer, exactly at the target's distance. `drag` as in [`Self::turn`].
-    pub fn pan(&mut self, drag: [f32; 2]) {
+    pub(super) fn pan(&mut self, drag: [f32; 2]) {
         let height = 2.0 * self.distance * (self.fov_y / 2.0).tan();
         let right = Vec3::Y.cross(self.arm()).normalize();
         let up = self.arm().cross(right);
@@ -61,7 +64,7 @@ impl Orbit {
     }
 
     /// Divides the distance by `factor`.
-    pub fn zoom(&mut self, factor: f32) {
+    pub(super) fn zoom(&mut self, factor: f32) {
         self.distance = (self.distance / factor).clamp(1e-3, 1e6);
     }
 }

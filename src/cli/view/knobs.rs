@@ -1,31 +1,40 @@
 //! Settings that the sliders change.
-use crate::{
+use super::{
     orbit::Orbit,
-    worker::{Facts, Look},
+    pick::Pick,
+    request::{Facts, Look},
+    time_line::TimeLine,
 };
 use eframe::egui::{ComboBox, DragValue, Slider, Ui};
-use gobo::{Light, LightKind, Receiver, ShadowSettings, glam::{UVec2, Vec3}, model::ShadowFilter};
+use gobo::{
+    Light, LightKind, Receiver, ShadowSettings,
+    glam::{UVec2, Vec3},
+    model::ShadowFilter,
+};
 use std::collections::BTreeMap;
 
 /// State of the sliders, and of the camera.
-pub struct Knobs {
-    pub orbit: Orbit,
+pub(super) struct Knobs {
+    pub(super) orbit: Orbit,
     exposure: f32,
     shadow: ShadowSettings,
     lights: Vec<Light>,
     /// Lights that differ from the file's.
     changed: BTreeMap<usize, Light>,
     /// Index of the light that is edited, and whose maps are shown.
-    pub light: usize,
-    pub insets: bool,
-    moves: bool,
-    time: f64,
+    pub(super) light: usize,
+    pub(super) insets: bool,
+    /// Whether both receivers are shown, side by side.
+    pub(super) beside: bool,
+    pub(super) pick: Option<Pick>,
+    /// Where a scene that moves is.
+    pub(super) line: Option<TimeLine>,
     /// Approximate size of the scene [m].
     reach: f32,
 }
 
 impl Knobs {
-    pub fn of(facts: &Facts) -> Self {
+    pub(super) fn of(facts: &Facts) -> Self {
         Self {
             orbit: Orbit::of(&facts.camera),
             exposure: facts.exposure,
@@ -34,27 +43,58 @@ impl Knobs {
             changed: BTreeMap::new(),
             light: facts.lights.iter().position(|light| light.casts).unwrap_or(0),
             insets: true,
-            moves: facts.moves,
-            time: 0.0,
+            beside: false,
+            pick: None,
+            line: facts.end.map(TimeLine::new),
             reach: (facts.bounds.max - facts.bounds.min).max_element().clamp(0.1, 1e6),
         }
     }
 
-    pub fn look(&self, size: UVec2) -> Look {
+    pub(super) fn look(&self, size: UVec2) -> Look {
         Look {
             camera: self.orbit.camera(size),
             exposure: self.exposure,
             shadow: self.shadow,
             lights: self.changed.clone(),
-            time: self.time,
+            time: self.line.as_ref().map_or(0.0, |line| line.time),
             maps_of: self.insets.then_some(self.light),
+            beside: self.beside,
+            pick: self.pick,
         }
     }
 
-    pub fn show(&mut self, ui: &mut Ui) {
-        if self.moves {
-            ui.add(Slider::new(&mut self.time, 0.0..=20.0).text("time [s]"));
+    /// For a file that was read again: what was changed in the window stays, unless the file changed it, too. `before`:
+    /// properties of the former reading.
+    pub(super) fn again(self, before: &Facts, facts: &Facts) -> Self {
+        let mut new = Self::of(facts);
+        if facts.camera == before.camera {
+            new.orbit = self.orbit;
         }
+        if facts.exposure.to_bits() == before.exposure.to_bits() {
+            new.exposure = self.exposure;
+        }
+        if facts.shadow == before.shadow {
+            new.shadow = self.shadow;
+        }
+        if facts.lights == before.lights {
+            (new.lights, new.changed, new.light) = (self.lights, self.changed, self.light);
+        } else if self.light < facts.lights.len() {
+            new.light = self.light;
+        }
+        (new.insets, new.beside, new.pick) = (self.insets, self.beside, self.pick);
+        new.line = facts.end.map(|end| match self.line {
+            Some(line) => line.with_end(end),
+            None => TimeLine::new(end),
+        });
+        new
+    }
+
+    /// Names of the lights.
+    pub(super) fn light_names(&self) -> impl Iterator<Item = &str> {
+        self.lights.iter().map(|light| light.name.as_str())
+    }
+
+    pub(super) fn show(&mut self, ui: &mut Ui) {
         ui.add(Slider::new(&mut self.exposure, -6.0..=6.0).text("exposure [stops]"));
         ui.separator();
         self.show_light(ui);
@@ -102,8 +142,9 @@ impl Knobs {
             ui.label("receiver");
             ui.selectable_value(&mut shadow.receiver, Receiver::Nearest, "nearest");
             ui.selectable_value(&mut shadow.receiver, Receiver::Curve, "curve");
+            ui.checkbox(&mut self.beside, "side by side");
         });
-        ui.add_enabled_ui(shadow.receiver == Receiver::Curve, |ui| {
+        ui.add_enabled_ui(self.beside || shadow.receiver == Receiver::Curve, |ui| {
             ui.horizontal(|ui| {
                 ui.label("nodes");
                 for nodes in [4, 8, 16] {
