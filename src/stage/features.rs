@@ -128,6 +128,13 @@ impl Features {
         }
     }
 
+    /// Whether curves are made by two walks: all casters only pass light on, and none is a volume, a brick or a
+    /// Gaussian.
+    pub fn only_rays(self) -> bool {
+        const BODIES: Flags = Flags::HAS_BRICKS.union(Flags::HAS_VOLUMES);
+        !self.flags.intersects(BODIES | Flags::HAS_GAUSSIANS | Flags::HAS_OVER)
+    }
+
     /// Whether segments are composed one by one, and tiny particles are not scattered.
     pub fn is_composed(self) -> bool {
         const COMPOSED: Flags = Flags::HAS_OVER.union(Flags::HAS_VOLUMES).union(Flags::HAS_OWNERS);
