@@ -103,21 +103,14 @@ fn quality() -> Result<String, std::fmt::Error> {
 }
 
 /// Renders the maps of a scene's first view, by the kernels.
-fn renderer() -> Result<Box<dyn Fn(&Scene) -> ViewMaps>, Box<dyn Error>> {
-    if std::env::var("CPU").is_err() {
-        let renderer = RefCell::new(Renderer::on(Gpu::new(&Selection::default())?)?);
-        let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
-        return Ok(Box::new(move |scene: &Scene| {
-            let frame = renderer.borrow_mut().render(scene, &options);
-            let mut frame = frame.unwrap_or_else(|error| panic!("{error}"));
-            frame.maps.swap_remove(0)
-        }) as Box<dyn Fn(&Scene) -> ViewMaps>);
-    }
-    Ok(Box::new(|scene: &Scene| {
-        gobo::internals::reference::render_maps(scene, &gobo::internals::view::shadow_views(scene))
-            .0
-            .swap_remove(0)
-    }) as Box<dyn Fn(&Scene) -> ViewMaps>)
+fn renderer() -> Result<impl Fn(&Scene) -> ViewMaps, Box<dyn Error>> {
+    let renderer = RefCell::new(Renderer::on(Gpu::new(&Selection::default())?)?);
+    let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
+    Ok(move |scene: &Scene| {
+        let frame = renderer.borrow_mut().render(scene, &options);
+        let mut frame = frame.unwrap_or_else(|error| panic!("{error}"));
+        frame.maps.swap_remove(0)
+    })
 }
 
 /// Rays of each cloud and grid.

@@ -7,9 +7,10 @@ pub(super) fn only_rays(scene: &Casters<'_>) -> bool {
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
     let adds = |id: u32| filters(id) && material(id).transfer == Transfer::Over;
     let is_volume = |id: u32| filters(id) && material(id).is_volume();
-    let is_brick = |id: u32| filters(id) && material(id).shape == Shape::Brick;
+    let is_other =
+        |id: u32| filters(id) && matches!(material(id).shape, Shape::Brick | Shape::Capsule);
     !scene.gaussians.iter().any(|gaussian| filters(gaussian.material))
-        && !scene.particles.iter().any(|p| is_brick(p.material) || adds(p.material))
+        && !scene.particles.iter().any(|p| is_other(p.material) || adds(p.material))
         && !scene.triangles.iter().any(|t| is_volume(t.material) || adds(t.material))
 }
 

@@ -191,6 +191,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SHORTEST", curve::bodies::SHORTEST),
         ("COST_BINS", curve::two_walks::COST_BINS as u32),
         ("FEW", curve::two_walks::FEW),
+        ("MOST_FEW", curve::two_walks::MOST_FEW),
         ("SKIRT", SKIRT),
         ("EMITTER_BOX", EmitterShape::Box as u32),
         ("EMITTER_DISC", EmitterShape::Disc as u32),

@@ -5,7 +5,7 @@
 import package::bind::sampled::opaques;
 import package::curve::bodies::{MIN_BEND, SHORTEST};
 import package::curve::node::{DEPTHS, grows};
-import package::curve::ray_nodes::place_hit;
+import package::curve::ray_nodes::{place_hit, single_ramp, write_node};
 import package::features::{FAINT, HAS_OPAQUE, HAS_PUFFS, HAS_SOFTENING, NODES, unrolled};
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
@@ -83,32 +83,36 @@ var<private> is_second: bool;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
+    is_second = false;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         texels[i] = Texel();
         texels[i].nearest = 1.0;
         texels[i].opaque = 1.0;
         texels[i].first = 1.0;
+        texels[i].light = vec3(1.0);
+        texels[i].owed = vec3(1.0);
         if HAS_OPAQUE || READS_OPAQUE {
             texels[i].opaque = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
         }
     }
 }
 
-// Begins a walk: the first, and then the second.
-fn begin_walk(second: bool) {
-    is_second = second;
+// Begins the second walk.
+fn begin_second() {
+    is_second = true;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         var texel = texels[i];
-        texel.last = texel.at;
-        if second {
+        if !is_finished(&texel) {
             find_joined(&texel);
+            texel.last = texel.at;
+            texel.light = vec3(1.0);
+            texel.lost = vec3(0.0);
+            texel.traces = 0.0;
+            texel.at = 0.0;
+            texel.took = 0.0;
+            texel.used = 0u;
+            texel.owed = vec3(1.0);
         }
-        texel.light = vec3(1.0);
-        texel.lost = vec3(0.0);
-        texel.traces = 0.0;
-        texel.at = 0.0;
-        texel.took = 0.0;
-        texel.owed = vec3(1.0);
         texels[i] = texel;
     }
 }
@@ -186,7 +190,8 @@ fn go_on(t: ptr<function, Texel>, placed: Placed) {
     (*t).took = select((*t).took, placed.taken, placed.is);
 }
 
-fn count_hit(t: ptr<function, Texel>, hit: RayHit) {
+// A hit has a node at once, while nodes are free: of few hits, the first walk is enough.
+fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let seen = hit.presence >= VISIBLE_PRESENCE;
     (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);
     let placed = pass_hit(t, hit);
@@ -197,10 +202,22 @@ fn count_hit(t: ptr<function, Texel>, hit: RayHit) {
     (*t).count += select(0u, 1u, placed.is);
     (*t).first = select((*t).first, min((*t).first, hit.start), placed.is);
     (*t).all += select(0.0, placed.taken, placed.is);
-    if HAS_PUFFS && SPLITS {
+    if splits() {
         (*t).bends += bend_of(hit, placed);
+    } else {
+        write_node(view, t, i, single_ramp(t, hit, placed), placed.is && (*t).used < NODES);
     }
     go_on(t, placed);
+}
+
+// Whether nodes wait for the second walk, which shares them among bodies.
+fn splits() -> bool {
+    return HAS_PUFFS && SPLITS;
+}
+
+// Whether the first walk has made all nodes.
+fn is_finished(t: ptr<function, Texel>) -> bool {
+    return !splits() && is_second && (*t).count <= NODES;
 }
 
 // Visits texel `i` in this walk.
@@ -208,7 +225,7 @@ fn visit_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     if is_second {
         place_hit(view, t, i, hit);
     } else {
-        count_hit(t, hit);
+        count_hit(view, t, i, hit);
     }
 }
 
@@ -223,7 +240,7 @@ fn settled(front: f32) -> bool {
         var texel = texels[i];
         let changes = !is_dark(light_of(&texel)) || front < texel.at;
         let seeks = !is_second && texel.nearest > front;
-        open = open || ((changes || seeks) && texel.opaque > front);
+        open = open || ((changes || seeks) && texel.opaque > front && !is_finished(&texel));
     }
     return !open;
 }

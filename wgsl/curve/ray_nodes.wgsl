@@ -4,16 +4,17 @@
 
 import package::curve::node::{DEPTHS, grows, node_passed, packed_node};
 import package::curve::ray::{
-    RayHit, ROWS, Texel, bend_of, corner, found, go_on, light_of, pass_hit, texels, visit_hit,
+    Placed, RayHit, ROWS, Texel, bend_of, corner, found, go_on, is_finished, light_of, pass_hit, splits, texels, visit_hit,
 };
-import package::features::{HAS_PUFFS, NODES, unrolled};
+import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
 import package::sums::sums::BLACK;
-import choice::output::{SPLITS, scattered, scattered_light};
+import choice::output::{scattered, scattered_light};
 import choice::written::{end_nodes, put_node};
 
 const LEAST_ROOTED: f32 = 0.00048828125; // light that black counts as in roots: 1/2048
 const FEW: u32 = 6u; // times as many hits as nodes of which pairs are joined by cost
+const MOST_FEW: u32 = 64u; // and so many hits at most
 
 // A node to write.
 struct Ramp {
@@ -73,6 +74,12 @@ fn open_ramp(t: ptr<function, Texel>, light: vec3<f32>) -> Ramp {
     return Ramp(select(texel.low, mean - half, some), select(texel.high, mean + half, some), passed);
 }
 
+// Of a hit with a node of its own. Behind a dark one only what comes late is to be seen.
+fn single_ramp(t: ptr<function, Texel>, hit: RayHit, placed: Placed) -> Ramp {
+    let dark = unseen(placed.behind) & vec3(hit.start >= (*t).at);
+    return Ramp(hit.start, hit.end, select(1.0 - hit.absorbed, vec3(0.0), dark));
+}
+
 fn share_of_rest(t: ptr<function, Texel>) -> f32 {
     return (1.0 - (*t).place) / f32(NODES - (*t).used);
 }
@@ -96,6 +103,9 @@ fn join_hit(t: ptr<function, Texel>, hit: RayHit, light: vec3<f32>, taken: f32, 
 }
 
 fn place_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
+    if is_finished(t) {
+        return;
+    }
     let placed = pass_hit(t, hit);
     if !placed.is {
         return;
@@ -109,20 +119,18 @@ fn place_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let free = left - u32(texel.open);
     let by_light = 0.5 / max(texel.all, 1e-9);
     let by_depth = 0.5 / max(texel.last - texel.first, 1e-9);
-    let by_cost = texel.count <= FEW * NODES;
+    let by_cost = texel.count <= min(FEW * NODES, MOST_FEW);
     let much = taken * f32(left) > texel.all - texel.gone;
     let fits = free > 1u || (free > 0u && (texel.open || still == 1u));
     let is_alone = texel.count <= NODES || (!by_cost && much && fits);
     let place = by_light * (texel.gone + 0.5 * taken) + by_depth * (2.0 * placed.z - texel.at - texel.first);
     let passes = select(place > texel.cut, !joins, by_cost) || still <= free;
     let ends = !is_alone && texel.open && free > 0u && placed.z > texel.at && passes;
-    // Behind a dark hit only what comes late is to be seen.
-    let dark = unseen(placed.behind) & vec3(hit.start >= texel.at);
-    var ramp = Ramp(hit.start, hit.end, select(1.0 - hit.absorbed, vec3(0.0), dark));
+    var ramp = single_ramp(t, hit, placed);
     if !is_alone {
         ramp = open_ramp(t, placed.light);
     }
-    if HAS_PUFFS && SPLITS {
+    if splits() {
         let parts = parts_of(t, select(0.0, bend_of(hit, placed), texel.count <= NODES));
         write_parts(view, t, i, ramp, parts, is_alone || ends);
     } else {

@@ -7,7 +7,7 @@ import package::curve::node::{
     DEPTHS, curve_layer, curve_segment, node_length, node_of_pair, node_passed, node_start,
 };
 import package::curve::partial::{first_node, partial_size};
-import package::curve::ray::{RayHit, TRACE, begin_walk, found, start, texels, visit_hit};
+import package::curve::ray::{RayHit, TRACE, begin_second, found, start, texels, visit_hit};
 import package::curve::ray_nodes::{end_walk, visit_scattered};
 import package::features::{NODES, unrolled};
 import package::records::tile::Tile;
@@ -73,11 +73,11 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         texels[i].nearest = whole_of(first, count, in_tile + vec2(0u, i)).a;
     }
-    for (var turn = 0u; turn < unrolled(2u); turn += 1u) {
-        begin_walk(turn == 1u);
-        visit_nodes(view, first, count, in_tile);
-        visit_scattered(view);
-    }
+    visit_nodes(view, first, count, in_tile);
+    visit_scattered(view);
+    begin_second();
+    visit_nodes(view, first, count, in_tile);
+    visit_scattered(view);
     end_walk(view);
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let below = vec2(0u, i);

@@ -172,6 +172,7 @@ fn node_of(i: u32) -> vec2<u32> {
     return select(unused_node(), node, is);
 }
 
+// Behind a walk of all light.
 fn keep_found() {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         found[i] = vec4(texels[i].rest_light * light_of(i), texels[i].nearest);

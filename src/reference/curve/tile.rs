@@ -34,7 +34,7 @@ pub struct CurveModes {
     pub nodes: u32,
     /// Whether light may grow.
     pub gain: bool,
-    /// Curves are made by two walks: no caster is a volume, a brick or a Gaussian, or adds light.
+    /// Curves are made by two walks: no caster is a volume, a brick, a strand or a Gaussian, or adds light.
     pub rays: bool,
     /// An `over` caster may add light.
     pub over: bool,

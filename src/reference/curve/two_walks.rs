@@ -24,6 +24,8 @@ use glam::{BVec3, DVec3, Vec3};
 
 /// Times as many hits as nodes of which pairs are joined by cost.
 pub const FEW: u32 = 6;
+/// And so many hits at most.
+pub const MOST_FEW: u32 = 64;
 /// Bins of the pairs' costs, about half an octave each, of which the last has all from 3/4 up.
 pub const COST_BINS: usize = 32;
 
@@ -253,7 +255,7 @@ pub fn curve(hits: &[RayHit], modes: RayModes) -> (Vec<PackedNode>, Vec3) {
     }
     let passed = passing.light.as_vec3();
     let nodes = modes.nodes;
-    let by_cost = count <= FEW * nodes;
+    let by_cost = count <= (FEW * nodes).min(MOST_FEW);
     let spare = modes.bodies.map_or(0, |kept| nodes.saturating_sub(count + kept));
     let mut bends = Bends { sum: bends, spare };
     let mut joined = Joined::cheapest(bins, count.saturating_sub(nodes));
