@@ -7,7 +7,7 @@ use gobo::{
     glam::Vec3,
     internals::reference::curve::{
         Streaming, light_at,
-        two_walks::{self, PointHit},
+        two_walks::{self, RayHit, RayModes},
     },
     scene::generate::Chance,
 };
@@ -209,10 +209,13 @@ fn light_of(method: Method, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
         Method::TwoWalks(nodes) => {
             let point = |&(depth, light): &Hit| {
                 let absorbed = Vec3::ONE - light;
-                PointHit { depth, absorbed, presence: absorbed.max_element() }
+                RayHit { start: depth, end: depth, absorbed, presence: absorbed.max_element() }
             };
             let hits: Vec<_> = hits.iter().map(point).collect();
-            let (nodes, _) = two_walks::curve(&hits, nodes, false);
+            let (nodes, _) = two_walks::curve(
+                &hits,
+                RayModes { nodes, faint: false, grows: false, bodies: None },
+            );
             Box::new(move |z| light_at(&nodes, z, false))
         }
         Method::Fourier => {

@@ -1,16 +1,17 @@
 //! Kinds of a scene's filtering casters, which decide how maps are accumulated.
-use crate::model::{Casters, Class, Shape};
+use crate::model::{Casters, Class, Shape, Transfer};
 
-/// Whether all filtering casters are those of [`super::curve::tile::CurveModes::discs`].
-pub(super) fn only_discs(scene: &Casters<'_>) -> bool {
+/// Whether all filtering casters are those of [`super::curve::tile::CurveModes::rays`].
+pub(super) fn only_rays(scene: &Casters<'_>) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
+    let adds = |id: u32| filters(id) && material(id).transfer == Transfer::Over;
+    let is_volume = |id: u32| filters(id) && material(id).is_volume();
+    let is_other =
+        |id: u32| filters(id) && matches!(material(id).shape, Shape::Brick | Shape::Capsule);
     !scene.gaussians.iter().any(|gaussian| filters(gaussian.material))
-        && !scene
-            .particles
-            .iter()
-            .any(|p| filters(p.material) && !material(p.material).is_plain_disc())
-        && !scene.triangles.iter().any(|triangle| filters(triangle.material))
+        && !scene.particles.iter().any(|p| is_other(p.material) || adds(p.material))
+        && !scene.triangles.iter().any(|t| is_volume(t.material) || adds(t.material))
 }
 
 /// Whether some filtering caster is a puff.

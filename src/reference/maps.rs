@@ -12,7 +12,7 @@ use super::{
         tile::{CurveModes, curves},
     },
     gaussian::project_gaussian,
-    kinds::{any_faint, any_puff, only_discs},
+    kinds::{any_faint, any_puff, only_rays},
     occlude::occlude,
     project::{ProjectParams, Projected, project_caster, project_triangle},
     resolve::resolve,
@@ -170,7 +170,7 @@ impl<'a> SceneRecords<'a> {
             curve_modes: (shadow.curve_nodes() > 0).then(|| CurveModes {
                 nodes: shadow.curve_nodes(),
                 gain: uses(Transfer::Gain),
-                discs: only_discs(&all),
+                rays: only_rays(&all),
                 over: uses(Transfer::Over),
                 volumes: has_volumes,
                 bodies: has_volumes || any_puff(&all),
@@ -241,7 +241,7 @@ impl<'a> SceneRecords<'a> {
                 }
             }
             maps.curve = Some(CurveMap { nodes, gain: modes.gain || modes.over, packed });
-            self.dither(&mut maps, &gpu_view, &depths, modes.over);
+            self.dither(&mut maps, &gpu_view, &depths);
             return maps;
         }
         let accumulated = each(tile_count, |index| {
@@ -250,12 +250,12 @@ impl<'a> SceneRecords<'a> {
             accumulate(records, index as u32, footprints, &opaque[index], self.modes)
         });
         let mut maps = self.store(view, &gpu_view, &accumulated, &opaque);
-        self.dither(&mut maps, &gpu_view, &depths, self.modes.ordered);
+        self.dither(&mut maps, &gpu_view, &depths);
         maps
     }
 
     /// Stores the depths of coloured dithering, and softens dithered shadows.
-    fn dither(&self, maps: &mut ViewMaps, view: &GpuView, depths: &[TileTexels<Vec3>], over: bool) {
+    fn dither(&self, maps: &mut ViewMaps, view: &GpuView, depths: &[TileTexels<Vec3>]) {
         if self.colored {
             maps.colored = vec![[1.0; 3]; maps.opaque.len()];
             for (index, depths) in depths.iter().enumerate() {
@@ -265,7 +265,7 @@ impl<'a> SceneRecords<'a> {
                 }
             }
         }
-        soften_curves(maps, self.soften_window, over);
+        soften_curves(maps, self.soften_window);
         soften(maps, self.soften_window);
     }
 

@@ -312,11 +312,10 @@ impl<'a> Request<'a> {
         batches: &[(&BatchPlan, &Buffer)],
         is_new: bool,
     ) -> Result<Commands, Error> {
-        let &Self { kernels, casters, views, .. } = self;
+        let &Self { kernels, views, .. } = self;
         let mut commands = Commands::new();
         if let Some(soften) = soften {
-            let over = casters.span(Class::LISTS[1].clone()).features.has(Flags::HAS_OVER);
-            commands.append(soften.commands(kernels, batches, maps, over)?);
+            commands.append(soften.commands(kernels, batches, maps)?);
         }
         if let Some(blur) = blur {
             commands.append(blur.commands(kernels, batches, maps)?);

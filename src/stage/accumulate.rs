@@ -98,6 +98,7 @@ pub fn kernels(features: Features) -> WalkKernels {
             [&llvmpipe::CURVE_QUEUE_TILES, &llvmpipe::CURVE_QUEUE_SEGMENTS]
         }
         (true, Some(Simple::Discs)) => [&curve::DISC_TILES, &curve::DISC_SEGMENTS],
+        (true, _) if features.only_rays() => [&curve::RAY_TILES, &curve::RAY_SEGMENTS],
         (true, _) => [&curve::TILES, &curve::SEGMENTS],
         (false, Some(kind)) if queued => llvmpipe::queue_kernels(kind),
         (false, Some(Simple::Discs)) => [&DISC_TILES, &DISC_SEGMENTS],
@@ -110,6 +111,7 @@ pub fn kernels(features: Features) -> WalkKernels {
         segments,
         overflow: &OVERFLOW,
         resolve: match (curves, composed) {
+            (true, _) if features.only_rays() => &curve::RAY_RESOLVE,
             (true, _) => &curve::RESOLVE,
             (false, true) => &resolve::ORDERED,
             (false, false) => &resolve::TILES,

@@ -20,8 +20,12 @@ pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
 
 /// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
 /// cheaper on software adapters.
-pub(super) const PAIRS: Choice =
-    Choice::by_tier("pairs", "curve/pairs_sampled.wgsl", Tier::Native, "curve/pairs_loaded.wgsl");
+pub(super) const PAIRS: Choice = Choice::by_tier(
+    "pairs",
+    "traversal/pairs_sampled.wgsl",
+    Tier::Native,
+    "traversal/pairs_loaded.wgsl",
+);
 pub(super) const WALK: Choice = Choice::by_tier(
     "traversal",
     "traversal/slabs_uniform.wgsl",
@@ -30,20 +34,40 @@ pub(super) const WALK: Choice = Choice::by_tier(
 );
 pub(super) const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
-/// Soft discs of the `filter` transfer only, by two walks.
+/// Curves by two walks, of casters that only pass light on.
 const RAYS: Choice = Choice::new("accumulator", "curve/ray.wgsl");
+const RAY_CASTERS: Choice = Choice::new("visit", "curve/ray_casters.wgsl");
+/// Soft discs of the `filter` transfer only.
+const RAY_DISCS: [Choice; 2] = [
+    Choice::new("visit", "curve/ray_discs.wgsl"),
+    Choice::new("lane_caster", "curve/ray_discs.wgsl"),
+];
 pub(super) const RAY_TILE: Choice = Choice::new("output", "curve/ray_tile.wgsl");
 pub(super) const RAY_SEGMENT: Choice = Choice::new("output", "curve/ray_segment.wgsl");
+/// Visits the nodes of tiles whose segments have curves of their own.
+const RAY_RESOLVED: Choice = Choice::new("output", "curve/ray_resolve.wgsl");
 /// Stores curves and maps.
 const STORED: Choice = Choice::new("maps", "curve/maps_stored.wgsl");
-const TWO_WALKS: Choice = Choice::by_tier(
-    "traversal",
-    "curve/two_walks_uniform.wgsl",
-    Tier::Subgroups,
-    "curve/two_walks_subgroup.wgsl",
-);
-/// Choices of kernels that walk discs twice.
-const WALKED_TWICE: &[Choice] = &[IN_ORDER, STORED, RAYS, INVOCATION_ROWS, PAIRS, TWO_WALKS, SUMS];
+/// Where nodes that are finished go; [`Profile`](super::profile::Profile) may replace it.
+const WRITTEN: Choice = Choice::new("written", "curve/written_at_once.wgsl");
+const TWO_WALKS: Choice = Choice::new("traversal", "curve/two_walks.wgsl");
+/// One of the walks.
+const PASS: Choice =
+    Choice::by_tier("pass", "traversal/uniform.wgsl", Tier::Subgroups, "traversal/subgroup.wgsl");
+/// Choices of kernels that walk casters twice.
+const WALKED_TWICE: &[Choice] = &[
+    IN_ORDER,
+    STORED,
+    RAYS,
+    RAY_CASTERS,
+    WRITTEN,
+    INVOCATION_ROWS,
+    PAIRS,
+    TWO_WALKS,
+    PASS,
+    LANE_CASTER,
+    SUMS,
+];
 /// Nodes during insertion; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
@@ -69,17 +93,35 @@ pub const SEGMENTS: KernelDesc = KernelDesc {
     ..walk::segments("accumulate_curve_segments", &[SEGMENT])
 };
 
-pub const DISC_TILES: KernelDesc = KernelDesc {
+pub const RAY_TILES: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
     tiers: Tier::ALL,
-    ..walk::tiles("accumulate_curve_disc_tiles", &[RAY_TILE])
+    ..walk::tiles("accumulate_curve_ray_tiles", &[RAY_TILE])
+};
+
+pub const RAY_SEGMENTS: KernelDesc = KernelDesc {
+    shared: WALKED_TWICE,
+    constants: &[("NODES", 8.0)],
+    ..walk::segments("accumulate_curve_ray_segments", &[RAY_SEGMENT])
+};
+
+pub const DISC_TILES: KernelDesc = KernelDesc {
+    name: "accumulate_curve_disc_tiles",
+    with: &[RAY_DISCS[0], RAY_DISCS[1], RAY_TILE],
+    ..RAY_TILES
 };
 
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
+    name: "accumulate_curve_disc_segments",
+    with: &[RAY_DISCS[0], RAY_DISCS[1], RAY_SEGMENT],
+    ..RAY_SEGMENTS
+};
+
+pub const RAY_RESOLVE: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
-    ..walk::segments("accumulate_curve_disc_segments", &[RAY_SEGMENT])
+    ..walk::resolve("resolve_curve_rays", &[RAY_RESOLVED])
 };
 
 pub const RESOLVE: KernelDesc = KernelDesc {

@@ -134,6 +134,14 @@ impl Features {
         }
     }
 
+    /// Whether curves are made by two walks: all casters only pass light on, and none is a volume, a brick, a
+    /// strand or a Gaussian.
+    pub fn only_rays(self) -> bool {
+        const OTHERS: Flags =
+            Flags::HAS_BRICKS.union(Flags::HAS_CAPSULES).union(Flags::HAS_GAUSSIANS);
+        !self.flags.intersects(OTHERS | Flags::HAS_VOLUMES | Flags::HAS_OVER)
+    }
+
     /// Whether segments are composed one by one, and tiny particles are not scattered.
     pub fn is_composed(self) -> bool {
         const COMPOSED: Flags = Flags::HAS_OVER.union(Flags::HAS_VOLUMES).union(Flags::HAS_OWNERS);

@@ -16,9 +16,10 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleave
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for late ones, and what look-ups lay
 /// aside are registers, and loops over them are written out.
-pub const COLUMNS: [Choice; 6] = [
+pub const COLUMNS: [Choice; 7] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
+    Choice::new("written", "llvmpipe/written_kept.wgsl"),
     Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl"),
     IN_REGISTERS,
     EIGHT,

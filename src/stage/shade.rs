@@ -8,7 +8,7 @@ use super::{
     caustics,
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
-    walk::{IN_ORDER, LANE_CASTER, WALK},
+    walk::{IN_ORDER, LANE_CASTER, PAIRS, WALK},
 };
 use crate::{
     gpu::{Choice, Constant, KernelDesc, Tier},
@@ -70,14 +70,14 @@ const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl
 const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
 
 pub const SEEN: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, WALK, LANE_CASTER],
+    with: &[IN_ORDER, SEEN_STATE, WALK, PAIRS, LANE_CASTER],
     constants: &[FILTERS_IMAGES],
     tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("shade_seen", "shade/shade_seen.wgsl")
 };
 
 pub const LAYERS: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, LAYER_STATE, WALK, LANE_CASTER],
+    with: &[IN_ORDER, LAYER_STATE, WALK, PAIRS, LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
     tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("shade_layers", "shade/shade_layers.wgsl")

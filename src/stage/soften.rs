@@ -3,7 +3,7 @@
 //!
 //! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
 //! dithered surfaces as one more ramp.
-use super::{blur::separable, curve, walk};
+use super::blur::separable;
 use crate::gpu::{Choice, KernelDesc};
 
 const WINDOW: Choice = Choice::new("window", "soften/run.wgsl");
@@ -19,16 +19,8 @@ pub const COLORED_ROWS: KernelDesc = separable("soften_colored_rows", OF_ROWS, &
 pub const COLORED_COLUMNS: KernelDesc =
     separable("soften_colored_columns", OF_COLUMNS, &[("COLUMN", 1.0), ("COLORED", 1.0)]);
 
-/// Texels of a column per invocation. WGSL: `ROWS` in `wgsl/soften/curve_columns.wgsl`.
-pub const CURVE_TEXELS: u32 = 4;
-
 /// After [`ROWS`], or [`COLORED_ROWS`], which leave the same with curves.
 pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
-    with: &[
-        Choice::new("visit", "soften/curve_columns.wgsl"),
-        walk::INVOCATION_ROWS,
-        curve::OPEN_NODES,
-    ],
     constants: &[("NODES", 8.0)],
     ..KernelDesc::new("soften_curve_columns", "soften/curve_columns.wgsl")
 };

@@ -21,6 +21,8 @@ pub(super) const WALK: Choice = Choice::by_tier(
     Tier::Subgroups,
     "traversal/subgroup.wgsl",
 );
+/// Pairs of the tiles' lists.
+pub(super) const PAIRS: Choice = Choice::new("pairs", "traversal/pairs_loaded.wgsl");
 /// Sums of a batch's texels: textures where these have atomics, else buffers.
 pub(super) const SUMS: Choice =
     Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
@@ -44,7 +46,7 @@ const COLUMN: Choice = Choice::new("column", "traversal/column_two.wgsl");
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
 /// Choices of kernels that walk any casters.
-const WALKED: &[Choice] = &[IN_ORDER, COLUMN, WAITING, WALK, LANE_CASTER, SUMS];
+const WALKED: &[Choice] = &[IN_ORDER, COLUMN, WAITING, WALK, PAIRS, LANE_CASTER, SUMS];
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {

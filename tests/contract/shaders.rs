@@ -288,9 +288,9 @@ fn a_refused_kernel_names_file_and_line() {
     let desc = KernelDesc { with: WRONG, ..curve::DISC_TILES };
     let gpu = own_gpu(Tier::Core);
     let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[], &[]).unwrap_err().to_string();
-    let path = "curve/two_walks_uniform.wgsl";
+    let path = "traversal/uniform.wgsl";
     let (_, walks) = wgsl_files().into_iter().find(|file| file.0 == path).unwrap();
-    let line = 1 + walks.lines().position(|line| line.starts_with("fn visit_pairs(")).unwrap();
+    let line = 1 + walks.lines().position(|line| line.starts_with("fn visit_run(")).unwrap();
     assert!(error.contains(&format!("wgsl/{path}:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
     let unchosen = KernelDesc { with: WRONG, shared: &[], ..curve::DISC_TILES };

@@ -11,7 +11,7 @@ use gobo::{
         self,
         curve::{
             DEPTHS, MAX_NODES, Streaming, light_at,
-            two_walks::{self, PointHit},
+            two_walks::{self, RayHit, RayModes},
         },
     },
 };
@@ -106,9 +106,14 @@ fn exact_while_at_most_k_hits_in_any_order() {
 }
 
 fn by_two_walks(hits: &[Hit], nodes: u32) -> Vec<[u32; 2]> {
-    let point =
-        |&(depth, light): &Hit| PointHit { depth, absorbed: Vec3::ONE - light, presence: 1.0 };
-    two_walks::curve(&hits.iter().map(point).collect::<Vec<_>>(), nodes, false).0
+    let hit = |&(depth, light): &Hit| RayHit {
+        start: depth,
+        end: depth,
+        absorbed: Vec3::ONE - light,
+        presence: 1.0,
+    };
+    let modes = RayModes { nodes, faint: false, grows: false, bodies: None };
+    two_walks::curve(&hits.iter().map(hit).collect::<Vec<_>>(), modes).0
 }
 
 fn mixed(hits: &[Hit], chance: &mut Chance) -> Vec<Hit> {

@@ -14,7 +14,7 @@ use gobo::{
         reference::curve::soften::soften_curves,
         stage::{
             features::Features,
-            soften::{self as stage, CURVE_TEXELS, SoftenParams, run_layers},
+            soften::{self as stage, SoftenParams, run_layers},
         },
     },
     wgpu::{BufferUsages, TextureFormat as Format},
@@ -27,7 +27,7 @@ const WINDOWS: [u32; 2] = [2, 8];
 fn softened(maps: &[ViewMaps; 2], window: u32) -> [ViewMaps; 2] {
     maps.clone().map(|mut soft| {
         let sharp = soft.clone();
-        soften_curves(&mut soft, window, false);
+        soften_curves(&mut soft, window);
         for at in 0..sharp.filter.len() {
             let (light, nearest, opaque) = windows::softened(&sharp, at, window as i32 / 2);
             soft.filter[at] = light.as_vec3().to_array();
@@ -87,9 +87,7 @@ fn every_texel_of_the_views_is_softened_and_no_other() {
             .with("raw_curves", &inputs.curves)
             .with("curves", &curves);
         let four = Features { nodes: NODES as u32, ..Features::NONE }.constants();
-        // Columns end at the view's last row, and not within an invocation's four.
-        let columns = [GROUPS[0], GROUPS[1].div_ceil(CURVE_TEXELS), GROUPS[2]];
-        let kernels = [(&stage::ROWS, GROUPS), (&stage::CURVE_COLUMNS, columns)];
+        let kernels = [(&stage::ROWS, GROUPS), (&stage::CURVE_COLUMNS, GROUPS)];
         run_all(&gpu, tier, &four, &resources, &kernels);
         let mut sums = Written::<4>::new(&gpu, &format!("{what}: rows of curves"), &rows);
         sums.take_all();

@@ -1,15 +1,24 @@
-// Accumulator: the curve of an invocation's texel by two walks, of soft discs of the `filter` transfer. The first walk finds
-// the light behind all hits, how many there are, and where. CPU reference: src/reference/curve/two_walks.rs.
+// Accumulator: curves of an invocation's texels by two walks, of hits that only pass light on. The first walk finds the
+// light behind all hits, how many there are, where, and what pairs of neighbours cost. CPU reference:
+// src/reference/curve/two_walks.rs.
 
 import package::bind::sampled::opaques;
-import package::features::{FAINT, HAS_OPAQUE};
+import package::curve::bodies::{MIN_BEND, SHORTEST};
+import package::curve::node::{DEPTHS, grows};
+import package::curve::ray_nodes::{place_hit, single_ramp, write_node};
+import package::features::{FAINT, HAS_OPAQUE, HAS_PUFFS, HAS_SOFTENING, NODES, unrolled};
+import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 import package::sums::faint::keep;
 import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
+import choice::output::SPLITS;
+import choice::rows::ROW_COUNT;
+import choice::visit::{READS_OPAQUE, visit_caster};
 
-const ROWS: u32 = 1u; // texels that an invocation holds
+const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
 const TRACE: f32 = 0.0000152587890625; // presence below which hits have no place of their own: 2^-16
+const COST_BINS: u32 = 32u; // of the costs of pairs, about half an octave each
 
 struct Texel {
     light: vec3<f32>, // behind the hits so far
@@ -17,19 +26,26 @@ struct Texel {
     traces: f32,      // with `FAINT`: presence of the hits since one had a place
     nearest: f32,     // light depths: of the nearest visible hit, and of the opaque surface
     opaque: f32,
+    at: f32,          // the largest depth of a place so far
+    took: f32,        // light that the hit at the last place took, the sum of its channels
     count: u32,       // hits that have places
     first: f32,       // light depths between which they are
     last: f32,
-    all: f32,         // light that is lost, the sum of the channels
+    all: f32,         // light that they take
+    low_bins: vec4<u32>, // pairs of neighbours by their costs, 8 bits each: right up to 255
+    high_bins: vec4<u32>,
+    bends: f32,       // of bodies that are left
     // In the second walk:
+    spare: u32,       // nodes for bodies
+    bin: u32,         // pairs are joined below it, and so many in it
+    equal: u32,
     seen: u32,        // hits so far
     used: u32,        // nodes so far
     gone: f32,        // light lost so far
-    at: f32,          // the largest depth so far
-    cut: f32,         // place at which the open node ends
-    place: f32,       // at which it began
     open: bool,
-    open_light: vec3<f32>, // in front of it, behind what is not its own
+    place: f32,       // at which the open node began, and at which it ends
+    cut: f32,
+    before: vec3<f32>, // light in front of it, behind what is not its own
     low: f32,         // light depths that it spans
     high: f32,
     anchor: f32,      // its first
@@ -37,90 +53,194 @@ struct Texel {
     sum: f32,
     square: f32,
     owed: vec3<f32>,  // what rounding has taken of the nodes so far
-    before: vec2<u32>, // the first node of a pair
+    pending: vec2<u32>, // the first node of a pair
 }
 
-var<private> corner: vec2<f32>; // the texel, in the view's map
-var<private> ray: Texel;
+// What a caster does to the light of a ray.
+struct RayHit {
+    absorbed: vec3<f32>,
+    depth: f32,    // light depths: of the hit, and between which it takes light
+    start: f32,
+    end: f32,
+    presence: f32, // what sets depths; 0 for none
+}
+
+// A hit at its place.
+struct Placed {
+    is: bool,
+    light: vec3<f32>,  // in front of the hit, and behind
+    behind: vec3<f32>,
+    z: f32,            // the largest depth so far
+    taken: f32,
+    bin: u32,          // of joining it to the hit before
+}
+
+var<private> corner: vec2<f32>; // first of the texels, in the view's map
+var<private> texels: array<Texel, ROWS>;
+// Transmittance of all hits, and depth of the nearest visible one, of each texel.
+var<private> found: array<vec4<f32>, ROWS>;
 var<private> is_second: bool;
 
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
-    ray = Texel();
-    ray.nearest = 1.0;
-    ray.opaque = 1.0;
-    if HAS_OPAQUE {
-        ray.opaque = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
+    is_second = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        texels[i] = Texel();
+        texels[i].nearest = 1.0;
+        texels[i].opaque = 1.0;
+        texels[i].first = 1.0;
+        texels[i].light = vec3(1.0);
+        texels[i].owed = vec3(1.0);
+        if HAS_OPAQUE || READS_OPAQUE {
+            texels[i].opaque = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
+        }
     }
 }
 
-// Begins a walk: the first, and then the second.
-fn begin_walk(second: bool) {
-    is_second = second;
-    ray.all = 3.0 - dot(light_of(), vec3(1.0));
-    ray.light = vec3(1.0);
-    ray.lost = vec3(0.0);
-    ray.traces = 0.0;
-    ray.first = select(1.0, ray.first, second);
-    ray.owed = vec3(1.0);
+// Begins the second walk.
+fn begin_second() {
+    is_second = true;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var texel = texels[i];
+        if !is_finished(&texel) {
+            find_joined(&texel);
+            texel.last = texel.at;
+            texel.light = vec3(1.0);
+            texel.lost = vec3(0.0);
+            texel.traces = 0.0;
+            texel.at = 0.0;
+            texel.took = 0.0;
+            texel.used = 0u;
+            texel.owed = vec3(1.0);
+        }
+        texels[i] = texel;
+    }
 }
 
-fn light_of() -> vec3<f32> {
+fn light_of(t: ptr<function, Texel>) -> vec3<f32> {
     if FAINT {
-        return ray.light * (1.0 - ray.lost);
+        return (*t).light * (1.0 - (*t).lost);
     }
-    return ray.light;
+    return (*t).light;
 }
 
 fn is_dark(light: vec3<f32>) -> bool {
-    return all(light < vec3(BLACK));
+    return !grows() && all(light < vec3(BLACK));
 }
 
-fn last_before() -> f32 {
-    return select(ray.last, ray.at, is_second);
+// The bin of a pair's cost.
+fn bin_of(cost: f32) -> u32 {
+    let half_octaves = bitcast<u32>(cost) >> 22u;
+    return min(max(half_octaves, 254u - COST_BINS) - (254u - COST_BINS), COST_BINS - 1u);
 }
 
-// Adds a hit to the light. Returns whether it has a place: behind black only what comes late can change anything.
-fn pass_hit(absorbed: vec3<f32>, depth: f32, presence: f32) -> bool {
-    let acts = !is_dark(light_of()) || depth < last_before();
-    var placed = presence >= TRACE;
+fn bin_count(t: ptr<function, Texel>, bin: u32) -> u32 {
+    let bins = select((*t).low_bins, (*t).high_bins, vec4(bin >= 16u));
+    let low = select(bins.x, bins.y, (bin & 4u) != 0u);
+    let high = select(bins.z, bins.w, (bin & 4u) != 0u);
+    return (select(low, high, (bin & 8u) != 0u) >> (8u * (bin & 3u))) & 255u;
+}
+
+// How much a body bends the light's fall: the difference of roots, where that is worth a node.
+fn bend_of(hit: RayHit, placed: Placed) -> f32 {
+    let roots = sqrt(max(placed.light, vec3(0.0))) - sqrt(max(placed.behind, vec3(0.0)));
+    let bend = max(max(abs(roots.r), abs(roots.g)), abs(roots.b));
+    let is_long = round(hit.end * DEPTHS) >= max(round(hit.start * DEPTHS), 1.0) + f32(SHORTEST);
+    return select(0.0, bend, is_long && bend > MIN_BEND && placed.is);
+}
+
+// The pairs that cost least are joined, as many as hits exceed nodes.
+fn find_joined(t: ptr<function, Texel>) {
+    (*t).spare = max(NODES, (*t).count + u32(HAS_SOFTENING)) - ((*t).count + u32(HAS_SOFTENING));
+    (*t).bin = 0u;
+    (*t).equal = max((*t).count, NODES) - NODES;
+    for (var bin = 0u; bin + 1u < COST_BINS; bin += 1u) {
+        let pairs = bin_count(t, bin);
+        let all = (*t).bin == bin && pairs < (*t).equal;
+        (*t).equal -= select(0u, pairs, all);
+        (*t).bin += select(0u, 1u, all);
+    }
+}
+
+// Adds a hit to the light. It has no place behind black, where only what comes late can change anything.
+fn pass_hit(t: ptr<function, Texel>, hit: RayHit) -> Placed {
+    let light = light_of(t);
+    let acts = !is_dark(light) || hit.start < (*t).at;
+    var placed = hit.presence >= TRACE;
     if FAINT {
-        let kept = keep(ray.light, ray.lost, absorbed);
-        ray.light = kept.passed;
-        ray.lost = kept.lost;
+        let kept = keep((*t).light, (*t).lost, hit.absorbed);
+        (*t).light = kept.passed;
+        (*t).lost = kept.lost;
         // Many hits below `TRACE` have a depth together.
-        ray.traces += presence;
-        placed = ray.traces >= TRACE;
-        ray.traces = select(ray.traces, 0.0, placed);
+        let traces = (*t).traces + hit.presence;
+        placed = traces >= TRACE;
+        (*t).traces = select(traces, 0.0, placed);
     } else {
-        ray.light *= 1.0 - absorbed;
+        (*t).light *= 1.0 - hit.absorbed;
     }
-    return placed && acts;
+    let behind = light_of(t);
+    let taken = dot(abs(light - behind), vec3(1.0));
+    let z = max(hit.start, (*t).at);
+    let bin = bin_of(((*t).took + taken) * (z - (*t).at));
+    return Placed(placed && acts, light, behind, z, taken, bin);
 }
 
-fn count_hit(absorbed: vec3<f32>, depth: f32, presence: f32) {
-    if presence >= VISIBLE_PRESENCE {
-        ray.nearest = min(ray.nearest, depth);
+fn go_on(t: ptr<function, Texel>, placed: Placed) {
+    (*t).at = select((*t).at, placed.z, placed.is);
+    (*t).took = select((*t).took, placed.taken, placed.is);
+}
+
+// A hit has a node at once, while nodes are free: of few hits, the first walk is enough.
+fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
+    let seen = hit.presence >= VISIBLE_PRESENCE;
+    (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);
+    let placed = pass_hit(t, hit);
+    let pair = select(0u, 1u << (8u * (placed.bin & 3u)), placed.is && (*t).count > 0u);
+    let words = vec4(placed.bin >> 2u);
+    (*t).low_bins += select(vec4(0u), vec4(pair), words == vec4(0u, 1u, 2u, 3u));
+    (*t).high_bins += select(vec4(0u), vec4(pair), words == vec4(4u, 5u, 6u, 7u));
+    (*t).count += select(0u, 1u, placed.is);
+    (*t).first = select((*t).first, min((*t).first, hit.start), placed.is);
+    (*t).all += select(0.0, placed.taken, placed.is);
+    if splits() {
+        (*t).bends += bend_of(hit, placed);
+    } else {
+        write_node(view, t, i, single_ramp(t, hit, placed), placed.is && (*t).used < NODES);
     }
-    if pass_hit(absorbed, depth, presence) {
-        ray.count += 1u;
-        ray.first = min(ray.first, depth);
-        ray.last = max(ray.last, depth);
+    go_on(t, placed);
+}
+
+// Whether nodes wait for the second walk, which shares them among bodies.
+fn splits() -> bool {
+    return HAS_PUFFS && SPLITS;
+}
+
+// Whether the first walk has made all nodes.
+fn is_finished(t: ptr<function, Texel>) -> bool {
+    return !splits() && is_second && (*t).count <= NODES;
+}
+
+// Visits texel `i` in this walk.
+fn visit_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
+    if is_second {
+        place_hit(view, t, i, hit);
+    } else {
+        count_hit(view, t, i, hit);
     }
+}
+
+fn visit(view: GpuView, id: u32, footprint: Footprint) {
+    visit_caster(view, footprint);
 }
 
 // Whether nothing at or behind `front` can change these texels in this walk.
 fn settled(front: f32) -> bool {
-    let changes = !is_dark(light_of()) || front < last_before();
-    let seeks = !is_second && ray.nearest > front;
-    return !((changes || seeks) && ray.opaque > front);
-}
-
-// Transmittance of all hits, and depth of the nearest visible one.
-fn found_light(i: u32) -> vec3<f32> {
-    return light_of();
-}
-
-fn found_depth(i: u32) -> f32 {
-    return ray.nearest;
+    var open = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var texel = texels[i];
+        let changes = !is_dark(light_of(&texel)) || front < texel.at;
+        let seeks = !is_second && texel.nearest > front;
+        open = open || ((changes || seeks) && texel.opaque > front && !is_finished(&texel));
+    }
+    return !open;
 }

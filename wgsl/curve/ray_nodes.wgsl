@@ -1,137 +1,177 @@
-// The second walk gives each hit of a texel a place on the ray, half by the light that was lost and half by the depth
-// that is gone, and ends a node behind its share of the places. CPU reference, with the rule:
-// src/reference/curve/two_walks.rs.
+// The second walk makes the nodes of a texel: of few hits, the pairs that cost least are joined; of many, each has a place
+// on the ray, half by the light that was lost and half by the depth that is gone, and a node ends behind its share of the
+// places. CPU reference, with the rule: src/reference/curve/two_walks.rs.
 
-import package::curve::node::{DEPTHS, node_passed, packed_node};
-import package::curve::ray::{corner, count_hit, is_second, last_before, light_of, pass_hit, ray};
-import package::features::NODES;
-import package::hit::disc::{Disc, disc_hit};
+import package::curve::node::{DEPTHS, grows, node_passed, packed_node};
+import package::curve::ray::{
+    Placed, RayHit, ROWS, Texel, bend_of, corner, found, go_on, is_finished, light_of, pass_hit, splits, texels, visit_hit,
+};
+import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
 import package::sums::sums::BLACK;
-import choice::output::{scattered, scattered_light, store_nodes};
+import choice::output::{scattered, scattered_light};
+import choice::written::{end_nodes, put_node};
 
-fn write_node(view: GpuView, start: f32, end: f32, passed: vec3<f32>) {
-    let fixed = u32(clamp(round(start * DEPTHS), 1.0, DEPTHS));
-    let wanted = min(passed * ray.owed, vec3(1.0));
-    let node = packed_node(fixed, max(end - start, 0.0) * DEPTHS, wanted);
+const LEAST_ROOTED: f32 = 0.00048828125; // light that black counts as in roots: 1/2048
+const FEW: u32 = 6u; // times as many hits as nodes of which pairs are joined by cost
+const MOST_FEW: u32 = 64u; // and so many hits at most
+
+// A node to write.
+struct Ramp {
+    start: f32,
+    end: f32,
+    passed: vec3<f32>,
+}
+
+fn write_node(view: GpuView, t: ptr<function, Texel>, i: u32, ramp: Ramp, is: bool) {
+    let start = u32(clamp(round(ramp.start * DEPTHS), 1.0, DEPTHS));
+    let most = select(1.0, 3.4e38, grows());
+    let wanted = min(ramp.passed * (*t).owed, vec3(most));
+    let node = packed_node(start, max(ramp.end - ramp.start, 0.0) * DEPTHS, wanted);
     let stored = node_passed(node);
-    ray.owed = select(vec3(1.0), wanted / max(stored, vec3(1e-9)), stored > vec3(0.0));
-    if ray.used % 2u == 1u {
-        store_nodes(view, corner, 0u, ray.used / 2u, vec4(ray.before, node));
+    let owed = select(vec3(1.0), wanted / max(stored, vec3(1e-9)), stored > vec3(0.0));
+    (*t).owed = select((*t).owed, owed, is);
+    put_node(view, t, i, (*t).used, node, is);
+    (*t).used += select(0u, 1u, is);
+}
+
+// Ramps of a hit that has a node of its own: bodies share the free nodes.
+fn parts_of(t: ptr<function, Texel>, bend: f32) -> u32 {
+    let share = bend / max((*t).bends, 1e-9) * f32((*t).spare);
+    let more = min(u32(round(share)), (*t).spare);
+    (*t).bends -= bend;
+    (*t).spare -= more;
+    return 1u + more;
+}
+
+// Writes a ramp as so many equal parts.
+fn write_parts(view: GpuView, t: ptr<function, Texel>, i: u32, ramp: Ramp, parts: u32, is: bool) {
+    let root = pow(max(ramp.passed, vec3(LEAST_ROOTED)), vec3(1.0 / f32(parts)));
+    let length = (ramp.end - ramp.start) / f32(parts);
+    for (var part = 0u; part < parts; part += 1u) {
+        let dark = (ramp.passed < vec3(LEAST_ROOTED)) & vec3(part + 1u == parts);
+        let start = ramp.start + f32(part) * length;
+        let own = select(select(root, vec3(0.0), dark), ramp.passed, parts == 1u);
+        write_node(view, t, i, Ramp(start, select(start + length, ramp.end, parts == 1u), own), is);
     }
-    ray.before = node;
-    ray.used += 1u;
+}
+
+// Black where no light is to be seen.
+fn unseen(light: vec3<f32>) -> vec3<bool> {
+    return light < vec3(select(BLACK, 0.0, grows()));
 }
 
 // Ramp of the open node, of the mean depth and the variance of the light that it takes. `light`: behind it.
-fn write_open(view: GpuView, light: vec3<f32>) {
-    let texel = ray;
+fn open_ramp(t: ptr<function, Texel>, light: vec3<f32>) -> Ramp {
+    let texel = *t;
     let share = 1.0 / max(texel.taken, 1e-30);
     let off = texel.sum * share;
     let spread = max(texel.square * share - off * off, 0.0);
     let mean = clamp(texel.anchor + off, texel.low, texel.high);
     let half = min(sqrt(3.0 * spread), min(mean - texel.low, texel.high - mean));
-    let passed = select(light / max(texel.open_light, vec3(1e-9)), vec3(0.0), light < vec3(BLACK));
+    let passed = select(light / max(texel.before, vec3(1e-9)), vec3(0.0), unseen(light));
     let some = texel.taken > 0.0;
-    write_node(view, select(texel.low, mean - half, some), select(texel.high, mean + half, some), passed);
-    ray.open = false;
+    return Ramp(select(texel.low, mean - half, some), select(texel.high, mean + half, some), passed);
 }
 
-fn share_of_rest() -> f32 {
-    return (1.0 - ray.place) / f32(NODES - ray.used);
+// Of a hit with a node of its own. Behind a dark one only what comes late is to be seen.
+fn single_ramp(t: ptr<function, Texel>, hit: RayHit, placed: Placed) -> Ramp {
+    let dark = unseen(placed.behind) & vec3(hit.start >= (*t).at);
+    return Ramp(hit.start, hit.end, select(1.0 - hit.absorbed, vec3(0.0), dark));
 }
 
-fn place_hit(view: GpuView, absorbed: vec3<f32>, depth: f32, presence: f32) {
-    let light = light_of();
-    if !pass_hit(absorbed, depth, presence) {
+fn share_of_rest(t: ptr<function, Texel>) -> f32 {
+    return (1.0 - (*t).place) / f32(NODES - (*t).used);
+}
+
+// Adds a hit to the open node, or to a new one.
+fn join_hit(t: ptr<function, Texel>, hit: RayHit, light: vec3<f32>, taken: f32, begun: f32) {
+    let is_new = !(*t).open;
+    (*t).place = select((*t).place, begun, is_new);
+    (*t).cut = select((*t).cut, begun + share_of_rest(t), is_new);
+    (*t).before = select((*t).before, light, is_new);
+    (*t).low = select(min((*t).low, hit.start), hit.start, is_new);
+    (*t).high = select(max((*t).high, hit.end), hit.end, is_new);
+    (*t).anchor = select((*t).anchor, hit.start, is_new);
+    let off = 0.5 * (hit.start + hit.end) - (*t).anchor;
+    let length = hit.end - hit.start;
+    let square = taken * (off * off + length * length * (1.0 / 12.0));
+    (*t).taken = taken + select((*t).taken, 0.0, is_new);
+    (*t).sum = taken * off + select((*t).sum, 0.0, is_new);
+    (*t).square = square + select((*t).square, 0.0, is_new);
+    (*t).open = true;
+}
+
+fn place_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
+    if is_finished(t) {
         return;
     }
-    let behind = light_of();
-    let taken = dot(light - behind, vec3(1.0));
-    let texel = ray;
-    let z = max(depth, texel.at);
+    let placed = pass_hit(t, hit);
+    if !placed.is {
+        return;
+    }
+    let texel = *t;
+    let taken = placed.taken;
+    let is_equal = placed.bin == texel.bin && texel.equal > 0u && texel.seen > 0u;
+    let joins = placed.bin < texel.bin || is_equal;
     let still = texel.count - texel.seen; // hits from this one on
-    let free = NODES - texel.used - u32(texel.open);
+    let left = NODES - texel.used;
+    let free = left - u32(texel.open);
     let by_light = 0.5 / max(texel.all, 1e-9);
     let by_depth = 0.5 / max(texel.last - texel.first, 1e-9);
-    let few = texel.count <= NODES;
-    let much = taken * f32(NODES - texel.used) > texel.all - texel.gone;
+    let by_cost = texel.count <= min(FEW * NODES, MOST_FEW);
+    let much = taken * f32(left) > texel.all - texel.gone;
     let fits = free > 1u || (free > 0u && (texel.open || still == 1u));
-    if few || (texel.count > 2u * NODES && much && fits) {
-        // Behind a dark hit only what comes late is to be seen.
-        let dark = (behind < vec3(BLACK)) & vec3(depth >= texel.at);
-        write_node(view, depth, depth, select(1.0 - absorbed, vec3(0.0), dark));
-        if texel.open {
-            ray.open_light *= 1.0 - absorbed;
-            ray.place += by_light * taken;
-            ray.cut = ray.place + share_of_rest();
-        }
+    let is_alone = texel.count <= NODES || (!by_cost && much && fits);
+    let place = by_light * (texel.gone + 0.5 * taken) + by_depth * (2.0 * placed.z - texel.at - texel.first);
+    let passes = select(place > texel.cut, !joins, by_cost) || still <= free;
+    let ends = !is_alone && texel.open && free > 0u && placed.z > texel.at && passes;
+    var ramp = single_ramp(t, hit, placed);
+    if !is_alone {
+        ramp = open_ramp(t, placed.light);
+    }
+    if splits() {
+        let parts = parts_of(t, select(0.0, bend_of(hit, placed), texel.count <= NODES));
+        write_parts(view, t, i, ramp, parts, is_alone || ends);
     } else {
-        let place = by_light * (texel.gone + 0.5 * taken) + by_depth * (2.0 * z - texel.at - texel.first);
-        if texel.open && free > 0u && z > texel.at && (place > texel.cut || still <= free) {
-            write_open(view, light);
-        }
-        if !ray.open {
-            ray.open = true;
-            ray.open_light = light;
-            ray.low = depth;
-            ray.high = depth;
-            ray.anchor = depth;
-            ray.taken = 0.0;
-            ray.sum = 0.0;
-            ray.square = 0.0;
-            ray.place = by_light * texel.gone + by_depth * (z - texel.first);
-            ray.cut = ray.place + share_of_rest();
-        }
-        let off = depth - ray.anchor;
-        ray.low = min(ray.low, depth);
-        ray.high = max(ray.high, depth);
-        ray.taken += taken;
-        ray.sum += taken * off;
-        ray.square += taken * off * off;
+        write_node(view, t, i, ramp, is_alone || ends);
     }
-    ray.seen += 1u;
-    ray.gone += taken;
-    ray.at = z;
-}
-
-fn visit_hit(view: GpuView, absorbed: vec3<f32>, depth: f32, presence: f32) {
-    if is_second {
-        place_hit(view, absorbed, depth, presence);
+    if is_alone {
+        (*t).before *= 1.0 - hit.absorbed;
+        (*t).place += by_light * taken;
+        (*t).cut = (*t).place + share_of_rest(t);
     } else {
-        count_hit(absorbed, depth, presence);
+        (*t).open = texel.open && !ends;
+        let begun = by_light * texel.gone + by_depth * (placed.z - texel.first);
+        join_hit(t, hit, placed.light, taken, begun);
     }
-}
-
-// Visits a disc in this walk.
-fn visit_disc(view: GpuView, disc: Disc) {
-    let delta = corner + 0.5 - disc.center;
-    let hit = disc_hit(view, disc, delta, ray.opaque);
-    if hit.profile > 0.0 {
-        visit_hit(view, hit.profile * disc.absorbed, hit.depth, hit.profile * disc.slope);
-    }
+    (*t).equal -= u32(is_equal);
+    (*t).seen += 1u;
+    (*t).gone += taken;
+    go_on(t, placed);
 }
 
 // Visits casters without pairs, as one step behind all others.
 fn visit_scattered(view: GpuView) {
     for (var turn = 0u; turn < u32(scattered()); turn += 1u) {
-        let rest = scattered_light(corner, 0u);
-        let depth = max(select(ray.nearest, rest.depth, rest.depth < 1.0), last_before());
-        visit_hit(view, 1.0 - rest.light, depth, select(0.0, 1.0, any(rest.light < vec3(1.0))));
-        ray.nearest = min(ray.nearest, rest.depth);
+        for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+            var texel = texels[i];
+            let rest = scattered_light(corner, i);
+            let depth = max(select(texel.nearest, rest.depth, rest.depth < 1.0), texel.at);
+            let presence = select(0.0, 1.0, any(rest.light != vec3(1.0)));
+            visit_hit(view, &texel, i, RayHit(1.0 - rest.light, depth, depth, depth, presence));
+            texel.nearest = min(texel.nearest, rest.depth);
+            texels[i] = texel;
+        }
     }
 }
 
 // Ends the second walk.
 fn end_walk(view: GpuView) {
-    if ray.open {
-        write_open(view, light_of());
-    }
-    for (; ray.used < NODES; ray.used += 1u) {
-        let unused = packed_node(0u, 0.0, vec3(1.0));
-        if ray.used % 2u == 1u {
-            store_nodes(view, corner, 0u, ray.used / 2u, vec4(ray.before, unused));
-        }
-        ray.before = unused;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var texel = texels[i];
+        write_node(view, &texel, i, open_ramp(&texel, light_of(&texel)), texel.open);
+        end_nodes(view, &texel, i);
+        found[i] = vec4(light_of(&texel), texel.nearest);
     }
 }

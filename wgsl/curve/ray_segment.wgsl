@@ -6,7 +6,9 @@ import package::features::unrolled;
 import package::records::tile::Segment;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::sum_index;
-import choice::accumulator::{ROWS, found_depth, found_light};
+import choice::accumulator::{ROWS, found};
+
+const SPLITS: bool = false; // `resolve` joins nodes
 
 var<private> walked_segment: u32;
 
@@ -39,7 +41,6 @@ fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<
 
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        let found = vec4(found_light(i), found_depth(i));
-        partials[partial_at(vec2<f32>(in_tile), i)] = bitcast<vec4<u32>>(found);
+        partials[partial_at(vec2<f32>(in_tile), i)] = bitcast<vec4<u32>>(found[i]);
     }
 }

@@ -6,9 +6,11 @@ import package::features::unrolled;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{blackened, light, nearness_to_depth};
 import package::traversal::lane::sum_index;
-import choice::accumulator::{ROWS, found_depth, found_light};
+import choice::accumulator::{ROWS, found};
 import choice::maps::{plain_alpha, store_map, store_pair};
 import choice::sums::{clear_sums, load_nearness, load_sums};
+
+const SPLITS: bool = true; // free nodes go to bodies
 
 var<private> walked_tile: u32;
 var<private> alpha_of_none: f32;
@@ -43,7 +45,7 @@ fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
-        store_map(at, view.layer, vec4(blackened(found_light(i)), alpha_of_none), found_depth(i));
+        store_map(at, view.layer, vec4(blackened(found[i].rgb), alpha_of_none), found[i].a);
     }
     for (var turn = 0u; turn < u32(scattered()); turn += 1u) {
         for (var i = 0u; i < unrolled(ROWS); i += 1u) {

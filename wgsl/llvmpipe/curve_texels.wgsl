@@ -31,11 +31,13 @@ struct Texel {
     before: vec2<u32>, // the first node of a pair, and the second
     node: vec2<u32>,
     rest: vec2<u32>,  // the node of casters without pairs
-    found: vec3<f32>, // light behind all
+    rest_light: vec3<f32>, // that they pass
 }
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> texels: array<Texel, ROWS>;
+// Transmittance of all hits, and depth of the nearest visible one, of each texel.
+var<private> found: array<vec4<f32>, ROWS>;
 // Light depths that the open node spans, and from which its moments are.
 var<private> anchor: f32;
 var<private> low: f32;
@@ -48,7 +50,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
         texels[i].nearest = 1.0;
         texels[i].opaque = 1.0;
         texels[i].left = vec3(1.0);
-        texels[i].found = vec3(1.0);
+        texels[i].rest_light = vec3(1.0);
         texels[i].rest = unused_node();
         if HAS_OPAQUE {
             texels[i].opaque = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
@@ -131,7 +133,7 @@ fn add_scattered(last: f32) {
             let depth = max(select(texels[i].nearest, rest.depth, rest.depth < 1.0), last);
             let start = u32(clamp(round(depth * DEPTHS), 1.0, DEPTHS));
             texels[i].rest = select(unused_node(), packed_node(start, 0.0, rest.light), is_hit);
-            texels[i].found = rest.light;
+            texels[i].rest_light = rest.light;
             texels[i].count += select(0.0, 1.0, is_hit);
             texels[i].nearest = min(texels[i].nearest, rest.depth);
         }
@@ -170,19 +172,10 @@ fn node_of(i: u32) -> vec2<u32> {
     return select(unused_node(), node, is);
 }
 
-// Transmittance of all hits, and depth of the nearest visible one.
-fn found_light(i: u32) -> vec3<f32> {
-    return texels[i].found;
-}
-
-fn found_depth(i: u32) -> f32 {
-    return texels[i].nearest;
-}
-
 // Behind a walk of all light.
 fn keep_found() {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        texels[i].found *= light_of(i);
+        found[i] = vec4(texels[i].rest_light * light_of(i), texels[i].nearest);
     }
 }
 

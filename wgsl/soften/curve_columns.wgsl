@@ -1,22 +1,16 @@
-// soften, curve columns: curves of four texels in a column per invocation, multiplied by the visibility
-// through dithered surfaces over a window. CPU reference: src/reference/curve/soften.rs. Rust:
-// src/stage/soften.rs.
+// soften, curve columns: a texel's curve, multiplied by the visibility through dithered surfaces over a window: one ramp
+// more, which has a free node or joins the node with which that costs least. CPU reference:
+// src/reference/curve/soften.rs. Rust: src/stage/soften.rs.
 
 import package::bind::sampled::raw_curves;
 import package::bind::stored::curves;
 import package::bind::uniform::views;
-import package::curve::lights::{Lights, fixed, scaled, selected, white, with_light};
-import package::curve::list::{Node, clear_list, coded, insert, light_behind, merge_nodes, must_merge};
-import package::curve::loaded::loaded_node;
-import package::curve::node::curve_layer;
-import package::curve::stored::{begin_stored, stored_node, stored_pair};
-import package::features::{NODES, unrolled};
+import package::curve::node::{
+    DEPTHS, curve_layer, grows, node_length, node_of_pair, node_passed, node_start, packed_node,
+};
+import package::features::NODES;
 import package::records::view::GpuView;
 import package::soften::run::{EMPTY_RUN, Run, add_run, load_run, window};
-import choice::nodes::{node_at, set_node};
-import choice::rows::{ROW_COUNT, RowBits, Rows, row, with_bits, with_row};
-
-const ROWS: u32 = 4u;
 
 fn column_run(view: GpuView, size: vec2<i32>, texel: vec2<i32>) -> Run {
     var sum = EMPTY_RUN;
@@ -37,85 +31,82 @@ fn ramp(run: Run) -> vec2<f32> {
     return vec2(mean - reach, mean + reach);
 }
 
-var<private> loaded_light: Lights; // behind the nodes that were unpacked
-
-fn unpacked(firsts: RowBits, seconds: RowBits) -> Node {
-    let node = loaded_node(firsts, seconds);
-    let none = node.start == RowBits(0u);
-    let span = (node.start << RowBits(16u)) | node.end;
-    loaded_light = selected(scaled(loaded_light, node.passed), loaded_light, none);
-    return coded(select(span, RowBits(0u), none), loaded_light);
+fn taken_by(passed: vec3<f32>) -> f32 {
+    return dot(abs(1.0 - passed), vec3(1.0));
 }
 
-var<private> texels: array<vec2<u32>, ROW_COUNT>; // atlas texels of the curves that are softened
+fn middle_of(node: vec2<u32>) -> f32 {
+    return node_start(node) + 0.5 * node_length(node);
+}
 
-fn load_curves(view: GpuView) {
-    loaded_light = white();
-    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
-        let layer = curve_layer(view.layer, pair);
-        var words = array(RowBits(0u), RowBits(0u), RowBits(0u), RowBits(0u));
-        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-            let nodes = textureLoad(raw_curves, texels[i], layer, 0);
-            words[0] = with_bits(words[0], i, nodes.x);
-            words[1] = with_bits(words[1], i, nodes.y);
-            words[2] = with_bits(words[2], i, nodes.z);
-            words[3] = with_bits(words[3], i, nodes.w);
+// The ramp of two nodes, of the mean depth and the variance of what they take.
+fn joined(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
+    let lengths = vec2(node_length(a), node_length(b));
+    let starts = vec2(node_start(a), node_start(b));
+    let taken = vec2(taken_by(node_passed(a)), taken_by(node_passed(b)));
+    let share = taken / max(taken.x + taken.y, 1e-9);
+    let low = min(starts.x, starts.y);
+    let high = max(starts.x + lengths.x, starts.y + lengths.y);
+    let mean = dot(share, starts + 0.5 * lengths);
+    let off = starts + 0.5 * lengths - mean;
+    let spread = dot(share, off * off + lengths * lengths * (1.0 / 12.0));
+    let half = max(min(sqrt(3.0 * spread), min(mean - low, high - mean)), 0.0);
+    let start = u32(clamp(round(mean - half), 1.0, DEPTHS));
+    let passed = node_passed(a) * node_passed(b);
+    return packed_node(start, 2.0 * half, select(min(passed, vec3(1.0)), passed, grows()));
+}
+
+// The node that is replaced, and by what.
+struct Softened {
+    index: u32,
+    node: vec2<u32>,
+}
+
+fn softened(view: GpuView, at: vec2<u32>, ramp: vec2<u32>) -> Softened {
+    var best = Softened(0u, ramp);
+    var least = 3.4e38;
+    var light = vec3(1.0);
+    for (var k = 0u; k < NODES; k += 1u) {
+        let node = node_of_pair(textureLoad(raw_curves, at, curve_layer(view.layer, k / 2u), 0), k);
+        let taken = taken_by(node_passed(node)) + taken_by(node_passed(ramp));
+        let free = node_start(node) == 0.0;
+        let cost = dot(light, vec3(1.0)) * taken * abs(middle_of(node) - middle_of(ramp));
+        if select(cost, -1.0, free) < least {
+            least = select(cost, -1.0, free);
+            best.index = k;
+            best.node = ramp;
+            if !free {
+                best.node = joined(node, ramp);
+            }
         }
-        set_node(2u * pair, unpacked(words[0], words[1]));
-        set_node(2u * pair + 1u, unpacked(words[2], words[3]));
+        light *= node_passed(node);
     }
-}
-
-// A curve without blocked texels keeps its bits.
-fn store_curves(view: GpuView, first: vec2<u32>, blocked: Rows) {
-    begin_stored();
-    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
-        let layer = curve_layer(view.layer, pair);
-        let a = stored_node(2u * pair);
-        let b = stored_node(2u * pair + 1u);
-        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-            let at = first + vec2(0u, i);
-            let raw = textureLoad(raw_curves, at, layer, 0);
-            textureStore(curves, at, layer, select(raw, stored_pair(a, b, i), row(blocked, i) > 0.0));
-        }
-    }
-}
-
-// `id`: of the invocation.
-fn soften_texels(view: GpuView, id: vec2<u32>, first: vec2<i32>) {
-    let size = vec2<i32>(view.size);
-    var passing = white();
-    var start = Rows(0.0);
-    var end = Rows(0.0);
-    var blocked = Rows(0.0);
-    for (var i = 0u; i < ROW_COUNT; i += 1u) {
-        let texel = vec2(first.x, min(first.y + i32(i), size.y - 1));
-        let run = column_run(view, size, texel);
-        let at = vec2<i32>(view.origin) + texel;
-        texels[i] = vec2<u32>(select(at, vec2<i32>(run.hole), run.hole.x >= 0.0));
-        passing = with_light(passing, i, max(1.0 - run.blocked, vec3(0.0)));
-        blocked = with_row(blocked, i, run.moments.x);
-        let span = select(vec2(0.0), ramp(run), run.moments.x > 0.0);
-        start = with_row(start, i, span.x);
-        end = with_row(end, i, span.y);
-    }
-    clear_list(id);
-    load_curves(view);
-    let behind = scaled(light_behind(node_at(NODES - 1u)), passing);
-    insert(fixed(start), fixed(end), passing, behind, blocked > Rows(0.0));
-    if must_merge() {
-        merge_nodes();
-    }
-    store_curves(view, view.origin + vec2<u32>(first), blocked);
+    return best;
 }
 
 @compute @workgroup_size(8, 8)
 fn soften_curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     let view = views[id.z];
-    for (var i = 0u; i < ROWS; i += ROW_COUNT) {
-        let first = vec2<i32>(vec2(id.x, ROWS * id.y + i));
-        if all(first < vec2<i32>(view.size)) {
-            soften_texels(view, id.xy, first);
-        }
+    let texel = vec2<i32>(id.xy);
+    if any(texel >= vec2<i32>(view.size)) {
+        return;
+    }
+    let run = column_run(view, vec2<i32>(view.size), texel);
+    let at = view.origin + id.xy;
+    // Of the closest hole.
+    let source = select(at, vec2<u32>(run.hole), run.hole.x >= 0.0 && run.moments.x > 0.0);
+    var changed = Softened(NODES, vec2(0u));
+    if run.moments.x > 0.0 {
+        let span = ramp(run);
+        let start = u32(clamp(round(span.x * DEPTHS), 1.0, DEPTHS));
+        let passing = max(1.0 - run.blocked, vec3(0.0));
+        changed = softened(view, source, packed_node(start, (span.y - span.x) * DEPTHS, passing));
+    }
+    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
+        let layer = curve_layer(view.layer, pair);
+        let nodes = textureLoad(raw_curves, source, layer, 0);
+        let first = select(nodes.xy, changed.node, changed.index == 2u * pair);
+        let second = select(nodes.zw, changed.node, changed.index == 2u * pair + 1u);
+        textureStore(curves, at, layer, vec4(first, second));
     }
 }

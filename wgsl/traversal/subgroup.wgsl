@@ -2,11 +2,9 @@
 // and tests it against the subgroup's block of texels; all lanes visit those that touch it. The state says
 // in `settled` when to stop.
 
-import package::bind::loaded::pairs;
 import package::features::HAS_PARTICLES;
 import package::records::footprint::{footprint_key, key_depth};
 import package::records::footprint_loaded::load_footprint;
-import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::kinds::kinds_apart;
 import package::traversal::subgroup_block::{
@@ -14,6 +12,7 @@ import package::traversal::subgroup_block::{
 };
 import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches, visit_lane};
 import choice::accumulator::settled;
+import choice::pairs::pair_footprint;
 
 // Pairs that wait for their visit, one per lane.
 struct Stretch {
@@ -26,7 +25,7 @@ struct Stretch {
 fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretch {
     let pair = base + block.lane;
     // An empty tile has no pair, but the load needs a valid index.
-    let id = textureLoad(pairs, record_texel(min(pair, max(end, 1u) - 1u))).g;
+    let id = pair_footprint(min(pair, max(end, 1u) - 1u));
     let footprint = load_footprint(id);
     let caster = lane_caster_of(id, footprint);
     var triangles = vec2(0u);
@@ -66,7 +65,7 @@ fn visit_run(view: GpuView, first: Stretch, is_triangle: bool) -> vec2<u32> {
     return stretch.lanes;
 }
 
-fn walk(view: GpuView, first: u32, end: u32) {
+fn visit_pairs(view: GpuView, first: u32, end: u32) {
     let block = subgroup_block();
     var base = first;
     var front = 0.0; // no pair from `base` on is nearer
@@ -96,4 +95,8 @@ fn walk(view: GpuView, first: u32, end: u32) {
             break;
         }
     }
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    visit_pairs(view, first, end);
 }

@@ -1,14 +1,13 @@
 // Walks a tile's pairs front to back; every invocation visits every pair. The core tier, without subgroups.
 // The state defines `visit`, and when to stop in `settled`.
 
-import package::bind::loaded::pairs;
 import package::features::HAS_PARTICLES;
 import package::records::footprint::front_depth;
 import package::records::footprint_loaded::load_footprint;
-import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::kinds::{kinds_apart, visited};
 import choice::accumulator::{settled, visit};
+import choice::pairs::pair_footprint;
 
 struct Run {
     pair: u32,  // next to visit
@@ -20,7 +19,7 @@ fn visit_run(view: GpuView, first: Run, end: u32, is_triangle: bool) -> Run {
     var run = first;
     var same = true;
     loop {
-        let id = textureLoad(pairs, record_texel(min(run.pair, end - 1u))).g;
+        let id = pair_footprint(min(run.pair, end - 1u));
         let footprint = load_footprint(id);
         if kinds_apart() {
             same = footprint.is_triangle == is_triangle;
@@ -37,7 +36,7 @@ fn visit_run(view: GpuView, first: Run, end: u32, is_triangle: bool) -> Run {
     return run;
 }
 
-fn walk(view: GpuView, first: u32, end: u32) {
+fn visit_pairs(view: GpuView, first: u32, end: u32) {
     // An empty tile has no pair, but the load needs a valid index.
     let some = max(end, 1u);
     var run = Run(first, first < end);
@@ -50,4 +49,8 @@ fn walk(view: GpuView, first: u32, end: u32) {
             break;
         }
     }
+}
+
+fn walk(view: GpuView, first: u32, end: u32) {
+    visit_pairs(view, first, end);
 }

@@ -4,7 +4,10 @@
 //! window of their pattern, as one ramp with the mean and variance of their depths. `C` is the texel's own
 //! curve; if a dithered surface blocks the texel, so that its curve ends there, the curve of the closest
 //! hole. Windows are clipped to the map.
-use super::{Node, Streaming, unpack};
+use super::{
+    DEPTHS, fixed,
+    format::{packed, unpack},
+};
 use crate::{
     records::{PackedNode, ViewMaps},
     reference::{
@@ -86,28 +89,71 @@ impl Run {
     }
 }
 
-impl Streaming {
-    /// Curve of packed nodes.
-    fn of(nodes: &[PackedNode], grows: bool, over: bool) -> Self {
-        let mut curve = Self::new(nodes.len() as u32, grows).with_over(over);
-        for (i, &node) in nodes.iter().enumerate() {
-            let (start, length, passed) = unpack(node, grows);
-            let mut span = 0;
-            if start > 0.0 {
-                let end = (start + length).round_ties_even().min(super::DEPTHS) as u32;
-                span = (start as u32) << 16 | end;
-                curve.passed *= passed;
-            }
-            let light = curve.encode_light(curve.passed);
-            curve.nodes[i] = Node { span, light, is_alone: false };
-        }
-        curve
+/// A node with its ramp.
+#[derive(Clone, Copy, Debug)]
+struct Ramp {
+    /// [fixed point]
+    start: f32,
+    length: f32,
+    passed: Vec3,
+}
+
+impl Ramp {
+    fn of(node: PackedNode, grows: bool) -> Self {
+        let (start, length, passed) = unpack(node, grows);
+        Self { start, length, passed }
+    }
+
+    fn taken(&self) -> f32 {
+        (Vec3::ONE - self.passed).abs().element_sum()
+    }
+
+    fn middle(&self) -> f32 {
+        self.start + 0.5 * self.length
+    }
+
+    /// The ramp of both, of the mean depth and the variance of what they take.
+    fn joined(self, other: Self, grows: bool) -> PackedNode {
+        let both = [self, other];
+        let all = self.taken() + other.taken();
+        let share = both.map(|ramp| ramp.taken() / all.max(1e-9));
+        let low = self.start.min(other.start);
+        let high = (self.start + self.length).max(other.start + other.length);
+        let mean = share[0] * self.middle() + share[1] * other.middle();
+        let spread = |i: usize| {
+            let (off, length) = (both[i].middle() - mean, both[i].length);
+            share[i] * (off * off + length * length * (1.0 / 12.0))
+        };
+        let half = (3.0 * (spread(0) + spread(1))).sqrt().min(mean - low).min(high - mean).max(0.0);
+        let start = (mean - half).round_ties_even().clamp(1.0, DEPTHS) as u32;
+        let passed = self.passed * other.passed;
+        let most = if grows { f32::MAX } else { 1.0 };
+        packed(start, 2.0 * half, passed.min(Vec3::splat(most)), grows)
     }
 }
 
-/// Softens curves before [`crate::reference::soften::soften`], which changes the opaque depths. `over`:
-/// hits may add light.
-pub fn soften_curves(maps: &mut ViewMaps, window: u32, over: bool) {
+/// Gives a curve one ramp more: it has a free node, or joins the node with which that costs least.
+fn soften_nodes(nodes: &mut [PackedNode], ramp: PackedNode, grows: bool) {
+    let added = Ramp::of(ramp, grows);
+    let (mut best, mut least) = ((0, ramp), f32::MAX);
+    let mut light = Vec3::ONE;
+    for (k, &node) in nodes.iter().enumerate() {
+        let node = Ramp::of(node, grows);
+        let free = node.start == 0.0;
+        let apart = (node.middle() - added.middle()).abs();
+        let cost = light.element_sum() * (node.taken() + added.taken()) * apart;
+        let cost = if free { -1.0 } else { cost };
+        if cost < least {
+            least = cost;
+            best = (k, if free { ramp } else { node.joined(added, grows) });
+        }
+        light *= node.passed;
+    }
+    nodes[best.0] = best.1;
+}
+
+/// Softens curves before [`crate::reference::soften::soften`], which changes the opaque depths.
+pub fn soften_curves(maps: &mut ViewMaps, window: u32) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     let Some(curve) = maps.curve.as_ref().filter(|_| radius > 0) else { return };
     let depths = |at: usize| maps.colored.get(at).copied().unwrap_or([maps.opaque[at]; 3]);
@@ -128,13 +174,12 @@ pub fn soften_curves(maps: &mut ViewMaps, window: u32, over: bool) {
         }
         let source =
             if run.hole < 0.0 { at } else { (run.row * size.x + run.hole as u32) as usize };
-        let mut nodes = Streaming::of(curve.nodes_of(source), curve.gain, over);
         let (start, end) = run.ramp();
-        nodes.insert(start, end, (Vec3::ONE - run.blocked).max(Vec3::ZERO));
-        let first = at * curve.nodes;
-        for (stored, node) in soft.packed[first..first + curve.nodes].iter_mut().zip(nodes.pack()) {
-            *stored = node;
-        }
+        let passing = (Vec3::ONE - run.blocked).max(Vec3::ZERO);
+        let ramp = packed(fixed(start), (end - start) * DEPTHS, passing, curve.gain);
+        let mut nodes = curve.nodes_of(source).to_vec();
+        soften_nodes(&mut nodes, ramp, curve.gain);
+        soft.packed[at * curve.nodes..][..curve.nodes].copy_from_slice(&nodes);
     }
     maps.curve = Some(soft);
 }

@@ -20,12 +20,12 @@ impl Taken {
         Self { anchor, is_some: true, ..Self::NONE }
     }
 
-    /// Adds the light that a hit takes, the sum of its channels.
-    pub fn add(&mut self, depth: f32, light: f32) {
+    /// Adds the light that a hit takes from one depth to the other, the sum of its channels.
+    pub fn add_between(&mut self, span: [f32; 2], light: f32) {
         if !self.is_some {
-            *self = Self::from(depth);
+            *self = Self::from(span[0]);
         }
-        self.add_even([depth, depth], light);
+        self.add_even(span, light);
     }
 
     /// Adds light that is taken evenly from one depth to the other.

@@ -1,11 +1,12 @@
 //! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
 //! it: the curves of a tile.
 //!
-//! Every hit is inserted into its texel's curve as it comes; curves of soft discs, which have hundreds, are made by
-//! [`two_walks`].
+//! Curves of what only passes light on, no bodies, are made by [`two_walks`]; of other casters every hit is inserted into
+//! its texel's curve as it comes.
 use super::{
-    Affine, PackedNode, Streaming,
-    two_walks::{self, PointHit},
+    Affine, DEPTHS, PackedNode, Streaming,
+    format::unpack,
+    two_walks::{self, RayHit, RayModes},
     volumes::{Inside, Ramp},
 };
 use crate::{
@@ -33,8 +34,8 @@ pub struct CurveModes {
     pub nodes: u32,
     /// Whether light may grow.
     pub gain: bool,
-    /// All casters are soft discs of the `filter` transfer: their curves are made by two walks.
-    pub discs: bool,
+    /// Curves are made by two walks: no caster is a volume, a brick, a strand or a Gaussian, or adds light.
+    pub rays: bool,
     /// An `over` caster may add light.
     pub over: bool,
     /// Closed meshes absorb along the ray.
@@ -50,6 +51,11 @@ pub struct CurveModes {
 }
 
 impl CurveModes {
+    /// Of curves by two walks; `bodies`: see [`RayModes`].
+    fn of_rays(self, bodies: Option<u32>) -> RayModes {
+        RayModes { nodes: self.nodes, faint: self.faint, grows: self.gain, bodies }
+    }
+
     /// Whether faint absorption is kept apart: where light only passes hits.
     fn keeps(self) -> bool {
         self.faint && !self.over && !self.volumes
@@ -187,19 +193,17 @@ pub fn curves(
         order: HitOrder::new(Event::NONE),
     };
     let mut texels = TileTexels::filled(fresh.clone());
-    if modes.discs {
+    if modes.rays {
         if footprints.len() <= modes.segment {
-            return by_two_walks(records, &tile, footprints, opaque, modes);
+            let bodies = modes.bodies.then_some(u32::from(modes.softening));
+            return by_two_walks(records, &tile, footprints, opaque, modes.of_rays(bodies));
         }
-        for segment in footprints.chunks(modes.segment) {
-            let partial = by_two_walks(records, &tile, segment, opaque, modes);
-            for in_tile in 0..TEXELS {
-                let (texel, segment) = (&mut texels[in_tile], &partial[in_tile]);
-                texel.curve.append(&segment.nodes, None);
-                texel.passed.scale *= segment.passed;
-                texel.nearest = texel.nearest.min(segment.nearest);
-            }
-        }
+        let of_rays = modes.of_rays(None);
+        let partials: Vec<_> = footprints
+            .chunks(modes.segment)
+            .map(|segment| by_two_walks(records, &tile, segment, opaque, of_rays))
+            .collect();
+        return resolved(&partials, of_rays);
     } else if footprints.len() <= modes.segment {
         walk(records, &tile, footprints, opaque, &mut texels, modes);
     } else {
@@ -233,32 +237,56 @@ pub fn curves(
     done
 }
 
-/// Curves of soft discs.
+/// Curves of hits that only pass light on.
 fn by_two_walks(
     records: Records<'_>,
     tile: &Tile,
     pairs: &[(&Footprint, u32)],
     opaque: &TileTexels<f32>,
-    modes: CurveModes,
+    modes: RayModes,
 ) -> TileTexels<CurveTexel> {
     let mut hits = TileTexels::filled(Vec::new());
+    let mut nearest = TileTexels::filled(1.0_f32);
     for target in pairs.iter().map(|pair| Target::new(records, pair.0)) {
+        if !target.filters() {
+            continue;
+        }
         for (in_tile, at) in target.texels(tile) {
-            let hit = target.hit(at, opaque[in_tile]).filter(|hit| hit.depth < opaque[in_tile]);
-            hits[in_tile].extend(hit.map(|Hit { depth, absorbed, presence, .. }| PointHit {
-                depth,
-                absorbed,
-                presence,
-            }));
+            let hit = target.hit(at, opaque[in_tile]);
+            let Some(hit) = hit.filter(|hit| hit.depth < opaque[in_tile]) else { continue };
+            let Hit { start, end, absorbed, presence, .. } = hit;
+            if presence >= VISIBLE_PRESENCE {
+                nearest[in_tile] = nearest[in_tile].min(hit.depth);
+            }
+            hits[in_tile].push(RayHit { start, end, absorbed, presence });
         }
     }
     let fresh = CurveTexel { nodes: Vec::new(), passed: Vec3::ONE, nearest: 1.0, disordered: 0 };
     let mut done = TileTexels::filled(fresh);
     for in_tile in 0..TEXELS {
-        let hits = &hits[in_tile];
-        let seen = hits.iter().filter(|hit| hit.presence >= VISIBLE_PRESENCE);
-        let nearest = seen.map(|hit| hit.depth).fold(1.0, f32::min);
-        let (nodes, passed) = two_walks::curve(hits, modes.nodes, modes.faint);
+        let (nodes, passed) = two_walks::curve(&hits[in_tile], modes);
+        done[in_tile] = CurveTexel { nodes, passed, nearest: nearest[in_tile], disordered: 0 };
+    }
+    done
+}
+
+/// Curves of the segments of a tile in one: their nodes are hits.
+fn resolved(segments: &[TileTexels<CurveTexel>], modes: RayModes) -> TileTexels<CurveTexel> {
+    let mut done = segments[0].clone();
+    for in_tile in 0..TEXELS {
+        let mut hits = Vec::new();
+        let (mut passed, mut nearest) = (Vec3::ONE, 1.0_f32);
+        for segment in segments.iter().map(|segment| &segment[in_tile]) {
+            passed *= segment.passed;
+            nearest = nearest.min(segment.nearest);
+            for &node in &segment.nodes {
+                let (start, length, passed) = unpack(node, modes.grows);
+                let (start, end) = (start / DEPTHS, (start + length) / DEPTHS);
+                let hit = RayHit { start, end, absorbed: Vec3::ONE - passed, presence: TRACE };
+                hits.extend((start > 0.0).then_some(hit));
+            }
+        }
+        let (nodes, _) = two_walks::curve(&hits, modes);
         done[in_tile] = CurveTexel { nodes, passed, nearest, disordered: 0 };
     }
     done

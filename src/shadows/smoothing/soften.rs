@@ -6,8 +6,8 @@ use crate::{
     gpu::Allocator,
     shadows::{batch::batch_plan::BatchPlan, views::maps::Maps},
     stage::{
-        features::{Features, Flags},
-        soften::{self, CURVE_TEXELS, SoftenParams},
+        features::Features,
+        soften::{self, SoftenParams},
     },
 };
 use wgpu::{Buffer, TextureFormat::Rgba32Float};
@@ -38,16 +38,15 @@ impl Soften {
         Ok((soft, Self { raw, window, rows, params }))
     }
 
-    /// The softening of the views of `batches`, each with the buffer of its views. `over`: hits may add light.
+    /// The softening of the views of `batches`, each with the buffer of its views.
     pub(in crate::shadows) fn commands(
         &self,
         kernels: &Kernels,
         batches: &[(&BatchPlan, &Buffer)],
         soft: &Maps,
-        over: bool,
     ) -> Result<Commands, Error> {
         let Self { raw, rows, params, .. } = self;
-        let features = Features::of_maps(soft.nodes, soft.gain).with(Flags::HAS_OVER, over);
+        let features = Features::of_maps(soft.nodes, soft.gain);
         let [of_rows, of_columns] = match &raw.colored {
             Some(_) => [&soften::COLORED_ROWS, &soften::COLORED_COLUMNS],
             None => [&soften::ROWS, &soften::COLUMNS],
@@ -63,10 +62,10 @@ impl Soften {
             .with("soft_nearests", &soft.nearests)
             .with("soft_opaques", &soft.opaques);
         passes("gobo soften", batches, &resources, |resources, [x, y, z]| {
-            let run = |desc, y| kernels.dispatch(desc, features, resources, [x, y, z]);
-            let mut dispatches = vec![run(of_rows, y)?, run(of_columns, y)?];
+            let run = |desc| kernels.dispatch(desc, features, resources, [x, y, z]);
+            let mut dispatches = vec![run(of_rows)?, run(of_columns)?];
             if raw.nodes > 0 {
-                dispatches.push(run(&soften::CURVE_COLUMNS, y.div_ceil(CURVE_TEXELS))?);
+                dispatches.push(run(&soften::CURVE_COLUMNS)?);
             }
             Ok(dispatches)
         })

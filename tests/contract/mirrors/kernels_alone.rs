@@ -3,6 +3,8 @@
 /// Constants without a mirror in Rust.
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
+    "READS_OPAQUE",
+    "SPLITS",
     "INDEX_MASK",
     "LOCAL_ASIDES",
     "VIEWPOINT_SHIFT",
