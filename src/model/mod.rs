@@ -55,7 +55,9 @@ pub use grid::{
 };
 pub use hash::pcg;
 pub use image_sun::ImageSun;
-pub use light::{Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow};
+pub use light::{
+    Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_SHADOWS, Shadow, SoftLight,
+};
 pub use look::{Lens, Occlusion, Tone};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
