@@ -34,6 +34,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     let mut load = scene::LoadOptions::default();
     load.set.clone_from(&arguments.moment.set);
     load.start = false;
+    load.of_picture = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     Output::check(&arguments.out)?;
     let at_a_time = at_a_time(&scene);

@@ -200,7 +200,9 @@ impl Job<'_> {
                 preview.add(&frame.picture)?;
             }
         }
-        self.report(index, |picture| json(index, picture, &frame, &self.clock.take()))?;
+        self.report(index, |picture| {
+            json(index, picture, &frame, &self.scene.soft, &self.clock.take())
+        })?;
         Ok(true)
     }
 

@@ -1,5 +1,8 @@
 //! Lines of `--json`.
-use gobo::{model::Counters, render::Frame};
+use gobo::{
+    model::{Counters, SoftLight},
+    render::Frame,
+};
 use serde::{Serialize, Serializer};
 use std::path::Path;
 
@@ -7,6 +10,8 @@ use std::path::Path;
 #[derive(Serialize)]
 struct Report<'a> {
     frame: u32,
+    /// What lights with a size were given.
+    soft: &'a [SoftLight],
     picture: std::borrow::Cow<'a, str>,
     #[serde(flatten)]
     counters: &'a Counters,
@@ -31,10 +36,12 @@ pub(super) fn json(
     index: u32,
     picture: &Path,
     frame: &Frame,
+    soft: &[SoftLight],
     milliseconds: &[(&'static str, f64)],
 ) -> String {
     let report = Report {
         frame: index,
+        soft,
         picture: picture.to_string_lossy(),
         counters: &frame.counters,
         milliseconds,
@@ -84,11 +91,15 @@ mod tests {
             picture_stages: vec![("shade", 3.0)],
             memory: vec![("pairs", 56), ("sums", 8)],
         };
-        let line = json(3, Path::new("out/frame_0003.png"), &frame, &[("kernels", 9.5)]);
+        let sun = SoftLight { light: "sun".to_owned(), asked: 900, size: 1024, viewpoints: 5 };
+        let line = json(3, Path::new("out/frame_0003.png"), &frame, &[sun], &[("kernels", 9.5)]);
         assert!(!line.contains('\n'));
         let value: serde_json::Value = serde_json::from_str(&line).unwrap();
         assert_eq!(value["frame"], 3);
         assert_eq!(value["picture"], "out/frame_0003.png");
+        let sun =
+            serde_json::json!({ "light": "sun", "asked": 900, "size": 1024, "viewpoints": 5 });
+        assert_eq!(value["soft"], serde_json::json!([sun]));
         assert_eq!(value["pairs"], 7);
         assert_eq!(value["skipped"]["radius"], 2);
         assert_eq!(value["stages"], serde_json::json!({ "sort": 2.0, "bin": 1.0 }));

@@ -74,9 +74,16 @@ impl Source {
         direction.x.hypot(direction.z) < 1e-5 * direction.length()
     }
 
+    /// Share of the variance of a round source that the middles of its parts have. Those of a sphere overlap, so that thin
+    /// bars before them have no four shadows.
+    fn spread(&self, count: u32) -> f32 {
+        let apart = 1.0 - 1.0 / count as f32;
+        if matches!(self, Self::Sphere { .. }) { 0.8 * apart } else { apart }
+    }
+
     /// One of `count` equal parts.
     pub(crate) fn part(&self, count: u32) -> Self {
-        let smaller = 1.0 / (count as f32).sqrt();
+        let smaller = (1.0 - self.spread(count)).sqrt();
         match *self {
             Self::Sphere { radius } => Self::Sphere { radius: radius * smaller },
             Self::Disc { radius, direction } => Self::Disc { radius: radius * smaller, direction },
@@ -101,10 +108,24 @@ impl Source {
         }
         let inner = u32::from(count > 5);
         let ring = (count - inner) as f32;
-        let variance = 0.25 * (1.0 - 1.0 / count as f32);
+        let variance = 0.25 * self.spread(count);
         let radius = (2.0 * variance * count as f32 / ring).sqrt();
         let angle = TAU * ((index + 1 - inner) as f32 - 0.75) / ring;
         if index < inner { Vec2::ZERO } else { Vec2::from_angle(angle) * radius }
+    }
+
+    /// Middle of one of `count` parts of a point light's source, from the middle of the whole, world space \[m\]. Those of a
+    /// sphere are the corners of a tetrahedron or a cube: from every side they have its variance.
+    pub(super) fn part_place(&self, count: u32, index: u32) -> Vec3 {
+        let Self::Sphere { radius } = *self else {
+            let [right, up] = self.half_axes();
+            let Vec2 { x, y } = self.part_middle(count, index);
+            return right * x + up * y;
+        };
+        let sign = |bit: u32| if index >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        let third = if count == 4 { sign(0) * sign(1) } else { sign(2) };
+        let corner = Vec3::new(sign(0), sign(1), third).normalize();
+        corner * radius * (0.75 * self.spread(count)).sqrt()
     }
 
     /// A sphere as the disc that a spot's receivers see; others are as they are.
@@ -118,9 +139,12 @@ impl Source {
     pub(crate) fn parts_problem(&self, kind: &LightKind, count: u32) -> Option<&'static str> {
         let is_round = !matches!(self, Self::Rect { .. });
         match (kind, count) {
-            (_, 1) => None,
+            (_, 0 | 1) => None,
             _ if !(1..=MAX_VIEWPOINTS).contains(&count) => Some("it must have 1 to 9 viewpoints"),
-            (LightKind::Point { .. }, _) => Some("a point light can have one viewpoint only"),
+            (LightKind::Point { .. }, 4 | 8) => None,
+            (LightKind::Point { .. }, _) if matches!(self, Self::Sphere { .. }) => {
+                Some("a sphere of a point light must have 1, 4 or 8 viewpoints")
+            }
             (_, 2) if is_round => Some("a round source must have 1 or 3 to 9 viewpoints"),
             _ => None,
         }

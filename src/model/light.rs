@@ -188,7 +188,7 @@ pub struct Light {
     /// Emitting surface of an area light, which gives penumbrae. Default `None`: a point.
     pub source: Option<Source>,
     /// Equal parts of the source, each of which has maps of its own, seen from its middle (Heckbert and Herf 1997), and
-    /// penumbrae of its own size: 1..=[`MAX_VIEWPOINTS`], of round sources 1 or 3 and more, of point lights 1. What they let
+    /// penumbrae of its own size: 1..=[`MAX_VIEWPOINTS`], of round sources 1 or 3 and more, of a point light's sphere 1, 4 or 8. What they let
     /// through is averaged. Maps and look-ups cost that many times as much. Default 1.
     pub viewpoints: u32,
     /// Rays along each edge of a texel that faces with [`Fresnel::Face`](super::Fresnel::Face) bend, up to [`MAX_CAUSTIC_RAYS`]:
@@ -222,6 +222,21 @@ impl Default for Light {
             look_up: LookUp::default(),
         }
     }
+}
+
+/// What a light with a size was given when its scene was loaded.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct SoftLight {
+    /// Name of the light.
+    pub light: String,
+    /// Edge of its maps by which nearly all of its penumbrae, seen or not, have three texels; 0 if it has none
+    /// \[texels\].
+    pub asked: u32,
+    /// Edge of its maps \[texels\].
+    pub size: u32,
+    /// Its viewpoints.
+    pub viewpoints: u32,
 }
 
 impl Shadow {
@@ -354,7 +369,8 @@ impl Light {
         let Some(source) = self.area().filter(|_| self.viewpoint_count() > 1) else {
             return self.kind;
         };
-        let Vec2 { x, y } = source.part_middle(self.viewpoint_count(), index);
+        let count = self.viewpoint_count();
+        let Vec2 { x, y } = source.part_middle(count, index);
         match self.kind.with_unit_direction() {
             LightKind::Directional { direction } => {
                 let (right, up) = direction.any_orthonormal_pair();
@@ -365,7 +381,9 @@ impl Light {
                 let [right, up] = source.facing(direction).half_axes();
                 LightKind::Spot { position: position + right * x + up * y, direction, angle }
             }
-            point @ LightKind::Point { .. } => point,
+            LightKind::Point { position } => {
+                LightKind::Point { position: position + source.part_place(count, index) }
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Course, Environment, FARTHEST, Gaussian, Grid,
     IRRADIANCE, Lens, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped,
-    Strand, Texture, Tone, Triangle, emission::Emission,
+    SoftLight, Strand, Texture, Tone, Triangle, emission::Emission,
 };
 use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
@@ -63,6 +63,8 @@ pub struct Scene {
     pub around: Bounds,
     /// What its frames have in common, if it moves: its views are the same in all of them.
     pub course: Course,
+    /// What lights with a size were given when the scene was loaded.
+    pub soft: Vec<SoftLight>,
     /// Ambient radiance if there is no environment: linear rgb.
     pub ambient: Vec3,
     /// Background radiance that the camera sees and mirrors show if there is no environment: linear rgb.
@@ -313,6 +315,7 @@ impl Default for Scene {
             strands: Vec::new(),
             around: Bounds::EMPTY,
             course: Course::default(),
+            soft: Vec::new(),
             ambient: Vec3::new(0.18, 0.20, 0.24),
             background: Vec3::new(0.52, 0.62, 0.75),
             environment: None,

@@ -56,6 +56,12 @@ pub struct ShadowSettings {
     /// Whether pictures of a scene have further maps of finer texels where they show edges of shadows in coarse ones. Default
     /// false; a scene file's is true. What a host renders has its own views.
     pub detail: bool,
+    /// Whether lights with a size of a scene file get as many texels and viewpoints as their penumbrae ask for. Default false; a
+    /// scene file's is true. What a host renders has its own.
+    pub soft_detail: bool,
+    /// Texel capacity of the maps of lights with a size, past which they are given no more than they have without
+    /// [`Self::soft_detail`]. Default 2^24.
+    pub soft_budget: u64,
     /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`]. Default 0.
     pub mips: u32,
 }
@@ -101,6 +107,8 @@ impl Default for ShadowSettings {
             colored: false,
             blur: 0,
             detail: false,
+            soft_detail: false,
+            soft_budget: 1 << 24,
             mips: 0,
         }
     }

@@ -76,7 +76,10 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
 fn source(keys: &Keys<'_>, light: &Keys<'_>, kind: LightKind) -> Result<(Source, u32), SceneError> {
     let source = source_shape(keys, light, kind)?;
     let help = format!("1 to {MAX_VIEWPOINTS} viewpoints");
+    // 0: chosen once the scene is loaded.
+    let is_stated = keys.has("viewpoints");
     let viewpoints = keys.whole("viewpoints", 1, 1..=MAX_VIEWPOINTS, &help)?;
+    let viewpoints = if is_stated { viewpoints } else { 0 };
     match source.parts_problem(&kind, viewpoints) {
         Some(problem) => {
             Err(keys.fault("viewpoints", problem, "give it another number, or leave it out"))

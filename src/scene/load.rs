@@ -47,13 +47,22 @@ pub struct LoadOptions {
     /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest once the
     /// scene's time is set.
     pub share: Option<Share>,
+    /// Whether lights with a size get texels and viewpoints for what the camera sees, and not for all that they reach.
+    pub of_picture: bool,
     /// Whether nothing is simulated, not even to place the camera, and no texture is made that no file has.
     only_checks: bool,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { set: Vec::new(), ground: true, start: true, share: None, only_checks: false }
+        Self {
+            set: Vec::new(),
+            ground: true,
+            start: true,
+            share: None,
+            of_picture: true,
+            only_checks: false,
+        }
     }
 }
 
@@ -267,6 +276,7 @@ fn load_contents(
     if !options.only_checks {
         scene.follow_motions();
     }
+    scene.fit_soft_lights(options.of_picture);
     Ok((scene, found))
 }
 

@@ -1,6 +1,6 @@
 //! Summary of a scene's contents, for people and scripts.
 use super::Scene;
-use crate::model::Skipped;
+use crate::model::{Skipped, SoftLight};
 use std::fmt;
 
 /// Counts of a scene.
@@ -30,6 +30,8 @@ pub struct Summary {
     pub lights: usize,
     /// Shadow views of all lights.
     pub views: usize,
+    /// What lights with a size were given.
+    pub soft: Vec<SoftLight>,
     /// Corners of the box around all casters and receivers, world space \[m\].
     pub bounds: Option<[[f32; 3]; 2]>,
     /// Inputs left out, by reason.
@@ -54,6 +56,7 @@ impl Scene {
             textures: self.textures.len(),
             lights: self.lights.len(),
             views: crate::view::shadow_views(self).len(),
+            soft: self.soft.clone(),
             bounds: (!bounds.is_empty())
                 .then(|| [bounds.min, bounds.max].map(|corner| (corner + self.origin).into())),
             skipped: self.skipped.clone(),
@@ -65,7 +68,7 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { particles, splats, emitted, steps, triangles, grids, bricks, materials, .. } =
             self;
-        let Self { strands, textures, lights, views, .. } = self;
+        let Self { strands, textures, lights, views, soft, .. } = self;
         writeln!(f, "casters    {particles} particles, {triangles} triangles")?;
         if *splats > 0 {
             writeln!(f, "splats     {splats}")?;
@@ -84,6 +87,14 @@ impl fmt::Display for Summary {
         }
         writeln!(f, "materials  {materials}, with {textures} textures")?;
         writeln!(f, "lights     {lights}, with {views} shadow views")?;
+        for SoftLight { light, asked, size, viewpoints } in soft {
+            let from =
+                if *viewpoints == 1 { "1 viewpoint" } else { &format!("{viewpoints} viewpoints") };
+            writeln!(
+                f,
+                "penumbrae  {light}: {asked} texels asked for, maps of {size} from {from}"
+            )?;
+        }
         match &self.bounds {
             Some([min, max]) => write!(f, "bounds     {min:?} to {max:?} m")?,
             None => write!(f, "bounds     none: there is nothing to see")?,

@@ -20,7 +20,7 @@ use toml::Spanned;
 
 /// Settings of a file without the table.
 pub(super) fn usual_shadow() -> ShadowSettings {
-    ShadowSettings { detail: true, ..ShadowSettings::default() }
+    ShadowSettings { detail: true, soft_detail: true, ..ShadowSettings::default() }
 }
 
 pub(super) fn shadow(keys: &Keys<'_>) -> Result<ShadowSettings, SceneError> {
@@ -45,6 +45,8 @@ pub(super) fn shadow(keys: &Keys<'_>) -> Result<ShadowSettings, SceneError> {
         colored: keys.value("colored", usual.colored)?,
         blur: keys.whole("blur", usual.blur, 0..=MAX_BLUR, &reach)?,
         detail: keys.value("detail", usual.detail)?,
+        soft_detail: keys.value("soft_detail", usual.soft_detail)?,
+        soft_budget: keys.whole("soft_budget", usual.soft_budget, 1..=u64::MAX, "at least 1")?,
         mips: usual.mips,
     })
 }

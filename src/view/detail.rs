@@ -11,7 +11,8 @@ use super::{
     fit::fitted_views,
 };
 use crate::model::{LightKind, Scene, ShadowFilter, WindowsKey};
-use places::{Picture, Seen};
+pub(in crate::view) use places::Picture;
+use places::Seen;
 use window::Window;
 
 mod places;

@@ -8,6 +8,8 @@ mod held;
 mod importance;
 mod raster;
 mod receivers;
+#[cfg(feature = "scene")]
+mod soft;
 mod window;
 
 pub use cascades::splits;

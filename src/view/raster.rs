@@ -12,6 +12,30 @@ pub(super) struct Nearest {
     pub triangle: u32,
 }
 
+/// Triangles that are kept of a texel.
+pub(super) const LAYERS: usize = 4;
+
+/// A triangle at a texel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layer {
+    /// Along the view's axis [m]; infinite without a triangle.
+    pub depth: f32,
+    /// Index.
+    pub triangle: u32,
+    /// Whether its front is seen.
+    pub is_front: bool,
+}
+
+/// Triangles at a texel, the nearest first.
+pub(super) type Layers = [Layer; LAYERS];
+
+impl Default for Layer {
+    /// None.
+    fn default() -> Self {
+        Self { depth: f32::INFINITY, triangle: u32::MAX, is_front: false }
+    }
+}
+
 /// A view of few texels.
 pub(super) struct Raster {
     size: IVec2,
@@ -82,6 +106,48 @@ impl Raster {
         let texels = (self.size.x * self.size.y) as usize;
         let mut depths = vec![f64::INFINITY; texels];
         let mut owners = vec![u32::MAX; texels];
+        self.visit(scene, wanted, |at, depth, index, _| {
+            if depth < depths[at] {
+                (depths[at], owners[at]) = (depth, index);
+            }
+        });
+        let seen = (0..texels).map(|at| {
+            let point = self.point(at, depths[at]);
+            (owners[at] != u32::MAX).then_some(Nearest { point, triangle: owners[at] })
+        });
+        Image { size: self.size, seen: seen.collect() }
+    }
+
+    /// The nearest [`LAYERS`] triangles of each texel whose material is `wanted`.
+    pub(super) fn layers(&self, scene: &Scene, wanted: impl Fn(&Material) -> bool) -> Vec<Layers> {
+        let texels = (self.size.x * self.size.y) as usize;
+        let mut all = vec![[Layer::default(); LAYERS]; texels];
+        self.visit(scene, wanted, |at, depth, triangle, is_front| {
+            let mut layer = Layer { depth: depth as f32, triangle, is_front };
+            for kept in &mut all[at] {
+                if layer.depth < kept.depth {
+                    std::mem::swap(kept, &mut layer);
+                }
+            }
+        });
+        all
+    }
+
+    /// World place of a depth in the texel with an index [m].
+    pub(super) fn point(&self, at: usize, depth: f64) -> DVec3 {
+        let texel = IVec2::new(at as i32 % self.size.x, at as i32 / self.size.x);
+        let (start, way) = self.ray(texel);
+        start + way * depth
+    }
+
+    /// Gives `hit` each texel that a triangle is at: the texel's index, the depth, the triangle, and whether its front is
+    /// seen.
+    fn visit(
+        &self,
+        scene: &Scene,
+        wanted: impl Fn(&Material) -> bool,
+        mut hit: impl FnMut(usize, f64, u32, bool),
+    ) {
         let wanted: Vec<bool> = scene.materials.iter().map(wanted).collect();
         for (index, triangle) in (0..).zip(&scene.triangles) {
             if !wanted[triangle.material as usize] {
@@ -105,21 +171,14 @@ impl Raster {
                         continue;
                     }
                     let (start, way) = self.ray(IVec2::new(x, y));
-                    let depth = (a - start).dot(normal) / way.dot(normal);
-                    let at = (y * self.size.x + x) as usize;
-                    if depth >= self.planes[0] && depth <= self.planes[1] && depth < depths[at] {
-                        (depths[at], owners[at]) = (depth, index);
+                    let along = way.dot(normal);
+                    let depth = (a - start).dot(normal) / along;
+                    if depth >= self.planes[0] && depth <= self.planes[1] {
+                        hit((y * self.size.x + x) as usize, depth, index, along < 0.0);
                     }
                 }
             }
         }
-        let seen = (0..texels).map(|at| {
-            let texel = IVec2::new(at as i32 % self.size.x, at as i32 / self.size.x);
-            let (start, way) = self.ray(texel);
-            let nearest = Nearest { point: start + way * depths[at], triangle: owners[at] };
-            (owners[at] != u32::MAX).then_some(nearest)
-        });
-        Image { size: self.size, seen: seen.collect() }
     }
 
     /// First and last texel whose centres a triangle may cover.

@@ -21,6 +21,7 @@ mod occlude_alone;
 mod project;
 mod resolve;
 mod soft;
+mod soft_fit;
 mod soft_shapes;
 mod soft_spots;
 mod soften;

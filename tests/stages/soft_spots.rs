@@ -26,7 +26,7 @@ fn mean(errors: &[f64]) -> f64 {
 }
 
 /// Mean error at the points that see a part of the light.
-fn error_in_penumbrae(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
+pub(super) fn error_in_penumbrae(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
     let all = truths_and_errors(scene, points, PLACES);
     let partial = all.iter().filter(|[truth, _]| (0.02..0.98).contains(truth));
     let errors: Vec<f64> = partial.map(|[_, error]| *error).collect();

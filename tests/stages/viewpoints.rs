@@ -56,12 +56,44 @@ fn parts_have_the_mean_and_variance_of_the_source() {
                         assert!((parts - parts.round()).abs() < 1e-2, "{count}: {parts}");
                         whole[axis] / (parts * parts)
                     }
+                    // A sphere's parts overlap: their middles have four fifths of what is left.
+                    Source::Sphere { .. } => whole[axis] * (0.2 + 0.8 / count as f32),
                     _ => whole[axis] / count as f32,
                 };
                 let sum = variances[axis] + part;
                 assert!((sum - whole[axis]).abs() < 1e-5, "{source:?}, {count}: {sum}");
             }
         }
+    }
+}
+
+/// From every side the parts of a point light's sphere have its variance; each of their six maps is from their middle.
+#[test]
+fn parts_of_a_bulb_are_around_it() {
+    for viewpoints in [4, 8] {
+        let source = Some(Source::Sphere { radius: 0.4 });
+        let light = Light { source, viewpoints, ..Light::point([1.0, 2.0, 3.0]) };
+        light.check(0).unwrap();
+        let at = |shadow: Shadow| match shadow.kind {
+            LightKind::Point { position } => position - Vec3::new(1.0, 2.0, 3.0),
+            other => panic!("{other:?}"),
+        };
+        let places: Vec<Vec3> = light.all_shadows().map(at).collect();
+        assert_eq!(places.len(), viewpoints as usize);
+        let part = 0.04 * (0.2 + 0.8 / viewpoints as f32);
+        for side in [Vec3::X, Vec3::Y, Vec3::new(0.6, 0.0, -0.8), Vec3::ONE.normalize()] {
+            let mean = |of: &dyn Fn(f32) -> f32| {
+                places.iter().map(|place| of(place.dot(side))).sum::<f32>() / places.len() as f32
+            };
+            assert!(mean(&|x| x).abs() < 1e-5 && (mean(&|x| x * x) + part - 0.04).abs() < 1e-5);
+        }
+        let scene = Scene { lights: vec![light], ..ground() };
+        let views = shadow_views(&scene);
+        assert_eq!(views.len(), 6 * viewpoints as usize);
+        let is_there = |(i, view): (usize, &gobo::View)| {
+            view.position().distance(places[i / 6] + Vec3::new(1.0, 2.0, 3.0)) < 1e-5
+        };
+        assert!(views.iter().enumerate().all(is_there));
     }
 }
 
@@ -117,8 +149,8 @@ fn the_scene_file_gives_viewpoints() {
     assert_eq!(read(&format!("{lamp}{nothing}")).unwrap().lights[0].viewpoint_count(), 1);
     fault(&disc(", viewpoints = 10"), &["5:", "1 to 9 viewpoints"]);
     fault(&disc(", viewpoints = 2"), &["5:", "viewpoints", "1 or 3 to 9"]);
-    let point = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\nsource = { kind = 'sphere', radius = 0.1, viewpoints = 4 }\n";
-    fault(point, &["4:", "viewpoints", "point light"]);
+    let point = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\nsource = { kind = 'sphere', radius = 0.1, viewpoints = 5 }\n";
+    fault(point, &["4:", "viewpoints", "1, 4 or 8"]);
     let many: String = (0..10)
         .map(|i| {
             disc(", viewpoints = 7").replace("[[light]]", &format!("[[light]]\nname = 'l{i}'"))

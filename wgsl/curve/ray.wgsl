@@ -13,7 +13,7 @@ import package::sums::faint::keep;
 import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
 import choice::output::SPLITS;
 import choice::rows::ROW_COUNT;
-import choice::visit::{READS_OPAQUE, visit_caster};
+import choice::visit::{OFTEN_FEW, READS_OPAQUE, visit_caster};
 
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
@@ -190,7 +190,7 @@ fn go_on(t: ptr<function, Texel>, placed: Placed) {
     (*t).took = select((*t).took, placed.taken, placed.is);
 }
 
-// A hit has a node at once, while nodes are free: of few hits, the first walk is enough.
+// With `OFTEN_FEW` a hit has a node at once, while nodes are free: of few hits, the first walk is enough.
 fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let seen = hit.presence >= VISIBLE_PRESENCE;
     (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);
@@ -204,7 +204,7 @@ fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     (*t).all += select(0.0, placed.taken, placed.is);
     if splits() {
         (*t).bends += bend_of(hit, placed);
-    } else {
+    } else if OFTEN_FEW {
         write_node(view, t, i, single_ramp(t, hit, placed), placed.is && (*t).used < NODES);
     }
     go_on(t, placed);
@@ -217,7 +217,7 @@ fn splits() -> bool {
 
 // Whether the first walk has made all nodes.
 fn is_finished(t: ptr<function, Texel>) -> bool {
-    return !splits() && is_second && (*t).count <= NODES;
+    return OFTEN_FEW && !splits() && is_second && (*t).count <= NODES;
 }
 
 // Visits texel `i` in this walk.

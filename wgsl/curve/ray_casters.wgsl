@@ -8,6 +8,7 @@ import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
 const READS_OPAQUE: bool = true; // whatever there is
+const OFTEN_FEW: bool = true;
 
 fn visit_caster(view: GpuView, footprint: Footprint) {
     let faced = set_up(view, footprint);

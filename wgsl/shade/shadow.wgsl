@@ -53,13 +53,17 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
     if source.view_count > 0u {
         loop {
             let kept = floats_of(aside(ASIDE_POINT));
-            let face = cube_face(kept.xyz - light.position);
             var view: GpuView;
             var lifted: Lifted;
             var share: f32;
             var last: u32; // last view of this shadow
             loop {
-                index += select(0u, face, shadow_role(index) == ROLE_FACE);
+                if shadow_role(index) == ROLE_FACE {
+                    // Away from the viewpoint, along the axes of the world.
+                    let from_world = shadow_view(index).view_from_world;
+                    let in_view = from_world * vec4(kept.xyz, 1.0);
+                    index += cube_face((vec4(in_view.xyz, 0.0) * from_world).xyz);
+                }
                 view = shadow_view(index);
                 lifted = lifted_point(light, view);
                 share = select(1.0, window_share(light, view, lifted.point), view.role == ROLE_WINDOW);

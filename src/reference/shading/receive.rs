@@ -229,9 +229,13 @@ impl Lighting<'_> {
     }
 
     /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.
-    fn views_of(&self, first: usize, light: &GpuLight, point: Vec3) -> Range<usize> {
+    fn views_of(&self, first: usize, point: Vec3) -> Range<usize> {
         let view = &self.views[first];
-        let face = if view.role == ROLE_FACE { cube_face(point - light.position) } else { 0 };
+        let away = || {
+            let in_view = view.view_from_world.transform_point3(point);
+            glam::Mat3::from_mat4(view.view_from_world).transpose() * in_view
+        };
+        let face = if view.role == ROLE_FACE { cube_face(away()) } else { 0 };
         first + face..first + view.role_count as usize
     }
 
@@ -261,13 +265,13 @@ impl Lighting<'_> {
         let mut passed = Vec3::ONE;
         let mut next = first;
         for viewpoint in 1..=light.viewpoints() {
-            let views = self.views_of(next, light, point);
+            let views = self.views_of(next, point);
             next = views.end;
             let (through, share) = self.through_shadow(views, of);
             passed = passed.lerp(Vec3::ONE.lerp(through, share), 1.0 / viewpoint as f32);
         }
         while next < first + light.view_count as usize {
-            let views = self.views_of(next, light, point);
+            let views = self.views_of(next, point);
             next = views.end;
             let (further, share) = self.through_shadow(views, of);
             passed = passed.lerp(passed.min(further), share);

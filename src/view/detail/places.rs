@@ -18,15 +18,24 @@ const MIN_COSINE: f64 = 0.1;
 
 /// A place of the picture beside an edge of a shadow.
 #[derive(Clone, Copy)]
-pub(super) struct Seen {
+pub(in crate::view) struct Seen {
     /// On the light's plane: [m], or in a perspective view at 1 m along the axis.
-    pub(super) place: DVec2,
+    pub(in crate::view) place: DVec2,
     /// Widest texel there that is narrow enough, in the same unit.
-    pub(super) texel: f64,
+    pub(in crate::view) texel: f64,
+}
+
+/// A surface that the picture shows, as a light's view sees it.
+pub(in crate::view) struct Receiver {
+    /// Toward the eye, unit.
+    pub(in crate::view) normal: DVec3,
+    /// Depth [m]; 1 in a parallel view.
+    spread: f64,
+    pub(in crate::view) seen: Seen,
 }
 
 /// What the picture shows, and how wide a pixel is there.
-pub(super) struct Picture<'a> {
+pub(in crate::view) struct Picture<'a> {
     scene: &'a Scene,
     seen: Image,
     eye: DVec3,
@@ -37,7 +46,7 @@ pub(super) struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Self {
+    pub(in crate::view) fn new(scene: &'a Scene) -> Self {
         let camera = &scene.camera;
         let view = View::from_camera(camera, &scene.held_bounds());
         let is_seen = |material: &Material| material.transfer.is_opaque() && material.visible;
@@ -57,8 +66,35 @@ impl<'a> Picture<'a> {
         self.seen.hits().filter_map(|hit| self.place(hit, base, &map, &nearest)).collect()
     }
 
+    /// What the picture shows, some of its pixels.
+    pub(in crate::view) fn hits(&self) -> impl Iterator<Item = &Nearest> {
+        self.seen.hits()
+    }
+
     fn place(&self, hit: &Nearest, base: &View, map: &Raster, nearest: &Image) -> Option<Seen> {
         let at = map.texel_of(hit.point)?;
+        let receiver = self.receiver(hit, base)?;
+        let cell =
+            f64::from(base.size.x) / f64::from(MAP) / f64::from(base.scale) * receiver.spread;
+        let cover = |texel: IVec2| {
+            let hit_there = nearest.at(texel)?;
+            let material = self.scene.triangles[hit_there.triangle as usize].material;
+            let is_opaque = self.scene.materials[material as usize].transfer.is_opaque();
+            let is_in_front = (hit_there.point - hit.point).dot(receiver.normal) > 0.5 * cell;
+            is_in_front.then_some(if is_opaque { u32::MAX } else { material })
+        };
+        let around =
+            (-EDGES..=EDGES).flat_map(|y| (-EDGES..=EDGES).map(move |x| at + IVec2::new(x, y)));
+        let mut around = around.filter(|&texel| map.contains(texel));
+        let covers = cover(at);
+        if around.all(|texel| cover(texel) == covers) {
+            return None;
+        }
+        Some(receiver.seen)
+    }
+
+    /// A surface that the picture shows, as a light's view sees it; `None` if the light hardly does.
+    pub(in crate::view) fn receiver(&self, hit: &Nearest, base: &View) -> Option<Receiver> {
         let is_wide = base.projection == Projection::Perspective;
         let view_from_world = base.view_from_world.as_dmat4();
         let in_light = view_from_world.transform_point3(hit.point);
@@ -71,21 +107,6 @@ impl<'a> Picture<'a> {
         let away = hit.point - self.eye;
         let normal = if normal.dot(away) > 0.0 { -normal } else { normal };
         if normal.dot(toward) < MIN_COSINE {
-            return None;
-        }
-        let cell = f64::from(base.size.x) / f64::from(MAP) / f64::from(base.scale) * spread;
-        let cover = |texel: IVec2| {
-            let hit_there = nearest.at(texel)?;
-            let material = self.scene.triangles[hit_there.triangle as usize].material;
-            let is_opaque = self.scene.materials[material as usize].transfer.is_opaque();
-            let is_in_front = (hit_there.point - hit.point).dot(normal) > 0.5 * cell;
-            is_in_front.then_some(if is_opaque { u32::MAX } else { material })
-        };
-        let around =
-            (-EDGES..=EDGES).flat_map(|y| (-EDGES..=EDGES).map(move |x| at + IVec2::new(x, y)));
-        let mut around = around.filter(|&texel| map.contains(texel));
-        let covers = cover(at);
-        if around.all(|texel| cover(texel) == covers) {
             return None;
         }
         // From the light's plane through the surface to the picture.
@@ -110,7 +131,11 @@ impl<'a> Picture<'a> {
         let area = picture_from_light.determinant();
         let stretch = ((sum + (sum * sum - 4.0 * area * area).max(0.0).sqrt()) * 0.5).sqrt();
         let place = in_light.truncate() / spread;
-        (stretch.is_finite() && stretch > 0.0 && place.is_finite())
-            .then(|| Seen { place, texel: FINENESS / stretch })
+        let seen = Seen { place, texel: FINENESS / stretch };
+        (stretch.is_finite() && stretch > 0.0 && place.is_finite()).then_some(Receiver {
+            normal,
+            spread,
+            seen,
+        })
     }
 }

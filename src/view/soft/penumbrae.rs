@@ -1,0 +1,272 @@
+//! Penumbrae of a light with a size, by a small map of the triangles that its middle sees, a few behind each other.
+//!
+//! From places that may be in a penumbra rays go to points of the light, through the map. What stops them at the first
+//! opaque layer is what shadow maps hold, too; what stops or tints them behind it, they do not.
+use crate::{
+    model::{Light, Material, Projection, Scene, Source, Transfer, View},
+    view::{
+        detail::Picture,
+        raster::{Layer, Layers, Nearest, Raster},
+    },
+};
+use glam::{DVec2, DVec3, IVec2, UVec2, Vec3};
+
+/// Edge of the small map [texels].
+const MAP: u32 = 512;
+/// Points of the light.
+const POINTS: u32 = 16;
+/// Share of the light that a point of it stands for.
+pub(super) const ONE_POINT: f64 = 1.0 / POINTS as f64;
+/// Most steps of a ray.
+const STEPS: u32 = 48;
+/// Places of a view that are asked, about.
+const ASKED: usize = 24_000;
+/// Penumbrae that are enough to know how wide they are.
+const ENOUGH: usize = 200;
+/// Texels that a penumbra must have.
+const TEXELS: f64 = 3.0;
+
+/// A place that a part of a light reaches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Penumbra {
+    /// Texels of the edge of the light's map by which the penumbra has enough, or texels are no wider than a pixel.
+    pub(super) texels: f64,
+    /// Share of the light's points that are behind something that its middle does not see.
+    pub(super) hidden: f64,
+}
+
+/// What was looked at.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    /// Number of places.
+    pub(super) places: usize,
+    /// How many of them are in penumbrae.
+    pub(super) count: usize,
+    /// Those, or where they are few, others that are.
+    pub(super) penumbrae: Vec<Penumbra>,
+}
+
+impl Seen {
+    pub(super) fn add(&mut self, other: Self) {
+        self.places += other.places;
+        self.count += other.count;
+        self.penumbrae.extend(other.penumbrae);
+    }
+}
+
+/// A receiver of the small map.
+struct Place {
+    point: DVec3,
+    normal: DVec3,
+    /// Widest texel there that is narrow enough by itself, on the light's plane; 0 where that is not known.
+    texel: f64,
+}
+
+/// The light's view, small.
+struct Map<'a> {
+    scene: &'a Scene,
+    view: &'a View,
+    raster: Raster,
+    layers: Vec<Layers>,
+    /// Points of the light, along x and down in the view [m]; of a sun, slopes.
+    points: Vec<DVec2>,
+    /// Half of the light's narrower side, likewise.
+    half: f64,
+    is_opaque: Vec<bool>,
+}
+
+/// Penumbrae in a `view` from the middle of a `light`: of places that the picture shows or, without one, of all that the
+/// light may reach.
+pub(super) fn penumbrae(
+    scene: &Scene,
+    light: &Light,
+    view: &View,
+    picture: Option<&Picture<'_>>,
+) -> Seen {
+    let Some(source) = light.area() else { return Seen::default() };
+    let map = Map::new(scene, view, &source);
+    let nearest = map.layers.iter().map(|layers| f64::from(layers[0].depth));
+    let first = nearest.fold(f64::INFINITY, f64::min);
+    let places = picture.map_or_else(|| map.places(&|_| true), |picture| map.shown(picture));
+    let of = |places: &[Place]| {
+        places.iter().filter_map(|place| map.penumbra(place, first)).collect::<Vec<_>>()
+    };
+    let mut penumbrae = of(&places);
+    let count = penumbrae.len();
+    if count < ENOUGH && picture.is_none() {
+        penumbrae = of(&map.places(&|at| map.is_edge(at)));
+    }
+    Seen { places: places.len(), count, penumbrae }
+}
+
+impl<'a> Map<'a> {
+    fn new(scene: &'a Scene, view: &'a View, source: &Source) -> Self {
+        let raster = Raster::new(view, UVec2::splat(MAP));
+        let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
+        let layers = raster.layers(scene, casts);
+        let axes = match source {
+            Source::Disc { .. } | Source::Rect { .. } => source
+                .half_axes()
+                .map(|axis| view.view_from_world.transform_vector3(axis).as_dvec3().truncate()),
+            _ => [DVec2::X, DVec2::Y].map(|axis| axis * f64::from(source.half_axes()[0].x)),
+        };
+        let is_rect = matches!(source, Source::Rect { .. });
+        let points = (0..POINTS).map(|i| {
+            let u = (f64::from(i) + 0.5) / f64::from(POINTS);
+            let v = (f64::from(i) * 0.618_033_988_749_895).fract();
+            // Half axes are those of a disc of the same variance.
+            let at = if is_rect {
+                (DVec2::new(u, v) - 0.5) * 12f64.sqrt()
+            } else {
+                DVec2::from_angle(v * std::f64::consts::TAU) * u.sqrt()
+            };
+            let on_light = axes[0] * at.x + axes[1] * at.y;
+            DVec2::new(on_light.x, -on_light.y)
+        });
+        let of = |transfer: &Material| transfer.transfer.is_opaque();
+        Self {
+            scene,
+            view,
+            raster,
+            layers,
+            points: points.collect(),
+            half: axes[0].length().min(axes[1].length()),
+            is_opaque: scene.materials.iter().map(of).collect(),
+        }
+    }
+
+    /// What the picture shows of it.
+    fn shown(&self, picture: &Picture<'_>) -> Vec<Place> {
+        let count = picture.hits().count();
+        let place = |hit: &Nearest| {
+            let receiver = picture.receiver(hit, self.view)?;
+            self.raster.texel_of(hit.point)?;
+            Some(Place { point: hit.point, normal: receiver.normal, texel: receiver.seen.texel })
+        };
+        picture.hits().step_by(count / ASKED + 1).filter_map(place).collect()
+    }
+
+    /// Opaque surfaces that face the light, of some of the texels whose indices are `wanted`.
+    fn places(&self, wanted: &dyn Fn(usize) -> bool) -> Vec<Place> {
+        let all = (0..).zip(&self.layers).filter(|(at, _)| wanted(*at));
+        let all = all.flat_map(|(at, layers)| layers.iter().map(move |layer| (at, layer)));
+        let all: Vec<_> = all.filter(|(_, layer)| layer.is_front && self.stops(layer)).collect();
+        let place = |(at, layer): (usize, &Layer)| {
+            let corners = self.scene.triangles[layer.triangle as usize].positions;
+            let [a, b, c] = corners.map(Vec3::as_dvec3);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            Place { point: self.raster.point(at, layer.depth.into()), normal, texel: 0.0 }
+        };
+        let step = all.len() / ASKED + 1;
+        all.into_iter().step_by(step).map(place).collect()
+    }
+
+    /// Whether a texel and those around it see different bodies.
+    fn is_edge(&self, at: usize) -> bool {
+        let edge = MAP as usize;
+        let around = [at.wrapping_sub(1), at + 1, at.wrapping_sub(edge), at + edge];
+        let depth = |at: usize| self.layers.get(at).map(|layers| f64::from(layers[0].depth));
+        let Some(own) = depth(at) else { return false };
+        let [left, right, up, down] = around.map(|at| depth(at).unwrap_or(own));
+        // A plane's depths, or their reciprocals, are nearly linear.
+        let bend = |a: f64, b: f64| (a - own - (own - b)).abs();
+        let texel = f64::from(self.view.size.x) / f64::from(self.view.scale) / f64::from(MAP);
+        let spread = if self.view.projection == Projection::Perspective { own } else { 1.0 };
+        bend(left, right).max(bend(up, down)) > texel * spread
+    }
+
+    fn stops(&self, layer: &Layer) -> bool {
+        layer.depth.is_finite()
+            && self.is_opaque[self.scene.triangles[layer.triangle as usize].material as usize]
+    }
+
+    /// `first`: nearest depth of the map [m].
+    fn penumbra(&self, place: &Place, first: f64) -> Option<Penumbra> {
+        let is_wide = self.view.projection == Projection::Perspective;
+        let in_view = self.view.view_from_world.as_dmat4().transform_point3(place.point);
+        let depth = -in_view.z;
+        if depth <= first {
+            return None;
+        }
+        let spread = if is_wide { depth } else { 1.0 };
+        let scale = f64::from(MAP) / f64::from(self.view.size.x) * f64::from(self.view.scale);
+        let middle = DVec2::new(in_view.x, -in_view.y) / spread * scale + f64::from(MAP) * 0.5;
+        // How far a point of the light is aside, seen through a depth, for each metre of it.
+        let farthest = if is_wide { first.recip() - depth.recip() } else { depth - first };
+        let through =
+            |aside: f64| if is_wide { (depth.recip() + aside).recip() } else { depth - aside };
+        let slack = 0.5 * spread / scale;
+        let (mut stopped, mut hidden, mut narrowest) = (0u32, 0u32, f64::INFINITY);
+        // First a few points, spread over the light.
+        let spread_out = (0..4).flat_map(|start| self.points.iter().skip(start).step_by(4));
+        for (number, point) in spread_out.enumerate() {
+            if number == 4 && stopped + hidden == 0 {
+                return None;
+            }
+            let way = *point * scale;
+            let steps = ((way.length() * farthest).ceil() as u32 + 1).min(STEPS);
+            let mut found = [None; 2];
+            for i in 0..steps {
+                let [near, far] = [i, i + 1].map(|i| farthest * f64::from(i) / f64::from(steps));
+                let at = (middle + way * (near + far) * 0.5).floor().as_ivec2();
+                if !self.raster.contains(at) {
+                    break;
+                }
+                let now = self.met(at, [through(far), through(near)], place, slack);
+                (0..2).for_each(|kind| found[kind] = found[kind].or(now[kind]));
+                if found[0].is_some() {
+                    break;
+                }
+            }
+            stopped += u32::from(found[0].is_some());
+            hidden += u32::from(found[0].is_none() && found[1].is_some());
+            if let Some(depth_there) = found[0].or(found[1]) {
+                let aside =
+                    if is_wide { depth_there.recip() - depth.recip() } else { depth - depth_there };
+                narrowest = narrowest.min(2.0 * self.half * aside);
+            }
+        }
+        if stopped + hidden == 0 || stopped == POINTS {
+            return None;
+        }
+        let wanted = (narrowest / TEXELS).max(place.texel);
+        let edge = f64::from(self.view.size.x) / f64::from(self.view.scale);
+        let texels = if wanted > 0.0 { edge / wanted } else { 0.0 };
+        Some(Penumbra { texels, hidden: f64::from(hidden) / f64::from(POINTS) })
+    }
+
+    /// Depths [m] of what is between two depths in a texel: what stops light and the light's middle sees, and what it does
+    /// not see.
+    fn met(&self, at: IVec2, [low, high]: [f64; 2], place: &Place, slack: f64) -> [Option<f64>; 2] {
+        let index = (at.y * MAP as i32 + at.x) as usize;
+        let layers = &self.layers[index];
+        let in_front =
+            |depth: f64| (self.raster.point(index, depth) - place.point).dot(place.normal) > slack;
+        let mut found = [None; 2];
+        let mut is_behind = false;
+        for (number, layer) in layers.iter().enumerate() {
+            let depth = f64::from(layer.depth);
+            if depth > high {
+                break;
+            }
+            let stops = self.stops(layer);
+            let is_met = depth >= low && in_front(depth);
+            let kind = usize::from(is_behind);
+            if is_met && (stops || is_behind) {
+                found[kind] = found[kind].or(Some(depth));
+            }
+            // Inside of a body.
+            let back =
+                layers.get(number + 1).filter(|back| stops && layer.is_front && !back.is_front);
+            if let Some(back) = back.map(|back| f64::from(back.depth)).filter(|&back| back >= low)
+                && depth < low
+                && in_front(low)
+                && back.is_finite()
+            {
+                found[1] = found[1].or(Some(low));
+            }
+            is_behind |= stops;
+        }
+        found
+    }
+}
