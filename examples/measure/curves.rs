@@ -214,7 +214,7 @@ fn light_of(method: Method, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
             let hits: Vec<_> = hits.iter().map(point).collect();
             let (nodes, _) = two_walks::curve(
                 &hits,
-                RayModes { nodes, faint: false, grows: false, bodies: None },
+                RayModes { nodes, few: true, faint: false, grows: false, bodies: None },
             );
             Box::new(move |z| light_at(&nodes, z, false))
         }

@@ -14,6 +14,16 @@ pub(super) fn only_rays(scene: &Casters<'_>) -> bool {
         && !scene.triangles.iter().any(|t| is_volume(t.material) || adds(t.material))
 }
 
+/// Whether all filtering casters are soft discs of the `filter` transfer.
+pub(super) fn only_discs(scene: &Casters<'_>) -> bool {
+    let material = |id: u32| &scene.materials[id as usize];
+    let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));
+    let is_other = |id: u32| filters(id) && !material(id).is_plain_disc();
+    !scene.gaussians.iter().any(|gaussian| filters(gaussian.material))
+        && !scene.particles.iter().any(|p| is_other(p.material))
+        && !scene.triangles.iter().any(|triangle| filters(triangle.material))
+}
+
 /// Whether some filtering caster is a puff.
 pub(super) fn any_puff(scene: &Casters<'_>) -> bool {
     scene.particles.iter().any(|particle| {

@@ -112,7 +112,7 @@ fn by_two_walks(hits: &[Hit], nodes: u32) -> Vec<[u32; 2]> {
         absorbed: Vec3::ONE - light,
         presence: 1.0,
     };
-    let modes = RayModes { nodes, faint: false, grows: false, bodies: None };
+    let modes = RayModes { nodes, few: true, faint: false, grows: false, bodies: None };
     two_walks::curve(&hits.iter().map(hit).collect::<Vec<_>>(), modes).0
 }
 

@@ -103,7 +103,9 @@ fn begin_second() {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         var texel = texels[i];
         if !is_finished(&texel) {
-            find_joined(&texel);
+            if OFTEN_FEW {
+                find_joined(&texel);
+            }
             texel.last = texel.at;
             texel.light = vec3(1.0);
             texel.lost = vec3(0.0);
@@ -187,18 +189,20 @@ fn pass_hit(t: ptr<function, Texel>, hit: RayHit) -> Placed {
 
 fn go_on(t: ptr<function, Texel>, placed: Placed) {
     (*t).at = select((*t).at, placed.z, placed.is);
-    (*t).took = select((*t).took, placed.taken, placed.is);
+    (*t).took = select(0.0, select((*t).took, placed.taken, placed.is), OFTEN_FEW);
 }
 
-// With `OFTEN_FEW` a hit has a node at once, while nodes are free: of few hits, the first walk is enough.
+// With `OFTEN_FEW` pairs are counted, and a hit has a node at once, while nodes are free: of few hits, the first walk is enough.
 fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let seen = hit.presence >= VISIBLE_PRESENCE;
     (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);
     let placed = pass_hit(t, hit);
-    let pair = select(0u, 1u << (8u * (placed.bin & 3u)), placed.is && (*t).count > 0u);
-    let words = vec4(placed.bin >> 2u);
-    (*t).low_bins += select(vec4(0u), vec4(pair), words == vec4(0u, 1u, 2u, 3u));
-    (*t).high_bins += select(vec4(0u), vec4(pair), words == vec4(4u, 5u, 6u, 7u));
+    if OFTEN_FEW {
+        let pair = select(0u, 1u << (8u * (placed.bin & 3u)), placed.is && (*t).count > 0u);
+        let words = vec4(placed.bin >> 2u);
+        (*t).low_bins += select(vec4(0u), vec4(pair), words == vec4(0u, 1u, 2u, 3u));
+        (*t).high_bins += select(vec4(0u), vec4(pair), words == vec4(4u, 5u, 6u, 7u));
+    }
     (*t).count += select(0u, 1u, placed.is);
     (*t).first = select((*t).first, min((*t).first, hit.start), placed.is);
     (*t).all += select(0.0, placed.taken, placed.is);

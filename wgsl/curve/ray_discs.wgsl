@@ -7,7 +7,7 @@ import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
 const READS_OPAQUE: bool = false; // only if there are any
-const OFTEN_FEW: bool = false; // they come by the hundred, and two ways to make nodes take registers
+const OFTEN_FEW: bool = false; // they come by the hundred; what few hits need takes registers
 
 alias LaneCaster = Footprint;
 alias Payload = Disc;

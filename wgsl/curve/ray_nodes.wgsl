@@ -10,6 +10,7 @@ import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
 import package::sums::sums::BLACK;
 import choice::output::{scattered, scattered_light};
+import choice::visit::OFTEN_FEW;
 import choice::written::{end_nodes, put_node};
 
 const LEAST_ROOTED: f32 = 0.00048828125; // light that black counts as in roots: 1/2048
@@ -112,14 +113,14 @@ fn place_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     }
     let texel = *t;
     let taken = placed.taken;
-    let is_equal = placed.bin == texel.bin && texel.equal > 0u && texel.seen > 0u;
+    let is_equal = OFTEN_FEW && placed.bin == texel.bin && texel.equal > 0u && texel.seen > 0u;
     let joins = placed.bin < texel.bin || is_equal;
     let still = texel.count - texel.seen; // hits from this one on
     let left = NODES - texel.used;
     let free = left - u32(texel.open);
     let by_light = 0.5 / max(texel.all, 1e-9);
     let by_depth = 0.5 / max(texel.last - texel.first, 1e-9);
-    let by_cost = texel.count <= min(FEW * NODES, MOST_FEW);
+    let by_cost = OFTEN_FEW && texel.count <= min(FEW * NODES, MOST_FEW);
     let much = taken * f32(left) > texel.all - texel.gone;
     let fits = free > 1u || (free > 0u && (texel.open || still == 1u));
     let is_alone = texel.count <= NODES || (!by_cost && much && fits);

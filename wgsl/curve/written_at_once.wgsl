@@ -6,6 +6,8 @@ import package::features::NODES;
 import package::records::view::GpuView;
 import choice::output::store_nodes;
 
+const WALKS_APART: bool = false; // one code for both walks takes fewer registers
+
 fn put_node(view: GpuView, t: ptr<function, Texel>, i: u32, number: u32, node: vec2<u32>, is: bool) {
     if is && number % 2u == 1u {
         store_nodes(view, corner, i, number / 2u, vec4((*t).pending, node));

@@ -6,6 +6,8 @@ import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
 import choice::output::store_nodes;
 
+const WALKS_APART: bool = true; // each walk has code of its own, without what the other one keeps
+
 struct KeptNodes {
     nodes: array<vec2<u32>, 16>,
 }

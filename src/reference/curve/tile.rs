@@ -36,6 +36,8 @@ pub struct CurveModes {
     pub gain: bool,
     /// Curves are made by two walks: no caster is a volume, a brick, a strand or a Gaussian, or adds light.
     pub rays: bool,
+    /// Of few hits of a ray the pairs that cost least are joined: some caster is no soft disc.
+    pub few: bool,
     /// An `over` caster may add light.
     pub over: bool,
     /// Closed meshes absorb along the ray.
@@ -53,7 +55,7 @@ pub struct CurveModes {
 impl CurveModes {
     /// Of curves by two walks; `bodies`: see [`RayModes`].
     fn of_rays(self, bodies: Option<u32>) -> RayModes {
-        RayModes { nodes: self.nodes, faint: self.faint, grows: self.gain, bodies }
+        RayModes { nodes: self.nodes, few: self.few, faint: self.faint, grows: self.gain, bodies }
     }
 
     /// Whether faint absorption is kept apart: where light only passes hits.
@@ -286,7 +288,7 @@ fn resolved(segments: &[TileTexels<CurveTexel>], modes: RayModes) -> TileTexels<
                 hits.extend((start > 0.0).then_some(hit));
             }
         }
-        let (nodes, _) = two_walks::curve(&hits, modes);
+        let (nodes, _) = two_walks::curve(&hits, RayModes { few: true, ..modes });
         done[in_tile] = CurveTexel { nodes, passed, nearest, disordered: 0 };
     }
     done

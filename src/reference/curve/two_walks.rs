@@ -46,6 +46,8 @@ pub struct RayHit {
 pub struct RayModes {
     /// K
     pub nodes: u32,
+    /// Of few hits the pairs that cost least are joined.
+    pub few: bool,
     /// Some caster is: hits below [`TRACE`] have a place together.
     pub faint: bool,
     /// Light may grow.
@@ -255,7 +257,7 @@ pub fn curve(hits: &[RayHit], modes: RayModes) -> (Vec<PackedNode>, Vec3) {
     }
     let passed = passing.light.as_vec3();
     let nodes = modes.nodes;
-    let by_cost = count <= (FEW * nodes).min(MOST_FEW);
+    let by_cost = modes.few && count <= (FEW * nodes).min(MOST_FEW);
     let spare = modes.bodies.map_or(0, |kept| nodes.saturating_sub(count + kept));
     let mut bends = Bends { sum: bends, spare };
     let mut joined = Joined::cheapest(bins, count.saturating_sub(nodes));

@@ -3,6 +3,8 @@
 /// Constants without a mirror in Rust.
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
+    "OFTEN_FEW",
+    "WALKS_APART",
     "READS_OPAQUE",
     "SPLITS",
     "INDEX_MASK",
