@@ -16,11 +16,11 @@ pub const DOUBLINGS: u32 = 16;
 pub const HALVINGS: u32 = 14;
 /// Steps from glass to the far plane.
 pub const STEPS: u32 = 64;
-/// Distance behind a lamp's position from which what reaches behind it has no place in its map [m].
+/// Distance behind a lamp's position from which what reaches behind it has no place in its map \[m\].
 pub const AHEAD: f32 = 1e-4;
 /// Least weight of a corner: rounding leaves no gap between neighbours.
 pub const LEAST_WEIGHT: f32 = -1e-5;
-/// How far a receiver may be off the opaque surface that light lands on [texels].
+/// How far a receiver may be off the opaque surface that light lands on \[texels\].
 pub const NEAR_SURFACE: f32 = 4.0;
 
 /// Nearest faces of a map, of those that light enters a body by or leaves it by.
