@@ -192,7 +192,7 @@ fn go_on(t: ptr<function, Texel>, placed: Placed) {
     (*t).took = select(0.0, select((*t).took, placed.taken, placed.is), OFTEN_FEW);
 }
 
-// With `OFTEN_FEW` pairs are counted, and a hit has a node at once, while nodes are free: of few hits, the first walk is enough.
+// With `OFTEN_FEW` pairs are counted, and a hit has a node at once while nodes are free: one walk makes few hits' nodes.
 fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let seen = hit.presence >= VISIBLE_PRESENCE;
     (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);
