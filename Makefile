@@ -5,7 +5,7 @@ DEMOS := screens pool
 
 # What SwiftShader is not asked: scenes that take it minutes; what hardly asks a kernel; and bench,
 # which compares with the driver's own rasterizer, whose corners snap to 1/16 texel there (1/256 on
-# most: benches/raster/agree.rs).
+# most: crates/gobo-cli/src/bench/raster/agree.rs).
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
@@ -57,7 +57,7 @@ test-slow: setup
 # Tests of which `make test` asks some on one tier alone.
 BY_TIER := maps:: picture:: guest:: contract::recording
 
-# Units, for which the library and the program are compiled once more.
+# Units, for which each crate is compiled once more.
 units:
 	cargo test --lib --bins
 
@@ -138,9 +138,9 @@ fuzz: program
 soak: program
 	sh tools/soak.sh
 
-# The library's pages without a warning.
+# The pages of all crates without a warning.
 doc:
-	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --lib --quiet
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --quiet
 
 # What the registries would get, and dry runs: docs/release.md. Publishes nothing.
 release-check:
@@ -184,18 +184,17 @@ tables: setup
 quality: setup
 	cargo run --release --quiet --example curve_tables
 
-# The library without what a guest can do without, part by part, and for a browser.
+# The library feature by feature, and it, scenes and pictures for a browser.
 features:
-	@for features in "" scene picture device scene,picture; do \
-		cargo clippy --quiet --lib --no-default-features --features "$$features" \
-			-- -D warnings || exit; \
+	@for features in "" device export serde; do \
+		cargo clippy --quiet -p gobo --lib --features "$$features" -- -D warnings || exit; \
 	done
 	@rustup target add wasm32-unknown-unknown
-	cargo clippy --quiet --lib --no-default-features --target wasm32-unknown-unknown -- -D warnings
-	cargo clippy --quiet --lib --no-default-features --features webgpu \
+	cargo clippy --quiet -p gobo --lib --target wasm32-unknown-unknown -- -D warnings
+	cargo clippy --quiet -p gobo -p gobo-scene -p gobo-picture --lib --features gobo/webgpu \
 		--target wasm32-unknown-unknown -- -D warnings
 	@echo "Crates of the bare library, its own included:"
-	@cargo tree -p gobo --no-dedupe -e normal --no-default-features --prefix none | sort -u | wc -l
+	@cargo tree -p gobo --no-dedupe -e normal --prefix none | sort -u | wc -l
 
 # Pages of the manual, target/man, and completions for shells, target/completions.
 man:

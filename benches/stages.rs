@@ -7,21 +7,20 @@ use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
     Shadows,
+    frame::{Commands, Kernels, Sort, SortCount},
     glam::{UVec2, Vec3},
-    internals::{
-        frame::{Commands, Kernels, Sort, SortCount},
-        gpu::{Gpu, KernelCache},
-        records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
-        reference::{self, Pair, project::ProjectParams},
-        shadows::cull::{Frustum, GroupTree, order, widened},
-        stage::{
-            profile::Profile,
-            sort::{PAIR_FORMAT, pair_texture_size},
-        },
-        view::light_views,
-    },
+    gpu::{Gpu, KernelCache},
     model::{Bounds, Casters, Light, LightKind, Material, Particle},
+    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    shadows::cull::{Frustum, GroupTree, order, widened},
+    stage::{
+        profile::Profile,
+        sort::{PAIR_FORMAT, pair_texture_size},
+    },
+    view::light_views,
 };
+use gobo_reference as reference;
+use gobo_reference::{Pair, project::ProjectParams};
 use std::{hint::black_box, time::Duration};
 
 const COUNTS: [u32; 2] = [100_000, 1_000_000];

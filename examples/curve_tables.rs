@@ -27,14 +27,12 @@ mod strands;
 
 use curves::{Method, Rays, Sample};
 use gobo::{
-    internals::{
-        gpu::{Gpu, Selection},
-        records::ViewMaps,
-    },
+    gpu::{Gpu, Selection},
     model::Scene,
-    render::{RenderOptions, Renderer},
-    scene,
+    records::ViewMaps,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene as scene;
 use rays::{asset, scene_of};
 use std::{cell::RefCell, error::Error, fmt::Write as _, path::Path, time::Instant};
 
@@ -56,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         names.is_empty() || names.iter().any(|given| *given == format!("{page}:{name}"))
     };
     for (page, name, table) in TABLES.into_iter().filter(|(page, name, _)| is_named(page, name)) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(page);
         if let Some(table) = table()? {
             let text = replaced(&std::fs::read_to_string(&path)?, name, &table)?;
             std::fs::write(&path, text)?;

@@ -5,7 +5,7 @@ mod measure;
 use gobo::{
     Counters, ShadowSettings, Shadows,
     glam::{Mat4, UVec2},
-    internals::gpu::Gpu,
+    gpu::Gpu,
     model::{Casters, Material, Pattern, Projection, Transfer, View, ViewRole},
     wgpu,
 };
@@ -16,7 +16,7 @@ use std::{
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let usual = || Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/dither.md");
+    let usual = || Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("docs/dither.md");
     let path = std::env::args_os().nth(1).map_or_else(usual, PathBuf::from);
     let mut page = std::fs::read_to_string(&path)?;
     for (name, table) in [("quality", quality()?), ("flicker", flicker()?), ("cost", cost()?)] {

@@ -4,14 +4,12 @@
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{
     Shadows,
-    internals::{
-        gpu::{Gpu, Timeline},
-        picture::{PictureCapacity, PictureRequest, PreparedPicture},
-        view::shadow_views,
-    },
+    gpu::{Gpu, Timeline},
     model::View,
-    scene::load_with,
+    view::shadow_views,
 };
+use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
+use gobo_scene::load_with;
 use std::{path::Path, time::Instant};
 
 /// Frames, after one to warm up: drivers compile at the first use.
@@ -44,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let camera = &View::from_camera(&scene.camera, &scene.bounds());
         let capacity = PictureCapacity::default();
         let request = PictureRequest { scene: &scene, camera, prepared, capacity };
-        let picture = shadows.prepare_picture(&request, &mut Default::default())?;
+        let picture = PreparedPicture::new(&shadows, &request, &mut Default::default())?;
         let mut times: Vec<[f64; 3]> = Vec::new();
         for _ in 0..=RUNS {
             times.push(frame(&gpu, &picture)?);

@@ -43,89 +43,26 @@
 //! What a texel holds and how a receiver reads it is in `docs/pipeline.md`.
 //!
 //! # Features
-//! - `scene`: scene files, glTF, PLY and CSV (module `scene`).
-//! - `picture`: the lit picture of a `Scene` (`Renderer`).
 //! - `device`: opens adapters by itself (`Gpu`).
-//! - `cli`: the program `gobo`, also as the function `program`; with the others, on by default.
-//! - `view`: its window, `gobo view`.
-//! - `internals`: the inside, for this repository's tests and program; without a promise.
-#![cfg_attr(
-    not(all(feature = "internals", feature = "picture")),
-    allow(
-        dead_code,
-        unreachable_pub,
-        unused_imports,
-        reason = "some of the inside is for tests and the program"
-    )
-)]
-#![cfg_attr(not(feature = "internals"), warn(missing_docs))]
+//! - `webgpu`: runs in browsers, on their WebGPU.
 // A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
 /// Opens a span of `tracing` until the end of the block, at the level of debugging, for a subscriber that times it:
-/// `device`, `read`, `generate`, `prepare`, `compile`, `kernels` and `read_back`.
+/// `device`, `generate`, `compile`, `kernels` and `read_back`.
 macro_rules! phase {
     ($name:literal) => {
-        #[cfg(feature = "device")]
         let _phase = tracing::debug_span!($name).entered();
     };
 }
 
-// The program names the library as other crates do.
-#[cfg(feature = "cli")]
-extern crate self as gobo;
-
-#[cfg(feature = "cli")]
-mod cli;
-mod frame;
-mod gpu;
+pub mod frame;
+pub mod gpu;
 pub mod model;
-#[cfg(feature = "picture")]
-mod picture;
-mod records;
-mod reference;
-#[cfg(feature = "picture")]
-pub mod render;
-#[cfg(feature = "scene")]
-pub mod scene;
-mod shadows;
-mod stage;
-mod view;
-
-/// What tests, benches and the program `gobo` use of the inside. Any version may change it.
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod internals {
-    #[cfg(feature = "picture")]
-    pub mod picture {
-        pub use crate::picture::*;
-    }
-    #[cfg(feature = "cli")]
-    pub mod cli {
-        pub use crate::cli::Needs;
-    }
-    pub mod frame {
-        pub use crate::frame::*;
-    }
-    pub mod gpu {
-        pub use crate::gpu::*;
-    }
-    pub mod records {
-        pub use crate::records::*;
-    }
-    pub mod reference {
-        pub use crate::reference::*;
-    }
-    pub mod shadows {
-        pub use crate::shadows::*;
-    }
-    pub mod stage {
-        pub use crate::stage::*;
-    }
-    pub mod view {
-        pub use crate::view::*;
-    }
-}
+pub mod records;
+pub mod shadows;
+pub mod stage;
+pub mod view;
 
 /// What hosts need beyond the root: devices, receivers in shaders of their own, masks, simulations.
 pub mod host {
@@ -141,8 +78,6 @@ pub mod host {
 
 use gpu::error;
 
-#[cfg(feature = "cli")]
-pub use cli::program;
 pub use glam;
 pub use gpu::{
     Gpu, KernelError, KernelJob, KernelTime, Memory, Support, Tier, Timeline, error::Error,
@@ -152,8 +87,6 @@ pub use model::{
     Receiver, Scene, ShadowSettings, Shape, Strand, StrandVertex, Texture, Transfer, Triangle,
     View,
 };
-#[cfg(feature = "picture")]
-pub use render::{RenderOptions, Renderer};
 pub use shadows::{
     CasterCount, CasterLoader, GridLoader, HostCasters, HostDepth, HostGrid, HostInputs, Maps,
     Prepared, Shadows,

@@ -22,9 +22,9 @@ line() { # a name, then a line of shell that ends with a picture or what shows o
 [ $# -gt 0 ] || set -- rust view python web
 for name; do
     case $name in
-        rust) line rust "cargo install --quiet --path . --root '$folder/home' && gobo render data/smoke.toml && test -s out/frame_0000.png" ;;
+        rust) line rust "cargo install --quiet --path crates/gobo-cli --root '$folder/home' && gobo render data/smoke.toml && test -s out/frame_0000.png" ;;
         view)
-            line view "cargo install --quiet --path . --features view --root '$folder/home' &&
+            line view "cargo install --quiet --path crates/gobo-cli --features view --root '$folder/home' &&
                 xvfb-run -a gobo view data/smoke.toml --screenshot shot.png && test -s shot.png"
             ;;
         python)

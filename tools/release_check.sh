@@ -12,26 +12,33 @@ wrong() {
 
 number() { sed -n 's/^version = "\(.*\)"/\1/p' "$1" | head -n 1; }
 version=$(number Cargo.toml)
-for crate in crates/*/Cargo.toml; do
-    [ "$(number "$crate")" = "$version" ] || wrong "$crate is not $version"
+for crate in crates/gobo-c crates/gobo-python crates/gobo-web; do
+    [ "$(number "$crate/Cargo.toml")" = "$version" ] || wrong "$crate is not $version"
 done
+# In this order: each depends on those before it.
+crates="gobo gobo-reference gobo-scene gobo-picture gobo-cli"
 package=crates/gobo-web/package/package.json
 grep -q "\"version\": \"$version\"" "$package" || wrong "$package is not $version"
 grep -q '^## \[Unreleased\]' CHANGELOG.md || grep -q "^## \[$version\]" CHANGELOG.md || wrong "CHANGELOG.md has no part"
-for key in description license readme keywords categories rust-version; do
+for key in description readme keywords categories; do
     grep -q "^$key = " Cargo.toml || wrong "Cargo.toml has no $key"
 done
 
 files=$(cargo package -p gobo --list --allow-dirty --quiet)
-for file in Cargo.lock README.md CHANGELOG.md LICENSE-APACHE LICENSE-MIT src/main.rs build.rs wgsl; do
+for file in Cargo.lock README.md CHANGELOG.md LICENSE-APACHE LICENSE-MIT src/lib.rs build.rs wgsl; do
     printf '%s\n' "$files" | grep -q "^$file" || wrong "the crate lacks $file"
 done
 if printf '%s\n' "$files" | grep -E '^(tests|tools|data|crates|docs/.*\.png)'; then
     wrong "the crate has what is not for dependants, above"
 fi
 say "crate gobo $version: $(printf '%s\n' "$files" | wc -l) files"
-# It is only packed here: `.ci/run` compiles it.
-cargo publish -p gobo --dry-run --allow-dirty --no-verify --quiet || say "left out: cargo publish --dry-run, the registry does not answer"
+# They are only packed here: `.ci/run` compiles them.
+for crate in $crates; do
+    cargo package -p "$crate" --list --allow-dirty --quiet | grep -q '^src/lib.rs' || wrong "$crate lacks its library"
+done
+# shellcheck disable=SC2046
+cargo publish $(printf -- '-p %s ' $crates) --dry-run --allow-dirty --no-verify --quiet ||
+    say "left out: cargo publish --dry-run, the registry does not answer"
 
 if ls dist/gobo_shadows-"$version"-*.whl >/dev/null 2>&1; then
     target/python/build/bin/python -m pip install --quiet --disable-pip-version-check twine

@@ -14,8 +14,8 @@ command -v xvfb-run >/dev/null 2>&1 || {
 }
 out=target/view
 mkdir -p "$out"
-cargo test --quiet --features view --lib -- cli::view
-cargo build --quiet --features view
+cargo test --quiet -p gobo-cli --features view --lib -- view
+cargo build --quiet -p gobo-cli --features view
 gobo=${CARGO_TARGET_DIR:-target}/debug/gobo
 
 on_screen() {

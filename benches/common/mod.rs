@@ -1,13 +1,11 @@
 //! Scene and timing that the benchmarks share.
 use gobo::{
     glam::{Mat4, UVec2, Vec3, Vec4},
-    internals::{
-        gpu::{Gpu, Timeline},
-        reference::Pair,
-    },
+    gpu::{Gpu, Timeline},
     model::{Particle, Projection, View, ViewRole},
     wgpu,
 };
+use gobo_reference::Pair;
 use std::time::Duration;
 
 /// Edge of the map [texels].

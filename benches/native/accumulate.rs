@@ -5,10 +5,8 @@
 //! Unlike it, it visits only those rows and halves of rows that a disc's box touches, and has no early
 //! termination: at opacity 0.02 no texel is saturated before its list ends.
 use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
-use gobo::{
-    internals::{records::Footprint, reference::accumulate::VISIBLE_PRESENCE},
-    model::TILE_SIZE,
-};
+use gobo::{model::TILE_SIZE, records::Footprint};
+use gobo_reference::accumulate::VISIBLE_PRESENCE;
 use std::sync::Mutex;
 
 const TILE: usize = TILE_SIZE as usize;

@@ -13,21 +13,20 @@ use common::{SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
     Counters, Prepared, ShadowSettings, Shadows,
+    frame::{Commands, Kernels, Sort, SortCount},
     glam::UVec2,
-    internals::{
-        frame::{Commands, Kernels, Sort, SortCount},
-        gpu::{Gpu, KernelCache, Timeline},
-        records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
-        reference::{self, Pair, project::ProjectParams},
-        shadows::cull::order,
-        stage::{
-            profile::Profile,
-            sort::{PAIR_FORMAT, pair_texture_size},
-        },
-    },
+    gpu::{Gpu, KernelCache, Timeline},
     model::{Casters, Material},
+    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    shadows::cull::order,
+    stage::{
+        profile::Profile,
+        sort::{PAIR_FORMAT, pair_texture_size},
+    },
     wgpu,
 };
+use gobo_reference as reference;
+use gobo_reference::{Pair, project::ProjectParams};
 use half::f16;
 use std::{
     num::NonZero,

@@ -1,5 +1,5 @@
 //! A radix sort optimised for one thread of this CPU.
-use gobo::internals::reference::Pair;
+use gobo_reference::Pair;
 
 /// Sorts by the low `bits` of the keys: stable, least significant digit first, eight bits at a time. All
 /// digits are counted in one pass. `scratch` is as long as `pairs`.

@@ -1,6 +1,6 @@
 //! Every key that scene files may have, with odd values.
 use crate::{Outcome, load};
-use gobo::scene;
+use gobo_scene as scene;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs, io,

@@ -25,11 +25,10 @@ mod splats;
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod vdb;
 
-use gobo::{
-    glam::UVec2,
-    render::{RenderOptions, Renderer},
-    scene::{self, Scene, generate::Chance},
-};
+use gobo::glam::UVec2;
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene as scene;
+use gobo_scene::{Scene, generate::Chance};
 use program::Program;
 use std::{
     fs, io,

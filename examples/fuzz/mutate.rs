@@ -1,5 +1,5 @@
 //! Small changes of a file, several at a time.
-use gobo::scene::generate::Chance;
+use gobo_scene::generate::Chance;
 use sha2::{Digest as _, Sha256};
 
 /// Words that are likely to break readers.

@@ -28,7 +28,7 @@ const TEXTURED: &str = "textured.gltf";
 /// All readers; models that scenes name are written to `out`.
 pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     fs::write(out.join(TEXTURED), models::textured("current.ktx2"))?;
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let alone = |name, extension, seeds| Reader { name, extension, seeds, scene: None };
     // In a scene whose sun is a point: that of a file alone has a size, for which the CPU takes 64 maps.
     let in_table = |table: &str, name, extension: &'static str, seeds| Reader {
@@ -261,7 +261,7 @@ fn scenes() -> io::Result<Vec<Vec<u8>>> {
 
 /// Folders of the project's scene files.
 pub(super) fn folders() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     ["data", "data/issues", "data/gallery", "examples/fuzz"].map(|folder| root.join(folder)).into()
 }
 

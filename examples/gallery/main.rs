@@ -7,11 +7,9 @@
 mod page;
 mod preview;
 
-use gobo::{
-    host::Backend,
-    render::{DebugMode, Frame, RenderOptions, Renderer},
-    scene::load_with,
-};
+use gobo::host::Backend;
+use gobo_picture::{DebugMode, Frame, RenderOptions, Renderer};
+use gobo_scene::load_with;
 use image::RgbImage;
 use std::{
     fs,
@@ -65,7 +63,7 @@ fn main() -> Fallible<()> {
 
 /// Scene files by name; all of them if `only` is empty.
 fn scenes(only: &[String]) -> Fallible<Vec<PathBuf>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery");
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("data/gallery");
     let mut found = Vec::new();
     for entry in fs::read_dir(&folder)? {
         let path = entry?.path();
@@ -118,7 +116,7 @@ fn check(plates: &[Plate]) -> Fallible<()> {
             Ok(picture) if is_flat(&picture) => faults.push(format!("{name}: the picture is flat")),
             Ok(_) => {}
         }
-        let casts = |maps: &gobo::render::ViewMaps| {
+        let casts = |maps: &gobo_picture::ViewMaps| {
             maps.filter.iter().any(|filter| filter.iter().any(|&light| light < 0.9))
         };
         // What masks show are solid casters.

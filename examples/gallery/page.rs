@@ -1,7 +1,7 @@
 //! The gallery as one self-contained page: pictures, maps, times and counts.
 use crate::{Fallible, Plate, preview};
 use base64::{Engine as _, engine::general_purpose::STANDARD};
-use gobo::render::ViewMaps;
+use gobo_picture::ViewMaps;
 use image::{ImageFormat, RgbImage};
 use std::{fmt::Write as _, io::Cursor, time::Duration};
 

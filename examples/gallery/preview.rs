@@ -1,6 +1,6 @@
 //! Previews: small pictures, maps, and the contact sheet.
 use crate::{Fallible, Plate};
-use gobo::render::{Picture, ViewMaps};
+use gobo_picture::{Picture, ViewMaps};
 use image::{
     Rgb, RgbImage,
     imageops::{self, FilterType},

@@ -3,14 +3,12 @@ use crate::{
     moments::Moments,
     rivals::{Fourier, Hit, exact, nearest},
 };
-use gobo::{
-    glam::Vec3,
-    internals::reference::curve::{
-        Streaming, light_at,
-        two_walks::{self, RayHit, RayModes},
-    },
-    scene::generate::Chance,
+use gobo::{glam::Vec3, records::curve::light_at};
+use gobo_reference::curve::{
+    Streaming,
+    two_walks::{self, RayHit, RayModes},
 };
+use gobo_scene::generate::Chance;
 
 /// A seeded kind of texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

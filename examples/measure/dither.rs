@@ -1,15 +1,13 @@
 //! Figures of the patterns: those in `docs/dither.md`, checked by the tests.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
-    internals::{
-        records::ViewMaps,
-        reference::{
-            MapTexel,
-            dither::{PatternPoint, threshold},
-            light_by_channel, receive, render_maps,
-        },
-    },
     model::{Material, Particle, Pattern, Profile, Projection, Scene, Transfer, View, ViewRole},
+    records::ViewMaps,
+};
+use gobo_reference::{
+    MapTexel,
+    dither::{PatternPoint, threshold},
+    light_by_channel, receive, render_maps,
 };
 
 /// Edge of the maps that are measured [texels]; a texel is a metre wide.
@@ -53,7 +51,7 @@ pub(crate) fn coverage_error(pattern: Pattern) -> CoverageError {
 
 /// A soft disc of opacity 0.8 over the map's centre; `moved` by texels.
 fn disc(material: Material, moved: Vec2) -> Scene {
-    let mut scene = Scene::empty();
+    let mut scene = gobo_scene::empty_scene();
     scene.materials =
         vec![Material { profile: Profile::Soft, tint: Vec4::new(0.0, 0.0, 0.0, 0.8), ..material }];
     scene.particles = vec![Particle {

@@ -10,9 +10,10 @@ use crate::{
 };
 use gobo::{
     glam::{DVec3, Vec3},
-    internals::{records::ViewMaps, view::shadow_views},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_scene::Scene;
 
 /// Parts of each crossed cell that methods which add up hits are given.
 const PARTS: u32 = 4;

@@ -1,10 +1,11 @@
 //! Rays of a sun through the casters of a scene, and how far stored light is from theirs.
 use gobo::{
     glam::{DVec3, UVec2, Vec3},
-    internals::view::shadow_views,
     model::{Light, LightKind, Receiver, View},
-    scene::{self, Scene, generate::Chance},
+    view::shadow_views,
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, generate::Chance};
 use std::{
     error::Error,
     path::PathBuf,
@@ -29,7 +30,7 @@ pub(crate) fn scene_of(text: &str) -> Result<Scene, Box<dyn Error>> {
 
 /// A file of real casters, in the folder `GOBO_ASSETS` or beside the repository.
 pub(crate) fn asset(name: &str) -> Option<PathBuf> {
-    let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets").into();
+    let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/assets").into();
     let path = std::env::var_os("GOBO_ASSETS").map_or_else(beside, PathBuf::from).join(name);
     path.is_file().then_some(path)
 }

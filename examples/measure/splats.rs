@@ -6,10 +6,10 @@ use crate::{
 };
 use gobo::{
     glam::{DMat3, DVec3, Vec3},
-    internals::records::ViewMaps,
     model::GaussianOpacity,
-    scene::Scene,
+    records::ViewMaps,
 };
+use gobo_scene::Scene;
 use std::f64::consts::TAU;
 
 /// A Gaussian on a ray.

@@ -6,8 +6,8 @@ use crate::{
 use gobo::{
     glam::{DVec3, DVec4},
     model::Strand,
-    scene::Scene,
 };
+use gobo_scene::Scene;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// A scene of fur on a ball of 1 m.

@@ -19,7 +19,7 @@ impl Memory {
     }
 
     /// Adds all of `other`.
-    pub(crate) fn add_all(&mut self, other: &Self) {
+    pub fn add_all(&mut self, other: &Self) {
         other.0.iter().for_each(|&(name, bytes)| self.add(name, bytes));
     }
 
@@ -30,7 +30,7 @@ impl Memory {
 }
 
 /// What an earlier frame had if it `suffices` and nothing else holds it, or else a new one.
-pub(crate) fn reused<T, E>(
+pub fn reused<T, E>(
     former: &mut Option<Arc<T>>,
     suffices: impl Fn(&T) -> bool,
     new: impl FnOnce() -> Result<T, E>,

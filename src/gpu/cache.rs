@@ -113,7 +113,7 @@ impl KernelCache {
 
     /// Kernels that are not compiled yet. One that the device refused stays, so that each [`Self::finish`]
     /// reports it.
-    pub(crate) fn pending(&self) -> Vec<KernelJob> {
+    pub fn pending(&self) -> Vec<KernelJob> {
         let mut state = self.state();
         state.pending.retain(|kernel| !kernel.is_made());
         state.pending.iter().cloned().map(KernelJob).collect()
@@ -131,8 +131,7 @@ impl KernelCache {
     }
 
     /// Compiles kernels on a thread as they are requested while `act` runs. The next [`Self::finish`] returns their errors.
-    #[cfg(feature = "picture")]
-    pub(crate) fn made_meanwhile<T>(&self, act: impl FnOnce() -> T) -> T {
+    pub fn made_meanwhile<T>(&self, act: impl FnOnce() -> T) -> T {
         #[cfg(not(target_arch = "wasm32"))]
         return thread::scope(|scope| {
             let (sender, requested) = mpsc::channel::<Kernel>();

@@ -86,7 +86,7 @@ pub enum Error {
 
 impl Error {
     /// An error if more is needed than a limit allows.
-    pub(crate) fn check_limit(
+    pub fn check_limit(
         limit: &'static str,
         have: u64,
         need: u64,
@@ -164,7 +164,7 @@ pub enum Input {
 
 impl Input {
     /// The error of the input `index` of this kind.
-    pub(crate) fn invalid(self, index: usize, problem: &'static str) -> Error {
+    pub fn invalid(self, index: usize, problem: &'static str) -> Error {
         Error::Invalid { what: self, index, problem }
     }
 }

@@ -14,15 +14,15 @@
 #[cfg(not(target_arch = "wasm32"))]
 mod loaded;
 mod parse;
-#[cfg(any(target_arch = "wasm32", feature = "cli"))]
+#[cfg(any(target_arch = "wasm32", feature = "export"))]
 mod printed;
 mod pruned;
 mod unrolled;
 
 pub use parse::words;
-#[cfg(any(target_arch = "wasm32", feature = "cli"))]
+#[cfg(any(target_arch = "wasm32", feature = "export"))]
 pub use printed::for_browsers;
-#[cfg(feature = "cli")]
+#[cfg(feature = "export")]
 pub use printed::{ENABLED, printed};
 pub(super) use pruned::prune;
 

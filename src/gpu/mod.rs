@@ -20,7 +20,7 @@ mod timing;
 mod transfer;
 
 pub use adapter::{Backend, FETCH_FEATURES, STORAGE_FORMATS, Selection, TierChoice, shortcoming};
-pub(crate) use allocate::reused;
+pub use allocate::reused;
 pub use allocate::{Allocator, Memory, array_view, level_view, view, write_records};
 pub use cache::{KernelCache, KernelJob};
 pub use context::{Gpu, unusable_adapter};
@@ -29,7 +29,7 @@ pub use host_part::bind_host_part;
 pub use kernel::{HostText, Kernel};
 pub use kernel_error::KernelError;
 pub use link::{Constant, FEW_TURNS, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, words};
-#[cfg(feature = "cli")]
+#[cfg(feature = "export")]
 pub use link::{ENABLED, for_browsers, printed};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};
@@ -39,7 +39,6 @@ pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
 pub use tier::Tier;
-#[cfg(feature = "picture")]
-pub(crate) use timing::add_time;
+pub use timing::add_time;
 pub use timing::{KernelTime, Profiler, Timeline, has_timestamps};
 pub(crate) use transfer::{filled, read_back, staging};

@@ -3,7 +3,6 @@ use wgpu::{Features, Limits};
 
 /// Set of device features that kernels use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[non_exhaustive]
 pub enum Tier {
     /// WebGPU's own limits and features.
     #[default]

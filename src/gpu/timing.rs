@@ -115,7 +115,7 @@ impl Steps {
 }
 
 /// Adds a time to the stage of that label, or appends the stage.
-pub(crate) fn add_time(times: &mut Vec<(&'static str, f64)>, label: &'static str, ms: f64) {
+pub fn add_time(times: &mut Vec<(&'static str, f64)>, label: &'static str, ms: f64) {
     let stage = label.strip_prefix(PREFIX).unwrap_or(label);
     match times.iter_mut().find(|(known, _)| *known == stage) {
         Some((_, sum)) => *sum += ms,

@@ -6,7 +6,6 @@ use std::f32::consts::{PI, TAU};
 /// The surface that a light's rays leave, of uniform emission. The light at a receiver is the mean over the
 /// points of the surface that the receiver sees. A source of size 0 is the same as none.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Source {
     /// A sphere around the position of a spot or point light.
     Sphere {
@@ -70,7 +69,7 @@ impl Source {
     }
 
     /// Whether a direction is y or -y, but for rounding.
-    pub(crate) fn is_upright(direction: Vec3) -> bool {
+    pub fn is_upright(direction: Vec3) -> bool {
         direction.x.hypot(direction.z) < 1e-5 * direction.length()
     }
 
@@ -136,7 +135,7 @@ impl Source {
         }
     }
 
-    pub(crate) fn parts_problem(&self, kind: &LightKind, count: u32) -> Option<&'static str> {
+    pub fn parts_problem(&self, kind: &LightKind, count: u32) -> Option<&'static str> {
         let is_round = !matches!(self, Self::Rect { .. });
         match (kind, count) {
             (_, 0 | 1) => None,

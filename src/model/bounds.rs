@@ -2,7 +2,7 @@
 use glam::Vec3;
 
 /// Farthest coordinate of a scene [m]: past it neighbouring `f32` are a metre apart.
-pub(crate) const FARTHEST: f32 = 1e7;
+pub const FARTHEST: f32 = 1e7;
 
 /// An axis-aligned box, world space \[m\]; empty while `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]

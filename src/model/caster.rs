@@ -6,9 +6,8 @@ use glam::{Vec2, Vec3, Vec4};
 
 /// Transfer function: how one hit of opacity `a` and colour `c` changes the light that passes, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Transfer {
     /// `T = 1 - a(1 - c)`: a gel of coverage `a` (Recoil).
     #[default]
@@ -38,7 +37,7 @@ impl Transfer {
     }
 
     /// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
-    pub(crate) fn shows_clear(self) -> bool {
+    pub fn shows_clear(self) -> bool {
         matches!(self, Self::Stain | Self::Gain | Self::Opaque)
     }
 
@@ -53,9 +52,8 @@ pub const MAX_GAIN: f32 = 16.0;
 
 /// The shape of a material's particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Shape {
     /// A disc that faces the light.
     #[default]
@@ -65,21 +63,20 @@ pub enum Shape {
     /// A sphere that absorbs along the chord of the ray.
     Puff,
     /// An anisotropic [`Gaussian`]: not of particles, which have one radius.
-    #[cfg_attr(feature = "scene", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     Gaussian,
     /// A box of a [`Grid`], not of particles: it absorbs by its density.
-    #[cfg_attr(feature = "scene", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     Brick,
     /// A segment of a [`Strand`], not of particles: a part of a cone.
-    #[cfg_attr(feature = "scene", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     Capsule,
 }
 
 /// Falloff of a disc's opacity at distance `q` from its centre, for radius `r`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Profile {
     /// `1`
     Flat,
@@ -90,9 +87,8 @@ pub enum Profile {
 
 /// Which translucent casters tint a receiver of this material. Opaque ones always shade it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Receives {
     /// The casters in front of it, by the receiver mode of the shadow settings.
     #[default]
@@ -246,7 +242,7 @@ impl Material {
     }
 
     /// Whether products of the transmittances of many such casters lose their absorption to rounding.
-    pub(crate) fn is_faint(&self, alpha: f32) -> bool {
+    pub fn is_faint(&self, alpha: f32) -> bool {
         let opacity = self.opacity(alpha);
         opacity > 0.0 && opacity < FAINTEST
     }
@@ -407,7 +403,7 @@ pub struct Casters<'a> {
 
 impl Casters<'_> {
     /// Particles, Gaussians, triangles, bricks and capsules.
-    pub(crate) fn count(&self) -> u64 {
+    pub fn count(&self) -> u64 {
         let bricks: usize = self.grids.iter().map(|grid| grid.bricks.len()).sum();
         let capsules: usize = self.strands.iter().map(|s| s.vertices.len().saturating_sub(1)).sum();
         (self.particles.len() + self.gaussians.len() + self.triangles.len() + bricks + capsules)

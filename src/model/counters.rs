@@ -6,7 +6,7 @@ pub type Skipped = BTreeMap<&'static str, u64>;
 
 /// Counts of one frame, over all shadow views that were rendered.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Counters {
     /// Particles, triangles and bricks in the scene.
     pub casters: u64,
@@ -55,10 +55,10 @@ pub struct Counters {
     /// Times that the pairs of the maps or of a picture did not fit at first.
     pub capacities_grown: u64,
     /// Pairs of the largest batch.
-    #[cfg_attr(feature = "scene", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub pairs_needed: u32,
     /// Pair capacity of a batch: past it, tiles are walked a part at a time. `Shadows::grow_from` grows it.
-    #[cfg_attr(feature = "scene", serde(skip))]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub pair_capacity: u32,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,

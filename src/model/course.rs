@@ -113,7 +113,7 @@ impl Scene {
     }
 
     /// Makes [`Self::course`] for the motions that the scene has. It is at its start.
-    pub(crate) fn follow_motions(&mut self) {
+    pub fn follow_motions(&mut self) {
         self.course = Course::default();
         let motions = self.motions.clone();
         if motions.is_empty() {

@@ -3,9 +3,8 @@ use super::{Material, Transfer};
 
 /// Pattern by which a `dither` caster chooses the texels that it blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Pattern {
     /// A mask of 4x4 cells in 16 levels, chosen once per caster by its opacity.
     Checkerboard,
@@ -54,7 +53,7 @@ impl Pattern {
     }
 
     /// Base-2 logarithm of the edge of an ordered pattern.
-    pub(crate) fn order(self) -> u32 {
+    pub fn order(self) -> u32 {
         match self {
             Self::Bayer2 => 1,
             Self::Checkerboard | Self::Bayer4 => 2,

@@ -262,8 +262,7 @@ impl Emission {
     }
 
     /// Sets [`Self::bounds`], once.
-    #[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
-    pub(crate) fn set_bounds(&self, bounds: Bounds) {
+    pub fn set_bounds(&self, bounds: Bounds) {
         let _ = self.bounds.set(bounds);
     }
 }

@@ -4,7 +4,6 @@
 /// light that is not polarised, at the angle between the straight ray and the triangle's plane. The colour `c` of a hit is
 /// multiplied by what is left. Indices of refraction are 1 to 3; 1 reflects nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub enum Fresnel {
     /// Nothing: the table of transfers alone.
     #[default]
@@ -31,7 +30,7 @@ impl Fresnel {
     }
 
     /// The index of refraction of a face, minus that of a pane; 0 where nothing is reflected.
-    pub(crate) fn index(self) -> f32 {
+    pub fn index(self) -> f32 {
         match self {
             Self::Face { ior } if ior > 1.0 => ior,
             Self::Pane { ior } if ior > 1.0 => -ior,

@@ -5,7 +5,6 @@ use glam::{Mat3, Quat, Vec3};
 /// What the opacity of a material's Gaussians means. The two are never converted into each other: with equal
 /// opacity at the centre the shadows' areas differ by a factor of 2.1 at 0.99 (docs/gaussians.md).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub enum GaussianOpacity {
     /// `alpha = opacity * exp(-q^2 / 2)` where the ray is closest to the centre in the Gaussian's own space, at
     /// distance `q` [standard deviations]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
@@ -113,7 +112,7 @@ impl Gaussian {
     }
 
     /// Optical depth of the ray along its longest axis, or the splat's opacity.
-    pub(crate) fn most_opacity(&self, opacity: GaussianOpacity) -> f32 {
+    pub fn most_opacity(&self, opacity: GaussianOpacity) -> f32 {
         match opacity {
             GaussianOpacity::Splat => self.opacity,
             GaussianOpacity::Medium { density } => {

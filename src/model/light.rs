@@ -226,7 +226,7 @@ impl Default for Light {
 
 /// What a light with a size was given when its scene was loaded.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SoftLight {
     /// Name of the light.
     pub light: String,
@@ -320,7 +320,7 @@ impl Light {
     }
 
     /// Why its caustics cannot be made.
-    pub(crate) fn caustics_problem(&self) -> Option<&'static str> {
+    pub fn caustics_problem(&self) -> Option<&'static str> {
         let is_one = self.view_count() == 1 && self.area().is_none();
         if self.caustics == 0 {
             None

@@ -2,8 +2,8 @@
 
 /// Tone curve from light to the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 #[repr(u32)]
 pub enum Tone {
     /// Khronos PBR Neutral (2024): colours as they are, only highlights are compressed.

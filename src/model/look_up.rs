@@ -3,7 +3,6 @@
 /// Shadow filter: which texels around a receiver are compared, each on its own, and their weights. The same
 /// for opaque and translucent casters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub enum ShadowFilter {
     /// The receiver's own texel.
     None,

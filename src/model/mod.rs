@@ -34,7 +34,7 @@ pub mod volume;
 pub use area::{MAX_SOURCE_SIZE, MAX_SUN_ANGLE, MAX_VIEWPOINTS, Source};
 pub use black_body::black_body;
 pub use bounds::Bounds;
-pub(crate) use bounds::FARTHEST;
+pub use bounds::FARTHEST;
 pub use camera::{Camera, InvalidCamera};
 pub(crate) use caster::FAINTEST;
 pub use caster::{
@@ -65,8 +65,7 @@ pub use look::{Lens, Occlusion, Tone};
 pub use look_up::{LookUp, ShadowFilter};
 pub use mask::MaskSettings;
 pub use point::ReceiverPoint;
-#[cfg(any(feature = "scene", feature = "picture"))]
-pub(crate) use scene::moved;
+pub use scene::moved;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
     Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,
@@ -74,6 +73,6 @@ pub use settings::{
 };
 pub use strand::{Capsule, Strand, StrandVertex, mitre};
 pub use vertex_color::VertexColor;
-pub(crate) use view::within_pixel;
+pub use view::within_pixel;
 pub use view::{Projection, TILE_SIZE, View, ViewRole, tiles_of};
 pub use volume::{absorptions, is_closed, turn_outwards};

@@ -143,17 +143,17 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
 }
 
 /// Reasons in [`Scene::skipped`] of what motions leave out at the present time.
-pub(crate) mod moved {
-    pub(crate) const PARTICLE: &str = "particle moved too far";
+pub mod moved {
+    pub const PARTICLE: &str = "particle moved too far";
     pub(crate) const TRIANGLE: &str = "triangle moved too far";
-    pub(crate) const GAUSSIAN: &str = "gaussian moved too far";
-    pub(crate) const STRAND: &str = "strand moved too far";
+    pub const GAUSSIAN: &str = "gaussian moved too far";
+    pub const STRAND: &str = "strand moved too far";
     /// Of a light or the camera.
-    pub(crate) const NODE: &str = "light or camera moved too far";
+    pub const NODE: &str = "light or camera moved too far";
     /// Of a volume whose file cannot be read at that time.
-    pub(crate) const FRAME: &str = "file of a volume's frame not read";
+    pub const FRAME: &str = "file of a volume's frame not read";
     /// Of a volume at that time.
-    pub(crate) const VOXEL: &str = "voxel of a volume's frame below 0 or not finite";
+    pub const VOXEL: &str = "voxel of a volume's frame below 0 or not finite";
     pub(super) const ALL: [&str; 7] = [PARTICLE, TRIANGLE, GAUSSIAN, STRAND, NODE, FRAME, VOXEL];
 }
 
@@ -259,7 +259,7 @@ impl Scene {
 
     /// Triangles that reach too far become points of another one, so that they change neither a texel nor the bounds.
     /// Returns their number.
-    pub(crate) fn leave_out_far_triangles(&mut self) -> u64 {
+    pub fn leave_out_far_triangles(&mut self) -> u64 {
         let is_near = |triangle: &Triangle| {
             let mut corners = triangle.positions.into_iter();
             corners.all(|p| p.is_finite() && p.abs().max_element() <= FARTHEST)

@@ -3,9 +3,8 @@ use super::ShadowFilter;
 
 /// How a receiver reads a shadow map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "lowercase"))]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Receiver {
     /// The whole filter map behind the nearest translucent depth, none in front of it.
     #[default]

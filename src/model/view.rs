@@ -121,6 +121,6 @@ impl View {
 }
 
 /// A sample's offset [pixels]: that of a lens takes the camera's axis far aside.
-pub(crate) fn within_pixel(offset: Vec2) -> Vec2 {
+pub fn within_pixel(offset: Vec2) -> Vec2 {
     if offset.abs().max_element() > 1.0 { offset - offset.round() } else { offset }
 }

@@ -1,5 +1,6 @@
 //! Maps and pictures on the host, read back from the device.
-use crate::{model::View, records::caustic_light};
+use super::{CurveMap, caustic_light};
+use crate::model::View;
 use glam::UVec2;
 
 /// The maps of one view, read back. Texel `(x, y)` is at `y * size.x + x`; row 0 is the top.
@@ -45,19 +46,4 @@ pub struct Picture {
     pub rgb: Vec<[u8; 3]>,
     /// Linear light before exposure and tone curve; empty for a debug picture.
     pub light: Vec<[f32; 3]>,
-}
-
-/// A node of a map: start (16 bits), square root of the length (12), red, green, blue that it passes by itself (12 each).
-/// A node that starts at 0 is unused.
-pub type PackedNode = [u32; 2];
-
-/// The curves of one view.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CurveMap {
-    /// Nodes of a texel (K).
-    pub nodes: usize,
-    /// Whether light may increase along a curve (`gain` and `over` casters).
-    pub gain: bool,
-    /// Nodes of each texel; texels row by row.
-    pub packed: Vec<PackedNode>,
 }

@@ -13,6 +13,7 @@ mod caster;
 mod caustic;
 mod cluster;
 mod convert;
+pub mod curve;
 mod emitter;
 mod footprint;
 mod gaussian;
@@ -52,6 +53,7 @@ pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
 };
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
+pub use curve::{CurveMap, PackedNode};
 pub use emitter::{EmissionParams, EmitterParams, GpuEmitted, STEPS_AT_ONCE};
 pub use footprint::{
     BRICK_SEGMENT, CAPSULE_MARK, CURVE_SEGMENT, DEPTH_BITS, FOOTPRINT_TEXELS, Footprint,
@@ -78,7 +80,7 @@ pub use light::{
     LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_LIGHTS, MAX_SHADOW_VIEWS, MAX_TAPS, RADIUS_STEPS,
     SHAFTS_BIT, SPLINE_REACH, TEXELS_BIT, VIEW_TEXELS, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT,
 };
-pub use maps::{CurveMap, PackedNode, Picture, ViewMaps};
+pub use maps::{Picture, ViewMaps};
 pub use mask::{
     COLORED_BIT, FormerSlots, HostView, JOINED_BIT, MaskParams, MaskSlots, NORMALS_NONE,
     NORMALS_SIGNED, NORMALS_UNORM, SLOTS, ScreenBounds, mask_size,
@@ -90,7 +92,7 @@ pub use occlusion::OcclusionRadius;
 pub use outline::{OUTLINE_ROUNDING, Outline};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub use pack::OPACITY_SCALE;
-pub(crate) use pack::{from_octahedral, octahedral};
+pub use pack::{from_octahedral, octahedral};
 pub use sums::{FIXED_ONE, MAX_TAU, SATURATED, added, nearness, resolved};
 pub use triangle::{BACK_BIT, SETUP_TEXELS, TRIANGLE_TEXELS, TriangleRecord, TriangleSetup};
 pub use view::{GpuView, MAX_VIEWS, ROLE_FACE, ROLE_WHOLE, ROLE_WINDOW};

@@ -29,7 +29,7 @@ pub(super) fn from_opacity(bits: u32) -> f32 {
 }
 
 /// Packs a unit vector in two snorm16 (Cigolle et al. 2014, section 3).
-pub(crate) fn octahedral(n: Vec3) -> u32 {
+pub fn octahedral(n: Vec3) -> u32 {
     let n = n / (n.x.abs() + n.y.abs() + n.z.abs()).max(1e-20);
     let folded = if n.z < 0.0 {
         (Vec2::ONE - Vec2::new(n.y, n.x).abs()) * Vec2::new(1f32.copysign(n.x), 1f32.copysign(n.y))
@@ -41,7 +41,7 @@ pub(crate) fn octahedral(n: Vec3) -> u32 {
 }
 
 /// The inverse of [`octahedral`].
-pub(crate) fn from_octahedral(bits: u32) -> Vec3 {
+pub fn from_octahedral(bits: u32) -> Vec3 {
     let snorm = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
     let e = Vec2::new(snorm(bits), snorm(bits >> 16));
     let z = 1.0 - e.x.abs() - e.y.abs();

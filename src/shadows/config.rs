@@ -28,8 +28,7 @@ pub struct Toggles {
     pub queued: bool,
     /// Whether groups wholly behind an opaque surface are culled, which changes no bit.
     pub hide: bool,
-    /// Whether the picture counts the cost of each pixel
-    /// ([`read_costs`](crate::picture::PreparedPicture::read_costs)).
+    /// Whether pictures count the cost of each pixel.
     pub count_cost: bool,
     /// Whether `prepare` counts the pairs of lists, if that is not known: it then submits and waits, and
     /// compiles only kernels that are needed.

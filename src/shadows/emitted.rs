@@ -13,7 +13,7 @@ use wgpu::{Buffer, BufferUsages};
 
 /// Load of the particles of all emitters.
 #[derive(Debug)]
-pub(crate) struct EmittedLoad {
+pub struct EmittedLoad {
     pub commands: Commands,
     /// Number of groups of each emitter.
     group_counts: Vec<u32>,
@@ -26,10 +26,7 @@ pub(crate) struct EmittedLoad {
 
 impl EmittedLoad {
     /// Box around the particles of each emitter. `found`: the contents of [`Self::groups`].
-    pub(crate) fn bounds<'a>(
-        &'a self,
-        found: &'a [HostGroup],
-    ) -> impl Iterator<Item = Bounds> + 'a {
+    pub fn bounds<'a>(&'a self, found: &'a [HostGroup]) -> impl Iterator<Item = Bounds> + 'a {
         let mut found = found.iter();
         self.group_counts.iter().map(move |&group_count| {
             let groups = found.by_ref().take(group_count as usize).filter(|group| group.count > 0);
@@ -41,21 +38,18 @@ impl EmittedLoad {
 }
 
 impl Shadows {
-    /// Makes room for emitted particles beside `casters`. Returns the identity of the set: another one has
+    /// Makes room for emitted particles beside `casters`, whose textures get all their levels: pictures have emitters. Returns the identity of the set: another one has
     /// not loaded them.
-    pub(crate) fn upload_emitted(
+    pub fn upload_emitted(
         &mut self,
         casters: &Casters<'_>,
         slots: &[EmittedSlots],
     ) -> Result<u64, Error> {
-        self.upload(casters, &HostInputs::new().emitted(slots))
+        self.upload(casters, &HostInputs::new().emitted(slots).image_levels())
     }
 
     /// Binds the kernels that load the emitters for which there is room.
-    pub(crate) fn bind_emitted(
-        &self,
-        emitted: &[(&Emission, &Simulation)],
-    ) -> Result<EmittedLoad, Error> {
+    pub fn bind_emitted(&self, emitted: &[(&Emission, &Simulation)]) -> Result<EmittedLoad, Error> {
         let kernel = self.kernel_of(&simulate::CASTERS)?;
         let ((device, _), set) = (self.device(), self.casters()?);
         let mut memory = Memory::default();
@@ -109,7 +103,7 @@ impl Shadows {
     }
 
     /// Takes what [`EmittedLoad::groups`] holds.
-    pub(crate) fn place_emitted(&mut self, found: &[HostGroup]) -> Result<(), Error> {
+    pub fn place_emitted(&mut self, found: &[HostGroup]) -> Result<(), Error> {
         self.casters_mut()?.place_emitted(found);
         Ok(())
     }

@@ -18,6 +18,8 @@ pub struct HostInputs<'a> {
     /// Emitters whose particles [`Shadows::load_emitted`] has loaded.
     pub(super) emitted: &'a [EmittedSlots],
     pub(super) area_lights: bool,
+    /// Whether textures are uploaded with all their levels.
+    pub(super) image_levels: bool,
 }
 
 impl<'a> HostInputs<'a> {
@@ -51,9 +53,15 @@ impl<'a> HostInputs<'a> {
         Self { area_lights: true, ..self }
     }
 
+    /// Uploads textures with all their levels, which pictures read; maps read the first alone.
+    #[must_use]
+    pub fn image_levels(self) -> Self {
+        Self { image_levels: true, ..self }
+    }
+
     /// Adds particles of emitters, which have been loaded.
     #[must_use]
-    pub(crate) fn emitted(self, emitted: &'a [EmittedSlots]) -> Self {
+    pub fn emitted(self, emitted: &'a [EmittedSlots]) -> Self {
         Self { emitted, ..self }
     }
 }
@@ -148,7 +156,7 @@ impl<'a> HostCasters<'a> {
         Self { version: Some(version), ..self }
     }
 
-    pub(super) fn check(&self, index: usize) -> Result<(), Error> {
+    pub fn check(&self, index: usize) -> Result<(), Error> {
         let invalid = |problem| Err(Input::HostCasters.invalid(index, problem));
         let is_box =
             |it: Bounds| it == Bounds::EMPTY || it.is_finite() && it.min.cmple(it.max).all();

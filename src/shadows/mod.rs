@@ -6,19 +6,18 @@
 //! `cull` and `casters` hold what casts, `views` what it is cast into. `batch` makes the commands from casters to
 //! maps, `smoothing` those behind all batches, `look_ups` and `masks` those that read the maps. `prepare` puts a
 //! frame together, `shadows` and `prepared` are the host's handles.
-pub(crate) mod batch;
+pub mod batch;
 mod caster_loader;
 mod casters;
 mod config;
 mod count;
 pub mod cull;
-#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
 mod frame_mark;
 mod host_grids;
 mod host_inputs;
 mod look_ups;
-pub(crate) mod masks;
+pub mod masks;
 mod pair_capacity;
 mod prepare;
 mod prepared;
@@ -32,7 +31,7 @@ mod views;
 mod warm_up;
 
 pub use batch::list::ListCounters;
-pub(crate) use casters::EmittedSlots;
+pub use casters::EmittedSlots;
 pub use casters::{
     CasterSet, SMALL_SIDE, Span, TriangleExtent,
     group::{Extent, Group},
@@ -40,10 +39,9 @@ pub use casters::{
 pub use config::{Config, Toggles};
 pub use host_grids::{GridLoader, HostGrid};
 pub use host_inputs::{CasterCount, CasterLoader, HostCasters, HostDepth, HostInputs};
-pub(crate) use look_ups::levels::AreaLevels;
+pub use look_ups::levels::AreaLevels;
 use look_ups::light_shelf::LightShelf;
-#[cfg(feature = "picture")]
-pub(crate) use look_ups::light_source::light_texture;
+pub use look_ups::light_source::light_texture;
 pub use look_ups::{
     converted::{ConvertedMaps, FilterFormat, MapLayout},
     host_shader::{LightBindings, look_up_text},
@@ -52,12 +50,10 @@ pub use look_ups::{
 };
 pub use masks::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 pub use pair_capacity::PairCapacity;
-#[cfg(feature = "picture")]
-pub(crate) use pair_capacity::roomy;
+pub use pair_capacity::roomy;
 pub use prepared::Prepared;
 pub use shadows::Shadows;
-#[cfg(feature = "picture")]
-pub(crate) use shadows::check;
+pub use shadows::check;
 pub use simulation::{EMITTED_WGSL, Simulation};
-pub(crate) use thrown::Caustics;
+pub use thrown::Caustics;
 pub use views::maps::Maps;

@@ -51,7 +51,7 @@ impl PairCapacity {
 
 /// Capacity for frames that need about as many pairs: of many alike some need a few more, each of which would else be
 /// made again.
-pub(crate) fn roomy(pairs: u32) -> u32 {
+pub fn roomy(pairs: u32) -> u32 {
     pairs.saturating_add(pairs / 4)
 }
 

@@ -38,7 +38,7 @@ pub struct Prepared {
     pub(super) settings: ShadowSettings,
     pub(super) maps: Maps,
     /// Light that glass throws, if some light asked for it.
-    pub(crate) caustics: Option<Caustics>,
+    pub caustics: Option<Caustics>,
     /// Of all frames of the `Shadows`.
     pub(super) light_shelf: Arc<LightShelf>,
 }
@@ -125,7 +125,7 @@ impl Prepared {
 
     /// # Errors
     /// [`Error::Superseded`] if a later `prepare` has taken the maps over.
-    pub(crate) fn check_current(&self) -> Result<(), Error> {
+    pub fn check_current(&self) -> Result<(), Error> {
         let is_last = self.last.load(Ordering::Relaxed) == self.frame;
         is_last.then_some(()).ok_or(Error::Superseded)
     }
@@ -138,18 +138,17 @@ impl Prepared {
     }
 
     /// What look-ups in the maps are made of.
-    #[cfg(feature = "picture")]
-    pub(crate) fn light_shelf(&self) -> &Arc<LightShelf> {
+    pub fn light_shelf(&self) -> &Arc<LightShelf> {
         &self.light_shelf
     }
 
     /// The views of the maps.
-    pub(crate) fn views(&self) -> &[View] {
+    pub fn views(&self) -> &[View] {
         &self.views
     }
 
     /// The views in kernel form, each with its rectangle.
-    pub(crate) fn gpu_views(&self) -> Vec<GpuView> {
+    pub fn gpu_views(&self) -> Vec<GpuView> {
         let views = self.views.iter().zip(&self.maps.slots);
         views.map(|(view, slot)| view.to_gpu(0, slot.origin, slot.layer)).collect()
     }

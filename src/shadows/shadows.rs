@@ -123,16 +123,16 @@ impl Shadows {
         Self::of(&self.queue, self.kernels.clone(), self.config)
     }
 
-    pub(crate) fn queue(&self) -> &wgpu::Queue {
+    pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
 
-    pub(crate) fn kernels(&self) -> &Kernels {
+    pub fn kernels(&self) -> &Kernels {
         &self.kernels
     }
 
     /// Configuration of the last frame.
-    pub(crate) fn config(&self) -> &Config {
+    pub fn config(&self) -> &Config {
         &self.config
     }
 
@@ -179,7 +179,7 @@ impl Shadows {
     }
 
     /// Like [`Self::prepare_with`], except that kernels may not be compiled yet.
-    pub(crate) fn prepare_uncompiled(
+    pub fn prepare_uncompiled(
         &mut self,
         casters: &Casters<'_>,
         views: &[View],
@@ -347,7 +347,7 @@ impl Shadows {
     }
 
     /// The casters of the last frame.
-    pub(crate) fn casters(&self) -> Result<&CasterSet, Error> {
+    pub fn casters(&self) -> Result<&CasterSet, Error> {
         self.casters.as_ref().ok_or(Error::Superseded)
     }
 
@@ -357,7 +357,7 @@ impl Shadows {
 }
 
 /// Checks views and settings against the contracts of their fields.
-pub(crate) fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
+pub fn check(views: &[View], settings: &ShadowSettings) -> Result<(), Error> {
     let invalid = |index, problem| Err(Input::View.invalid(index, problem));
     for (index, view) in views.iter().enumerate() {
         let sizes = MIN_MAP_SIZE..=MAX_MAP_SIZE;

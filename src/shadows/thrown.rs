@@ -7,7 +7,7 @@ use wgpu::Buffer;
 
 /// Light that glass throws in the maps of all lights that ask for it.
 #[derive(Clone, Debug)]
-pub(crate) struct Caustics {
+pub struct Caustics {
     /// For each view its first texel, or 0; then the texels of the views.
     pub texels: Buffer,
     /// First texel of each view, 0 for those without.
@@ -18,7 +18,7 @@ pub(crate) struct Caustics {
 
 impl Caustics {
     /// Records it, after the maps.
-    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         self.commands.record(encoder, timeline);
         timeline.end(encoder);
     }

@@ -8,7 +8,6 @@ mod held;
 mod importance;
 mod raster;
 mod receivers;
-#[cfg(feature = "scene")]
 mod soft;
 mod window;
 

@@ -48,8 +48,7 @@ impl Receivers {
     }
 
     /// The same receivers in a scene that is translated [m].
-    #[cfg(feature = "picture")]
-    pub(crate) fn moved(mut self, by: Vec3) -> Self {
+    pub fn moved(mut self, by: Vec3) -> Self {
         for bounds in self.boxes.values_mut() {
             *bounds = Bounds { min: bounds.min + by, max: bounds.max + by };
         }

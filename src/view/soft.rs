@@ -33,7 +33,7 @@ impl Scene {
     /// Gives lights with a size the texels and viewpoints that their penumbrae ask for, if [`ShadowSettings`](crate::ShadowSettings)
     /// say so: a stated size is the least, and a stated number of viewpoints (not 0) stays. `of_picture`: whether only what the
     /// camera sees counts, and no texel is finer than a pixel.
-    pub(crate) fn fit_soft_lights(&mut self, of_picture: bool) {
+    pub fn fit_soft_lights(&mut self, of_picture: bool) {
         let is_soft = |light: &Light| light.area().is_some() && light.cascades.is_none();
         let is_free = |light: &mut Light| {
             let is_free = light.viewpoints == 0;

@@ -1,6 +1,6 @@
 //! Exported kernels for engines without wgpu: every one is written, and well formed.
 use super::commands::{Folder, files};
-use gobo::internals::gpu::{KernelDesc, Tier};
+use gobo::gpu::{KernelDesc, Tier};
 use serde_json::{Map, Value, json};
 use std::{fs, path::Path};
 
@@ -25,7 +25,7 @@ fn export_writes_every_kernel_in_other_languages() {
 
 fn assert_exported(targets: &[&str]) {
     let folder = Folder::new(&format!("export-{}", targets[0]));
-    let variants: Vec<_> = gobo::internals::stage::variants()
+    let variants: Vec<_> = gobo::stage::variants()
         .map(|(desc, tier)| {
             let linked = desc.link(tier).unwrap();
             (desc, tier, linked.bindings().unwrap().len(), linked.overrides().count())
@@ -101,7 +101,7 @@ fn json(path: &Path) -> Value {
 #[test]
 fn a_recorded_frame_is_whole() {
     let folder = Folder::new("export-frame");
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ash/scenes/five.toml");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/ash/scenes/five.toml");
     folder.run(&["export", "--target", "wgsl", "-o", "out", "--scene", scene]);
     let dir = folder.0.join("out");
     let frame = json(&dir.join("frame.json"));

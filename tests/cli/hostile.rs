@@ -271,9 +271,9 @@ fn notes_reach_standard_error() {
 /// The required formats of an adapter are exactly those that core kernels write.
 #[test]
 fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
-    use gobo::internals::gpu::{BindingKind, STORAGE_FORMATS, Tier};
+    use gobo::gpu::{BindingKind, STORAGE_FORMATS, Tier};
     let mut written = Vec::new();
-    for desc in gobo::internals::stage::KERNELS {
+    for desc in gobo::stage::KERNELS {
         let Ok(linked) = desc.link(Tier::Core) else { continue };
         for binding in linked.bindings().unwrap() {
             if let BindingKind::StorageTexture { format, .. } = binding.kind {

@@ -14,7 +14,7 @@ const SCENE: &str = "[camera]\nsize = [16, 8]\n[shadow]\nsize = 16\n[environment
 /// A scene whose files are beside it, below it and above it; one is named twice.
 pub(super) fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/room.hdr");
+    let data = Path::new(crate::common::ROOT).join("data/gallery/room.hdr");
     for dir in ["in/scenes/deep", "in/sky", "in/models/parts"] {
         fs::create_dir_all(folder.0.join(dir)).unwrap();
     }

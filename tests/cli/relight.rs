@@ -1,10 +1,8 @@
 //! `gobo relight`: splats in, the same splats out with the light of a scene in their colours.
 use super::commands::Folder;
 use crate::common::splats::{SPLATS, Stored, bare, ply};
-use gobo::{
-    glam::Vec3,
-    scene::{load_splats, splats::Cloud},
-};
+use gobo::glam::Vec3;
+use gobo_scene::{load_splats, splats::Cloud};
 use std::fs;
 
 /// The sun alone, and no light from around.

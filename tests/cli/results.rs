@@ -1,9 +1,7 @@
 //! Results beside the picture: curves as arrays, linear light, exposure, no ground.
 use super::commands::{Folder, files, npy};
-use gobo::{
-    render::{RenderOptions, Renderer},
-    scene,
-};
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene as scene;
 use std::fs;
 
 /// Two panes under a sun straight down: red at 3/4 of the light, blue at 1/2, a floor below.

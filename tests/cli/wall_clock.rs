@@ -17,7 +17,7 @@ fn sum(value: &Value) -> f64 {
 /// Asserts that the lines of a scene of `data/` add up to the time that it took. Returns them.
 fn assert_adds_up(name: &str, scene: &str, more: &[&str]) -> Vec<Value> {
     let folder = Folder::new(name);
-    let scene = format!("{}/data/{scene}", env!("CARGO_MANIFEST_DIR"));
+    let scene = format!("{}/data/{scene}", crate::common::ROOT);
     let tiny = ["--set", "camera.size=[64,36]", "--set", "shadow.size=128", "--json"];
     let started = Instant::now();
     let stdout = folder.run(&[&["render", &scene], &tiny[..], more].concat());

@@ -3,8 +3,8 @@
 use gobo::{
     glam::{DVec3, Vec3},
     model::{Light, LightKind, Source, Transfer, Triangle},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 use std::f64::consts::{PI, TAU};
 
 /// Sample points on a light.

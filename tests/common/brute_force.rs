@@ -7,8 +7,8 @@ use gobo::{
         Brick, Camera, Gaussian, Grid, LightKind, Material, Particle, Profile, Shape, Strand,
         Texture, Transfer, Triangle, View,
     },
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 mod meet;
 

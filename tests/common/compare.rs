@@ -1,5 +1,5 @@
 //! Comparison of two renderers' maps of a view.
-use gobo::internals::records::ViewMaps;
+use gobo::records::ViewMaps;
 
 /// Expected maps of a texel.
 #[derive(Clone, Debug)]

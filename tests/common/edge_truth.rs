@@ -2,8 +2,8 @@
 use gobo::{
     glam::{DVec2, DVec3, Vec3},
     model::{Camera, LightKind, Transfer},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 /// Cells a side, in which the triangles that a ray may hit are looked up.
 const CELLS: usize = 192;

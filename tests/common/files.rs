@@ -1,5 +1,6 @@
 //! Temporary files and folders of a test, and scenes read from text.
-use gobo::scene::{self, Scene, SceneError};
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 use std::{
     fs,
     path::PathBuf,

@@ -15,25 +15,25 @@ pub(crate) mod strand_truth;
 pub(crate) mod vdb;
 pub(crate) mod windows;
 
-pub(crate) use gobo::internals::gpu::Tier;
+pub(crate) use gobo::gpu::Tier;
 use gobo::{
     Shadows,
-    internals::{
-        gpu::{Gpu, KernelDesc, Selection},
-        records::Picture,
-        shadows::Config,
-    },
+    gpu::{Gpu, KernelDesc, Selection},
     model::Receiver,
-    render::{Frame, RenderOptions, Renderer},
-    scene::Scene,
+    records::Picture,
+    shadows::Config,
 };
+use gobo_picture::{Frame, RenderOptions, Renderer};
+use gobo_scene::Scene;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
-/// The repository, of the tests or where `CARGO_MANIFEST_DIR` says: that of a packed test binary is elsewhere.
+/// The repository.
+pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// The repository, or where `GOBO_ROOT` says: that of a packed test binary is elsewhere.
 pub(crate) fn root() -> PathBuf {
-    let other = std::env::var_os("CARGO_MANIFEST_DIR");
-    other.map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
+    std::env::var_os("GOBO_ROOT").map_or_else(|| ROOT.into(), PathBuf::from)
 }
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
@@ -76,7 +76,7 @@ pub(crate) fn counted_gpu(tier: Tier) -> (Gpu, MutexGuard<'static, ()>) {
 /// Two devices of one instance, each of which detects resources of the other. (Handles of two instances
 /// look alike.)
 pub(crate) fn two_devices() -> [Gpu; 2] {
-    let adapters = gobo::internals::gpu::adapters(&Selection::default());
+    let adapters = gobo::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
     let core = Selection { tier: Some(Tier::Core), ..Selection::default() };
     [(); 2].map(|()| Gpu::open(adapter, &core).unwrap_or_else(|error| panic!("{error}")))
@@ -162,7 +162,7 @@ pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {
 
 /// Every file of `wgsl/`: its path there, and its text.
 pub(crate) fn wgsl_files() -> Vec<(String, String)> {
-    let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/wgsl"));
+    let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../wgsl"));
     let (mut pending, mut files) = (vec![root.to_owned()], Vec::new());
     while let Some(path) = pending.pop() {
         if path.is_dir() {

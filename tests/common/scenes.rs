@@ -5,8 +5,8 @@ use gobo::{
         Camera, Light, LightKind, Material, Particle, Projection, ShadowSettings, Transfer,
         Triangle, View, ViewRole,
     },
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 /// Seeded random numbers (Steele et al. 2014, `SplitMix64`).
 pub(crate) struct Chance(u64);
@@ -64,7 +64,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
         triangles: Vec::new(),
         ambient: Vec3::ZERO,
         background: Vec3::ZERO,
-        ..Scene::empty()
+        ..gobo_scene::empty_scene()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Windows of maps in 64 bits, by the formulas of docs/soft.md and docs/dither.md: sums over all of a window's texels.
 use gobo::{
     glam::{DVec3, UVec2, Vec3},
-    internals::records::ViewMaps,
+    records::ViewMaps,
 };
 
 /// Offsets of a window's texels, and the texels; `None` off the map.

@@ -2,7 +2,7 @@
 use crate::common::{gpu, own_gpu};
 use gobo::{
     Error,
-    internals::gpu::{Backend, Gpu, Selection, Tier},
+    gpu::{Backend, Gpu, Selection, Tier},
     wgpu,
 };
 

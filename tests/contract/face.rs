@@ -7,7 +7,7 @@ use gobo::{
     Bounds, Camera, Casters, Error, Gpu, Light, Material, Particle, Prepared, ShadowSettings,
     Shadows, Texture, Transfer, Triangle, View,
     glam::{Mat4, UVec2, Vec3, Vec4},
-    internals::gpu::{Selection, Tier},
+    gpu::{Selection, Tier},
     light_views, wgpu,
 };
 
@@ -145,7 +145,7 @@ fn what_cannot_be_used_is_named() {
 /// exceed.
 #[test]
 fn a_device_of_usual_limits_is_enough() {
-    let adapters = gobo::internals::gpu::adapters(&Selection::default());
+    let adapters = gobo::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
     let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         required_features: Tier::Native.features(),

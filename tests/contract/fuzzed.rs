@@ -1,5 +1,5 @@
 //! `make fuzz` gives odd values to the keys of every table of scene files: each is in a scene that it begins with.
-use gobo::scene;
+use gobo_scene as scene;
 use std::{
     collections::BTreeSet,
     fs,
@@ -8,7 +8,7 @@ use std::{
 
 /// Files of a folder of the project whose names end so, also in folders below it.
 fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
-    let mut pending = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)];
+    let mut pending = vec![Path::new(crate::common::ROOT).join(folder)];
     let mut found = Vec::new();
     while let Some(path) = pending.pop() {
         if path.is_dir() {
@@ -23,7 +23,7 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
 /// Names of the tables that the parser reads.
 fn tables() -> BTreeSet<String> {
     let mut names = BTreeSet::new();
-    for file in files("src/scene", "rs") {
+    for file in files("crates/gobo-scene/src", "rs") {
         let text = fs::read_to_string(file).unwrap();
         for call in [".one(\"", ".many(\""] {
             let after = text.split(call).skip(1).filter_map(|rest| rest.split('"').next());

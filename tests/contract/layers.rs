@@ -1,4 +1,4 @@
-//! The folders of `src/` form layers: a file imports from its own folder and from those below.
+//! The folders of `src/` and the crates above them form layers: a file imports from its own folder and from those below.
 use super::sources::{Module, Source, arrows, files, sources};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -6,19 +6,21 @@ use std::{
     path::Path,
 };
 
-/// Folders that each folder of `src/` imports from, besides itself. New dependencies must be added here.
+/// Folders and crates that each of them imports from, besides itself. New dependencies must be added here.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("model", &[]),
     ("records", &["model"]),
-    ("reference", &["model", "records"]),
     ("view", &["model"]),
     ("gpu", &["model", "records"]),
     ("stage", &["gpu", "model", "records"]),
     ("frame", &["gpu", "stage"]),
     ("shadows", &["frame", "gpu", "model", "records", "stage", "view"]),
-    ("picture", &["frame", "gpu", "model", "records", "shadows", "stage"]),
-    ("scene", &["model", "records", "view"]),
-    ("render", &["gpu", "model", "picture", "records", "reference", "shadows", "stage", "view"]),
+    ("gobo_reference", &["model", "records"]),
+    ("gobo_scene", &["model", "records", "view"]),
+    (
+        "gobo_picture",
+        &["frame", "gobo_reference", "gpu", "model", "records", "shadows", "stage", "view"],
+    ),
 ];
 
 /// Folders that the files of each folder name declarations of.
@@ -42,7 +44,7 @@ fn may_import() -> BTreeMap<String, BTreeSet<String>> {
 #[test]
 fn folders_import_from_those_below() {
     let mut found = dependencies(&sources());
-    found.remove("cli"); // the program, above all
+    found.remove("gobo_cli"); // the program, above all
     assert_eq!(found, may_import());
 }
 
@@ -86,7 +88,7 @@ fn the_layers_have_no_circle() {
 /// Rust only the code that chooses it names it. (That it changes no bit: `maps::pipeline`.)
 #[test]
 fn nothing_hangs_on_what_is_for_llvmpipe_alone() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     let (inside, outside): (Vec<_>, Vec<_>) = files(&root.join("wgsl"))
         .into_iter()
         .partition(|file| file.parent().unwrap().ends_with("llvmpipe"));

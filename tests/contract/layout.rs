@@ -1,25 +1,23 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    internals::{
-        gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
-        records::{
-            AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
-            EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
-            GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams,
-            MaskParams,
-        },
-        stage::{
-            bin::{BatchCounters, BinParams, PartParams, Segment},
-            blur::BlurParams,
-            caustics::CausticParams,
-            levels::LevelParams,
-            project::{Chunk, ProjectParams},
-            shade::{Band, PictureParams, PointBatch},
-            soften::SoftenParams,
-            sort::{SERIAL_SCATTER, SortPass},
-            variants,
-        },
+    gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
+    records::{
+        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
+        EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
+        GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams,
+        MaskParams,
+    },
+    stage::{
+        bin::{BatchCounters, BinParams, PartParams, Segment},
+        blur::BlurParams,
+        caustics::CausticParams,
+        levels::LevelParams,
+        project::{Chunk, ProjectParams},
+        shade::{Band, PictureParams, PointBatch},
+        soften::SoftenParams,
+        sort::{SERIAL_SCATTER, SortPass},
+        variants,
     },
     wgpu::{TextureSampleType, TextureViewDimension},
 };
@@ -69,7 +67,8 @@ const STRUCTS: &[Check] = &[
 /// The list is complete: the sources are searched for `gpu_struct!`.
 #[test]
 fn every_shared_struct_is_checked() {
-    let mut pending = vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))];
+    let mut pending =
+        vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../src"))];
     let mut count = 0;
     while let Some(path) = pending.pop() {
         if path.is_dir() {

@@ -8,16 +8,14 @@ use crate::common::{
 use gobo::{
     Prepared, Receiver, ShadowSettings, Shadows,
     glam::{Vec3, Vec4},
-    internals::{
-        gpu::{Gpu, Tier, Timeline},
-        picture::{Kept, PictureCapacity, PictureRequest},
-        shadows::{CasterSet, Config},
-        view::shadow_views,
-    },
+    gpu::{Gpu, Tier, Timeline},
     model::{Environment, LightKind, Material, Pattern, Sky, Transfer, View},
-    scene::Scene,
+    shadows::{CasterSet, Config},
+    view::shadow_views,
     wgpu,
 };
+use gobo_picture::picture::{Kept, PictureCapacity, PictureRequest, PreparedPicture};
+use gobo_scene::Scene;
 use std::sync::{Arc, MutexGuard};
 
 /// Live resources of the device. Buffers include those that `Queue::write_*` stages until the next
@@ -172,7 +170,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
     let Gpu { device, queue, .. } = &gpu;
     let camera = &View::from_camera(&scene.camera, &scene.bounds());
     let request = PictureRequest { scene, camera, prepared, capacity: PictureCapacity::default() };
-    let picture = shadows.prepare_picture(&request, &mut Default::default()).unwrap();
+    let picture = PreparedPicture::new(&shadows, &request, &mut Default::default()).unwrap();
     submit_all(&gpu);
     let mut timeline = Timeline::untimed();
     let mut frame = || {
@@ -200,7 +198,7 @@ fn an_environment_that_stays_is_not_uploaded_again() {
             let camera = &View::from_camera(&scene.camera, &scene.bounds());
             let capacity = PictureCapacity::default();
             let request = PictureRequest { scene, camera, prepared, capacity };
-            let picture = shadows.prepare_picture(&request, &mut kept);
+            let picture = PreparedPicture::new(&shadows, &request, &mut kept);
             pictures.push(picture.unwrap());
             submit_all(&gpu);
         });

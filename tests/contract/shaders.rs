@@ -2,18 +2,16 @@
 //! kernel, and every file imports its foreign names.
 use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
-    internals::{
-        gpu::{
-            Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library, Resources,
-            Tier, words,
-        },
-        stage::{
-            KERNELS, bin, curve,
-            levels::{IN_REGISTERS, OF_AREA, OF_POINT},
-            llvmpipe::{COLUMNS, LOADED},
-            sort::SERIAL_SCATTER,
-            variants,
-        },
+    gpu::{
+        Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier,
+        words,
+    },
+    stage::{
+        KERNELS, bin, curve,
+        levels::{IN_REGISTERS, OF_AREA, OF_POINT},
+        llvmpipe::{COLUMNS, LOADED},
+        sort::SERIAL_SCATTER,
+        variants,
     },
     wgpu::{self, BufferUsages},
 };

@@ -3,7 +3,7 @@ use std::{env, fs, path::Path, process::Command};
 
 #[test]
 fn each_name_is_that_of_a_test() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/slow.txt");
+    let path = Path::new(crate::common::ROOT).join("tests/slow.txt");
     let names = fs::read_to_string(path).unwrap();
     assert!(names.lines().is_sorted_by(|a, b| a < b), "sorted, and each name once");
     let list = |arguments: &[&str]| {

@@ -1,4 +1,5 @@
-//! The files of `src/` as modules, and which of them name what is declared in others.
+//! The files of all crates as modules, and which of them name what is declared in others. A module of the library is
+//! known by its path there, one of another crate by that behind the crate's name.
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
@@ -9,11 +10,21 @@ use syn::visit::{self, Visit};
 /// A path of modules from the crate's root, or of a name in one.
 pub(super) type Module = Vec<String>;
 
+/// Crates beside the library: how paths begin, and the folder.
+const CRATES: &[(&str, &str)] = &[
+    ("gobo_cli", "gobo-cli"),
+    ("gobo_picture", "gobo-picture"),
+    ("gobo_reference", "gobo-reference"),
+    ("gobo_scene", "gobo-scene"),
+];
+
 /// What a file names of others.
 #[derive(Debug, Default)]
 pub(super) struct Source {
     /// The file's module.
     module: Module,
+    /// The crate that it is of: its name, or nothing for the library.
+    root: Module,
     /// Paths from the root of what it uses.
     pub(super) used: Vec<Module>,
     /// What others may name through it, as it imports it: a name, and the path from the root.
@@ -25,7 +36,9 @@ pub(super) struct Source {
 impl Source {
     /// Unit tests apart.
     pub(super) fn of(module: &[String], text: &str) -> Self {
-        let mut source = Self { module: module.to_vec(), ..Self::default() };
+        let is_crate = |name: &&String| CRATES.iter().any(|(own, _)| own == name);
+        let root = module.first().filter(is_crate).into_iter().cloned().collect();
+        let mut source = Self { module: module.to_vec(), root, ..Self::default() };
         source.visit_file(&syn::parse_file(text).unwrap());
         source
     }
@@ -33,13 +46,16 @@ impl Source {
     /// Of a path's segments as they are written; `None`: of another crate, or of what a `use` named.
     fn absolute(&self, path: &[String]) -> Option<Module> {
         let mut from = match path[0].as_str() {
-            "crate" => Module::new(),
+            "crate" => self.root.clone(),
+            "gobo" => Module::new(),
             "self" | "super" => self.module.clone(),
+            name if CRATES.iter().any(|(own, _)| *own == name) => vec![name.to_owned()],
             _ => return None,
         };
-        for part in path {
+        let is_named = !["self", "super"].contains(&path[0].as_str());
+        for part in path.iter().skip(usize::from(is_named)) {
             match part.as_str() {
-                "crate" | "self" => {}
+                "self" => {}
                 "super" => drop(from.pop()),
                 _ => from.push(part.clone()),
             }
@@ -105,20 +121,31 @@ pub(super) fn files(folder: &Path) -> Vec<PathBuf> {
     entries.flat_map(|entry| files(&entry)).collect()
 }
 
-/// The modules of `src/`.
+/// The modules of all crates.
 pub(super) fn sources() -> BTreeMap<Module, Source> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let root = Path::new(crate::common::ROOT);
+    let beside = CRATES.iter().flat_map(|&(name, folder)| {
+        modules(&root.join("crates").join(folder).join("src"), &[name.to_owned()])
+    });
+    modules(&root.join("src"), &[]).into_iter().chain(beside).collect()
+}
+
+/// The modules of the crate whose files are in a folder.
+fn modules(folder: &Path, root: &[String]) -> Vec<(Module, Source)> {
     let of_file = |file: PathBuf| {
-        let inside = file.strip_prefix(&root).unwrap().with_extension("");
-        let mut module: Module =
-            inside.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        let inside = file.strip_prefix(folder).unwrap().with_extension("");
+        let inside = inside.iter().map(|part| part.to_string_lossy().into_owned());
+        let mut module: Module = root.iter().cloned().chain(inside).collect();
         if ["mod", "lib", "main"].contains(&module[module.len() - 1].as_str()) {
             module.pop();
         }
         let source = Source::of(&module, &fs::read_to_string(&file).unwrap());
         (module, source)
     };
-    files(&root).into_iter().filter(|file| !file.ends_with("main.rs")).map(of_file).collect()
+    let is_module = |file: &PathBuf| {
+        file.extension().is_some_and(|extension| extension == "rs") && !file.ends_with("main.rs")
+    };
+    files(folder).into_iter().filter(is_module).map(of_file).collect()
 }
 
 /// Files whose declarations each file names, also through `pub use`.

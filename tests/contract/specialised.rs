@@ -1,6 +1,6 @@
 //! Kernels with values for their overrides are valid, and hold nothing that these values leave unreached.
 use crate::common::scenes::Chance;
-use gobo::internals::{
+use gobo::{
     gpu::{Constant, ENABLED, KernelDesc, Tier, for_browsers},
     stage::variants,
 };

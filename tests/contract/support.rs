@@ -8,21 +8,19 @@ use gobo::{
     Bounds, Casters, Error, Light, LightKind, Receiver, ShadowSettings, Shadows, Support, Tier,
     Transfer,
     glam::{Vec3, Vec4},
+    gpu::{Kernel, KernelError, Resources, Selection},
     host::{Input, Missing, Need, Requirement},
-    internals::{
-        gpu::{Kernel, KernelError, Resources, Selection},
-        shadows::Config,
-        stage::bin,
-    },
     light_views,
     model::InvalidLight,
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    shadows::Config,
+    stage::bin,
     wgpu::{self, AdapterInfo, Device, Features, Limits, Queue},
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 fn open(features: Features, limits: Limits) -> (Device, Queue, AdapterInfo) {
-    let adapters = gobo::internals::gpu::adapters(&Selection::default());
+    let adapters = gobo::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
     let request = adapter.request_device(&wgpu::DeviceDescriptor {
         required_features: features,

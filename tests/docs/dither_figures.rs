@@ -1,17 +1,19 @@
 //! Every figure of `docs/dither.md`, measured again: `make tables` writes them.
-use crate::common::{TIERS, map_frame, scenes::empty};
-use crate::dither_study as measure;
+use crate::{
+    common::{TIERS, map_frame, scenes::empty},
+    dither_study as measure,
+};
 use gobo::{
     glam::Vec3,
     model::{Light, LightKind, Material, Pattern, Transfer},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 /// Half a unit of the last digit, and differences between implementations of sine.
 const ROUNDED: f32 = 0.002;
 
 fn page() -> String {
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/dither.md");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/dither.md");
     std::fs::read_to_string(page).unwrap()
 }
 

@@ -14,7 +14,7 @@ fn missing<'a>(source: &'a str, document: &str) -> Vec<&'a str> {
 #[test]
 fn keys_of_recordings_are_named() {
     let (source, document) =
-        (include_str!("../../src/cli/frame.rs"), include_str!("../../docs/export.md"));
+        (include_str!("../../crates/gobo-cli/src/frame.rs"), include_str!("../../docs/export.md"));
     assert_eq!(missing(source, document), [""; 0]);
     // The check finds one.
     let without = document.replace("`from_offset`", "");

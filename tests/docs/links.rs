@@ -56,7 +56,7 @@ fn broken(file: &Path, text: &str) -> Vec<String> {
 
 #[test]
 fn links_lead_to_files_and_headings() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     let files = documents(root);
     assert!(files.iter().any(|file| file.ends_with("docs/pipeline.md")));
     let read = |file: &PathBuf| broken(file, &fs::read_to_string(file).unwrap());
@@ -66,7 +66,7 @@ fn links_lead_to_files_and_headings() {
 
 #[test]
 fn broken_links_are_noticed() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let file = Path::new(crate::common::ROOT).join("README.md");
     for wrong in ["[a](docs/none.md)", "[a](docs/scene.md#no-such-heading)", "[a](#none)"] {
         assert_eq!(broken(&file, wrong).len(), 1, "{wrong}");
     }

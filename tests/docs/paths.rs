@@ -4,7 +4,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const FOLDERS: [&str; 7] = ["src/", "wgsl/", "tests/", "docs/", "benches/", "examples/", "tools/"];
+const FOLDERS: [&str; 8] = ["src/", "crates/", "wgsl/", "tests/", "docs/", "benches/", "examples/", "tools/"];
 
 fn files(path: &Path) -> Vec<PathBuf> {
     if path.is_file() {
@@ -41,9 +41,11 @@ fn missing(root: &Path, name: &str, text: &str) -> Vec<String> {
 
 #[test]
 fn files_that_are_named_exist() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     let mut found = Vec::new();
-    for part in ["src", "wgsl", "docs", "benches", "examples", "README.md", "CONTRIBUTING.md"] {
+    let crates = ["cli", "picture", "reference", "scene"].map(|name| format!("crates/gobo-{name}/src"));
+    let parts = ["src", "wgsl", "docs", "benches", "examples", "README.md", "CONTRIBUTING.md"];
+    for part in parts.into_iter().chain(crates.iter().map(String::as_str)) {
         for file in files(&root.join(part)) {
             let Ok(text) = fs::read_to_string(&file) else { continue };
             found.extend(missing(root, &file.to_string_lossy(), &text));
@@ -54,7 +56,7 @@ fn files_that_are_named_exist() {
 
 #[test]
 fn a_file_that_is_gone_is_noticed() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     assert_eq!(missing(root, "x.wgsl", "// CPU reference: src/cpu/bin.rs.").len(), 1);
     assert_eq!(missing(root, "x.md", "in [this](../docs/none.md) one").len(), 1);
     for fine in ["// Rust: src/lib.rs.", "\"src/none.rs\"", "// `wgsl/sort_*.wgsl`, src/model"] {

@@ -41,7 +41,7 @@ fn line(row: &Value, on_gpu: &Value) -> String {
 #[test]
 fn the_readme_shows_what_was_measured() {
     let read = |path: &str| {
-        let path = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/{path}", crate::common::ROOT);
         std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
     };
     let results: Value = serde_json::from_str(&read("benches/results/llvmpipe.json")).unwrap();
@@ -71,7 +71,7 @@ fn the_readme_shows_what_was_measured() {
 
 /// Columns of a row of a table: those of the page's lines between its markers.
 fn row(page: &str, table: &str, method: &str) -> Vec<String> {
-    let path = format!("{}/docs/{page}.md", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/docs/{page}.md", crate::common::ROOT);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
     let (open, close) = (format!("<!-- table {table} -->"), format!("<!-- end {table} -->"));
     let rows = text.split_once(&open).and_then(|(_, rest)| rest.split_once(&close));

@@ -1,5 +1,5 @@
 //! docs/stages.md has a section for each stage, with all of its kernels.
-use gobo::internals::stage::KERNELS;
+use gobo::stage::KERNELS;
 use std::{collections::BTreeSet, fs, path::Path};
 
 const PARTS: [&str; 4] = ["**Principle.**", "**Formula.**", "**Kernels.**", "**Cost.**"];
@@ -11,7 +11,7 @@ fn sections(text: &str) -> Vec<(&str, &str)> {
 
 /// Stages: files of `src/stage/` with kernels of their own.
 fn stages() -> BTreeSet<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/stage");
+    let folder = Path::new(crate::common::ROOT).join("src/stage");
     let mut stages = BTreeSet::new();
     for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
@@ -48,7 +48,7 @@ fn faults(text: &str) -> Vec<String> {
 
 #[test]
 fn every_stage_has_its_section() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/stages.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/stages.md");
     let text = fs::read_to_string(path).unwrap();
     let found = faults(&text);
     assert!(found.is_empty(), "{}", found.join("\n"));

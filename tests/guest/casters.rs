@@ -5,8 +5,7 @@ use super::{
 };
 use crate::common::{TIERS, counted_gpu, gpu, tiers};
 use gobo::{
-    Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Receiver, internals::gpu::Tier,
-    light_views,
+    Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Receiver, gpu::Tier, light_views,
 };
 
 const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;

@@ -12,16 +12,14 @@ use crate::common::{
 use gobo::{
     Bounds, Casters, Error, HostDepth, HostInputs, Light, Particle, Triangle, View,
     glam::{DVec3, Mat4, UVec2, Vec2, Vec4},
-    internals::{
-        gpu::{Gpu, Kernel, Resources},
-        records::ImportParams,
-        reference::import::ClipRay,
-        stage::import,
-    },
+    gpu::{Gpu, Kernel, Resources},
     light_views,
     model::Projection,
+    records::ImportParams,
+    stage::import,
     wgpu::{self, TextureFormat, TextureUsages},
 };
+use gobo_reference::import::ClipRay;
 
 pub(super) fn views() -> [View; 2] {
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };

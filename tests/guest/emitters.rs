@@ -3,12 +3,10 @@ use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, up
 use crate::common::{TIERS, Tier, gpu, tiers};
 use gobo::{
     CasterCount, HostCasters,
-    internals::{
-        gpu::Gpu,
-        records::GpuEmitted,
-        shadows::{EMITTED_WGSL, Simulation},
-    },
+    gpu::Gpu,
     model::emitter::{EmittedParticle, EmitterShape, Flock, Forces},
+    records::GpuEmitted,
+    shadows::{EMITTED_WGSL, Simulation},
     wgpu,
 };
 

@@ -6,14 +6,12 @@ use super::{
 use crate::common::{TIERS, gpu};
 use gobo::{
     Bounds, Gaussian,
-    internals::{
-        gpu::{Kernel, Resources},
-        records::{
-            Caster, GaussianAxes, GaussianLook, GpuMaterial, HostGroup, LoadCounters, LoadParams,
-            MAX_MATERIALS, ROW,
-        },
-        stage::load,
+    gpu::{Kernel, Resources},
+    records::{
+        Caster, GaussianAxes, GaussianLook, GpuMaterial, HostGroup, LoadCounters, LoadParams,
+        MAX_MATERIALS, ROW,
     },
+    stage::load,
     wgpu::{self, BufferUsages},
 };
 

@@ -8,8 +8,8 @@ use gobo::{
     CasterCount, CasterLoader, Casters, Error, Gaussian, HostCasters, HostInputs, Material,
     Particle, Prepared, Receiver, Shadows, Shape, Transfer, Triangle,
     glam::{Quat, Vec4},
+    gpu::{Gpu, Tier},
     host::Input,
-    internals::gpu::{Gpu, Tier},
     model::GaussianOpacity,
     wgpu::{self, BufferUsages},
 };

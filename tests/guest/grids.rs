@@ -5,8 +5,8 @@ use gobo::{
     Brick, Casters, Error, Grid, HostGrid, HostInputs, Material, Particle, Prepared, Receiver,
     Shadows, Shape, Transfer,
     glam::{Affine3A, IVec3, Quat, UVec3},
+    gpu::{Gpu, Tier},
     host::Input,
-    internals::gpu::{Gpu, Tier},
     wgpu::{self, BufferUsages, TextureDimension, TextureFormat, TextureUsages},
 };
 use half::f16;

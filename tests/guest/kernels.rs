@@ -4,21 +4,19 @@ use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
     Bounds, Light,
     glam::{UVec2, Vec4},
-    internals::{
-        gpu::{Gpu, Kernel, Resources},
-        records::{
-            Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, LoadCounters,
-            LoadParams, MAX_MATERIALS, MAX_VIEWS, ROW,
-        },
-        shadows::cull::{Frustum, widened},
-        stage::{
-            bin::BinParams,
-            load,
-            project::{CHUNK_SIZE, Chunk, ProjectParams},
-        },
-    },
+    gpu::{Gpu, Kernel, Resources},
     light_views,
     model::Particle,
+    records::{
+        Caster, CullParams, DIAGONAL, GpuMaterial, GpuView, HostGroup, LoadCounters, LoadParams,
+        MAX_MATERIALS, MAX_VIEWS, ROW,
+    },
+    shadows::cull::{Frustum, widened},
+    stage::{
+        bin::BinParams,
+        load,
+        project::{CHUNK_SIZE, Chunk, ProjectParams},
+    },
     wgpu::{BufferUsages, TextureFormat},
 };
 

@@ -8,8 +8,8 @@ use crate::common::{TIERS, gpu};
 use gobo::{
     Casters, Prepared, View,
     glam::DVec4,
+    gpu::Gpu,
     host::{ConvertedMaps, FilterFormat, MapLayout},
-    internals::gpu::Gpu,
 };
 use half::f16;
 

@@ -24,7 +24,7 @@ use gobo::{
     Bounds, CasterCount, CasterLoader, Casters, HostCasters, HostInputs, Light, Material, Particle,
     Prepared, ShadowSettings, Shadows, View,
     glam::{Vec3, Vec4},
-    internals::gpu::Gpu,
+    gpu::Gpu,
     light_views,
     wgpu::{self, BufferUsages},
 };

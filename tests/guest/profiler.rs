@@ -1,7 +1,7 @@
 //! A host's own profiler around each pass.
 use super::{materials, particles, shadows, views};
 use crate::common::{TIERS, gpu};
-use gobo::{Casters, ShadowSettings, Timeline, host::Profiler, internals::gpu::Gpu, wgpu};
+use gobo::{Casters, ShadowSettings, Timeline, gpu::Gpu, host::Profiler, wgpu};
 use std::sync::{Arc, Mutex};
 
 /// Passes that it can time.

@@ -2,7 +2,7 @@
 use gobo::{
     View,
     glam::{DMat4, DVec4},
-    internals::gpu::Gpu,
+    gpu::Gpu,
     model::Projection,
     wgpu::{self, TextureFormat, TextureUsages},
 };

@@ -4,8 +4,8 @@ use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
     Bounds, Casters, Gaussian, Light, Material, Prepared, Receiver, Shadows, Shape,
     glam::Quat,
+    gpu::Gpu,
     host::{PointBuffers, SPLAT_POINT_WGSL},
-    internals::gpu::Gpu,
     light_views,
     wgpu::{self, BufferUsages},
 };

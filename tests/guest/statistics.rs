@@ -2,9 +2,8 @@
 use super::{HostBuffers, materials, on_device, particles, shadows, submit as bits, views};
 use crate::common::{TIERS, gpu};
 use gobo::{
-    CasterCount, Casters, Counters, HostCasters, Prepared, ShadowSettings, Shadows,
-    internals::{frame::Command, gpu::Gpu},
-    wgpu,
+    CasterCount, Casters, Counters, HostCasters, Prepared, ShadowSettings, Shadows, frame::Command,
+    gpu::Gpu, wgpu,
 };
 use std::time::{Duration, Instant};
 

@@ -4,7 +4,7 @@ use crate::common::{gpu, tiers};
 use gobo::{
     Casters, Particle, Prepared, Receiver, ShadowSettings, Shadows, View,
     glam::Vec3,
-    internals::gpu::{Gpu, Tier},
+    gpu::{Gpu, Tier},
     wgpu,
 };
 

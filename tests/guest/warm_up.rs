@@ -2,8 +2,8 @@
 use super::{materials, particles, shadows, submit, views};
 use crate::common::{TIERS, own_gpu};
 use gobo::{
-    Bounds, Casters, HostInputs, KernelJob, Light, Receiver, ShadowSettings, glam::Vec3,
-    internals::gpu::Gpu, light_views, model::Source,
+    Bounds, Casters, HostInputs, KernelJob, Light, Receiver, ShadowSettings, glam::Vec3, gpu::Gpu,
+    light_views, model::Source,
 };
 
 fn pipelines(gpu: &Gpu) -> isize {

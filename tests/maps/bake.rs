@@ -7,13 +7,15 @@ use crate::common::{
 use gobo::{
     Prepared, Shadows,
     glam::{Mat4, Vec3, Vec4},
-    internals::{gpu::Tier, records::ViewMaps, view::light_views},
+    gpu::Tier,
     model::{
         Counters, Light, LightKind, Material, Particle, Receiver, Source, Texture, Transfer, View,
     },
-    render::{Frame, RenderOptions, Renderer},
-    scene::Scene,
+    records::ViewMaps,
+    view::light_views,
 };
+use gobo_picture::{Frame, RenderOptions, Renderer};
+use gobo_scene::Scene;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// A renderer that keeps its maps, with an empty cache.

@@ -3,11 +3,13 @@ use super::bricks::{BRICK, WALL, lump, scene_of};
 use crate::common::{TIERS, Tier, gpu, grid_truth::Line, map_frame, scenes::hold_view};
 use gobo::{
     glam::{Affine3A, DVec3, IVec3, Quat, UVec2, UVec3, Vec3},
-    internals::{records::Bricks, reference::render_maps, view::shadow_views},
     model::{Brick, Density, Grid, LightKind},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    records::Bricks,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Z };
 

@@ -3,11 +3,11 @@ use super::bricks::{DISC, kinds, lump, scene_of};
 use crate::common::{Tier, gpu};
 use gobo::{
     glam::Vec3,
-    internals::view::shadow_views,
     model::{Density, Transfer, Voxels},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 /// Changes of a grid are uploaded: maps are those of a new upload.
 #[test]

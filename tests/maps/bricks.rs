@@ -10,13 +10,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{Affine3A, DVec3, EulerRot, IVec3, Quat, UVec2, UVec3, Vec3, Vec4},
-    internals::{reference::render_maps, view::shadow_views},
     model::{
         Brick, Density, Grid, LightKind, Material, Projection, Receiver, Shape, Transfer, View,
         Voxels, pcg,
     },
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// What the filter's halves round below 1, on some adapters towards 0, and 1e-4.
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-4 + 1.0 / 2048.0, depth: 1e-5, undecided: 0.0 };

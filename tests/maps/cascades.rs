@@ -9,11 +9,9 @@ use crate::{
 };
 use gobo::{
     glam::{IVec2, Vec3, Vec4},
-    internals::{
-        records::ViewMaps,
-        view::{shadow_views, splits},
-    },
     model::{Cascades, Material, Profile, Transfer, View, ViewRole},
+    records::ViewMaps,
+    view::{shadow_views, splits},
 };
 
 #[test]

@@ -2,15 +2,13 @@
 use crate::common::{Tier, files::read, map_frame};
 use gobo::{
     glam::{DVec3, Vec3},
-    internals::{
-        records::{ViewMaps, caustic_light},
-        reference::render_maps,
-        view::shadow_views,
-    },
     model::ReceiverPoint,
-    render::Renderer,
-    scene::Scene,
+    records::{ViewMaps, caustic_light},
+    view::shadow_views,
 };
+use gobo_picture::Renderer;
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 const INDEX: f64 = 1.5;
 

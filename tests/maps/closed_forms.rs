@@ -2,14 +2,12 @@
 use crate::common::scenes::{empty, flat_view, light, material, pane, particle, triangle};
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
-    internals::{
-        records::ViewMaps,
-        reference::{MapTexel, receive, render_maps},
-        view::shadow_views,
-    },
     model::{LightKind, Material, Particle, Profile, Shape, Transfer},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::{MapTexel, receive, render_maps};
+use gobo_scene::Scene;
 
 /// Rounding of the filter's storage, half a unit of f16 near 1, and of 16-bit opacities and colours.
 const ROUNDING: f32 = 1e-3;

@@ -6,11 +6,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views},
+    gpu::Tier,
     model::{LightKind, Material, Particle, Pattern, Profile, Receiver, Shape, Transfer},
-    render::Frame,
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_picture::Frame;
+use gobo_reference as reference;
+use gobo_scene::Scene;
 
 /// Share of texels that rounding may decide, where a ray grazes an edge or an opacity equals a threshold; a
 /// softened texel reads a whole window.

@@ -1,16 +1,22 @@
 //! Transmittance curves.
 use super::curve_bounds::LIGHT_ROUNDING;
-use crate::common::{
-    map_frame, map_frame_scattered,
-    scenes::{Chance, empty, light, material, random_discs, triangle},
+use crate::{
+    common::{
+        map_frame, map_frame_scattered,
+        scenes::{Chance, empty, light, material, random_discs, triangle},
+    },
+    curves::{Method, Rays, Sample},
 };
-use crate::curves::{Method, Rays, Sample};
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views},
+    gpu::Tier,
     model::{LightKind, Material, Profile, Receiver, ShadowSettings, Shape, Transfer, Triangle},
-    scene::{self, Scene},
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference as reference;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 pub(crate) fn curved(scene: Scene, nodes: u32) -> Scene {
     let shadow = ShadowSettings { receiver: Receiver::Curve, nodes, ..scene.shadow };

@@ -12,10 +12,11 @@ use crate::{
 };
 use gobo::{
     glam::{DVec3, Vec3, Vec4},
-    internals::{records::ViewMaps, reference::curve::bodies::MIN_BEND},
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
-    scene::Scene,
+    records::ViewMaps,
 };
+use gobo_reference::curve::bodies::MIN_BEND;
+use gobo_scene::Scene;
 
 /// Rounding of a stored channel, of f16 in `F`, and of a depth in 16 bits.
 const ROUNDING: f32 = 2e-3;

@@ -7,13 +7,12 @@ use crate::{
 };
 use gobo::{
     glam::Vec3,
-    internals::reference::{
-        self,
-        curve::{
-            DEPTHS, MAX_NODES, Streaming, light_at,
-            two_walks::{self, RayHit, RayModes},
-        },
-    },
+    records::curve::{DEPTHS, light_at},
+};
+use gobo_reference as reference;
+use gobo_reference::curve::{
+    MAX_NODES, Streaming,
+    two_walks::{self, RayHit, RayModes},
 };
 
 /// Rounding of a stored depth and of a stored channel.

@@ -10,10 +10,12 @@ use crate::{
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
-    internals::{gpu::Tier, reference::shading::to_screen},
+    gpu::Tier,
     model::{LightKind, Material, Particle, Profile, Transfer, Triangle, View},
-    scene::{self, Scene},
 };
+use gobo_reference::shading::to_screen;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 const HEIGHTS: [f32; 6] = [1.5, 1.1, 0.55, 0.5, -0.3, -1.2];
 const TINTS: [[f32; 4]; 6] = [

@@ -6,10 +6,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Mat4, Vec3, Vec4},
-    internals::{records::ViewMaps, reference, view::shadow_views},
     model::{LightKind, Material, Pattern, Profile, Shape, Texture, Transfer, View},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference as reference;
+use gobo_scene::Scene;
 
 fn dithered(pattern: Pattern, scale: u32) -> Material {
     Material { pattern, pattern_scale: scale, ..material(Transfer::Dither) }
@@ -192,7 +194,7 @@ fn pictures_of_the_scenes_match_the_reference() {
         let set = [("camera.size", "[160, 96]"), ("shadow.size", "256"), ("shadow.soften", "true")]
             .map(|(key, value)| (key.to_owned(), value.to_owned()));
         let path = format!("{}/data/{name}.toml", crate::common::root().display());
-        let mut scene = gobo::scene::load_with(path.as_ref(), &set).unwrap();
+        let mut scene = gobo_scene::load_with(path.as_ref(), &set).unwrap();
         scene.set_time(0.5);
         let views = shadow_views(&scene);
         let (maps, _) = reference::render_maps(&scene, &views);

@@ -9,10 +9,10 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
-    internals::view::shadow_views,
     model::{LightKind, View},
-    scene::{Scene, load},
+    view::shadow_views,
 };
+use gobo_scene::{Scene, load};
 
 const BASE: &str = r#"[camera]
 eye = [0, 2, 4]

@@ -6,10 +6,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// Largest change by permuting casters: 2^-10.
 const PROMISED: f64 = 1.0 / 1024.0;

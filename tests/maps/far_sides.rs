@@ -3,9 +3,9 @@ use crate::common::{Tier, files::read, reference_picture, render, renderer, tier
 use gobo::{
     glam::Vec3,
     model::{Material, ReceiverPoint},
-    render::Renderer,
-    scene::Scene,
 };
+use gobo_picture::Renderer;
+use gobo_scene::Scene;
 use std::f64::consts::PI;
 
 const SHARE: f64 = 0.4;

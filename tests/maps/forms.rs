@@ -3,17 +3,15 @@
 use super::{curve, parts};
 use crate::common::{Tier, gpu, tiers};
 use gobo::{
-    internals::{
-        records::ViewMaps,
-        stage::{
-            bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
-            sort::Shape,
-        },
-    },
     model::Receiver,
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    records::ViewMaps,
+    stage::{
+        bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+        sort::Shape,
+    },
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();

@@ -2,11 +2,12 @@
 use crate::common::{Tier, files::read, map_frame, reference_picture, render, renderer, tiers};
 use gobo::{
     glam::Vec3,
-    internals::{reference::render_maps, view::shadow_views},
     model::{Fresnel, LightKind, Material, ReceiverPoint},
-    render::Renderer,
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_picture::Renderer;
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 const INDEX: f64 = 1.5;
 const ANGLES: [f64; 4] = [0.0, 45.0, 60.0, 80.0];

@@ -9,11 +9,13 @@ use crate::common::{
 };
 use gobo::{
     glam::{Quat, Vec3},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{Gaussian, LightKind, Material, Transfer},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 const COUNT: u32 = 300;
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.05 };

@@ -3,10 +3,11 @@ use super::gaussians::{all_maps, kinds, lit_by, medium, splats};
 use crate::common::gaussian_truth::{Seen, meet};
 use gobo::{
     glam::{DVec3, Vec3},
-    internals::{records::ViewMaps, reference::curve::light_at, view::shadow_views},
     model::{Material, Projection, Receiver, Transfer, View},
-    scene::Scene,
+    records::{ViewMaps, curve::light_at},
+    view::shadow_views,
 };
+use gobo_scene::Scene;
 
 const DEPTHS: u32 = 24;
 

@@ -14,11 +14,11 @@ use crate::common::{
 use gobo::{
     Casters, Error, Shadows,
     glam::{Quat, Vec3, Vec4},
-    internals::view::shadow_views,
     model::{Gaussian, LightKind, Material, Particle, Receiver, Transfer},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 /// Splats, media and discs in each other, under lights of every kind.
 fn mixture() -> Scene {

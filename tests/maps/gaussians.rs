@@ -8,10 +8,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Quat, Vec3, Vec4},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{Gaussian, GaussianOpacity, LightKind, Material, Projection, Shape, Transfer},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// What ends beyond the last 8192th of each, and 16-bit colours; depths in 32 bits.
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.02 };

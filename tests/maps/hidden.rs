@@ -6,15 +6,13 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Mat4, UVec2, Vec3, Vec4},
-    internals::{
-        records::GpuView,
-        shadows::cull::{OccluderPolygons, Occluders},
-        view::light_views,
-    },
     model::{Bounds, Light, LightKind, Receiver},
-    render::{Frame, RenderOptions, Renderer},
-    scene::Scene,
+    records::GpuView,
+    shadows::cull::{OccluderPolygons, Occluders},
+    view::light_views,
 };
+use gobo_picture::{Frame, RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 mod scenes;
 

@@ -8,19 +8,17 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
-    internals::{
-        records::{Picture, ViewMaps},
-        reference::{
-            render_maps,
-            shading::{Lighting, Receiver},
-        },
-        view::{atlas::AtlasLimits, fitted_views, shadow_views},
-    },
     model::{
         Camera, Cascades, Light, LightKind, Material, Profile, Shadow, Transfer, Triangle, View,
     },
-    scene::Scene,
+    records::{Picture, ViewMaps},
+    view::{atlas::AtlasLimits, fitted_views, shadow_views},
 };
+use gobo_reference::{
+    render_maps,
+    shading::{Lighting, Receiver},
+};
+use gobo_scene::Scene;
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Y };
 pub(crate) const STONE: u32 = 0;

@@ -10,12 +10,13 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{reference::render_maps, view::shadow_views},
     model::{
         Counters, Light, LightKind, Material, Particle, Profile, Receiver, Transfer, Triangle,
     },
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 const EDGED: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.25 };
 const RED: Vec4 = Vec4::new(1.0, 0.0, 0.0, 0.6);

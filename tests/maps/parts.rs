@@ -7,10 +7,10 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::records::ViewMaps,
     model::{LightKind, Material, Particle, Profile, Receiver, Shape, Transfer},
-    scene::Scene,
+    records::ViewMaps,
 };
+use gobo_scene::Scene;
 
 const POINT: LightKind = LightKind::Point { position: Vec3::new(0.4, 2.6, 0.3) };
 

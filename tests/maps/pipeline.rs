@@ -6,13 +6,15 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{
-        gpu::Tier, records::ViewMaps, reference, stage::bin::tile_grid, view::shadow_views,
-    },
+    gpu::Tier,
     model::{LightKind, Material, Profile, Receiver, Shape, Transfer},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    records::ViewMaps,
+    stage::bin::tile_grid,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_reference as reference;
+use gobo_scene::Scene;
 
 /// `F` is stored in 16 bits; CPU reference and kernel may round to neighbours, and sums in fixed point add
 /// as much again.

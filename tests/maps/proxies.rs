@@ -6,15 +6,13 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{
-        records::{Picture, ViewMaps},
-        reference::{render_maps, render_picture},
-        view::shadow_views,
-    },
     model::{LightKind, Material, Particle, Shape, Transfer},
-    render::Frame,
-    scene::Scene,
+    records::{Picture, ViewMaps},
+    view::shadow_views,
 };
+use gobo_picture::Frame;
+use gobo_reference::{render_maps, render_picture};
+use gobo_scene::Scene;
 
 /// A pane and a disc of each material over a large floor, whose bounds are those of the scene.
 fn over_a_floor(proxies: Vec<Material>) -> Scene {

@@ -8,10 +8,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{LightKind, Material, Shape, Transfer},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// Rounding of the filter's storage, and of 16-bit opacities and colours.
 const ROUNDING: f32 = 1e-3;

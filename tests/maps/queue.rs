@@ -7,11 +7,12 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
-    internals::{gpu::Tier, stage::sort::Shape},
+    gpu::Tier,
     model::{Receiver, Transfer, Triangle},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    stage::sort::Shape,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 fn scene() -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);

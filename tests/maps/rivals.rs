@@ -13,9 +13,9 @@ use crate::{
 };
 use gobo::{
     glam::{DVec3, Vec3},
-    internals::records::ViewMaps,
-    scene::Scene,
+    records::ViewMaps,
 };
+use gobo_scene::Scene;
 
 fn maps(scene: &Scene) -> ViewMaps {
     map_frame(Tier::Native, scene).maps.swap_remove(0)

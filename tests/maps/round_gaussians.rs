@@ -9,10 +9,11 @@ use crate::common::{
 };
 use gobo::{
     glam::{Quat, Vec3},
-    internals::{reference::render_maps, view::shadow_views},
     model::{Gaussian, Light, LightKind, Material, Transfer},
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// What ends beyond the last 8192th of each, 16-bit colours and thicknesses; depths in 32 bits.
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.1 };

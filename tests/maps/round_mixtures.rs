@@ -17,8 +17,8 @@ use crate::common::{
 use gobo::{
     glam::{Affine3A, IVec3, UVec2, Vec3, Vec4},
     model::{Brick, Camera, Grid, LightKind, Material, Particle, Shape, Transfer, View},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 /// 16-bit filters, sums in fixed point; depths in 32 bits.
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.1 };

@@ -16,10 +16,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{Material, Particle, Pattern, Profile, Receiver, Shape, Transfer, View},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// Rays within a twentieth of a texel of an edge are left out: rounding decides which side they pass. So are depths as
 /// near to each other as 1e-5 of the range, of which rounding decides the order: `meet`'s margins.

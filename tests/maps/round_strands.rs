@@ -10,10 +10,10 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{records::ViewMaps, reference::curve::light_at},
     model::{Light, LightKind, Receiver, Strand, StrandVertex, Transfer},
-    scene::Scene,
+    records::{ViewMaps, curve::light_at},
 };
+use gobo_scene::Scene;
 
 /// 16-bit colours, planes in 32 bits; many rays pass along an edge.
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.4 };

@@ -16,10 +16,11 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, UVec2, Vec3, Vec4},
-    internals::{records::ViewMaps, view::shadow_views},
     model::{Camera, Light, LightKind, Material, Transfer, Triangle},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_scene::Scene;
 
 /// Rays within a twentieth of a texel of an edge are left out: rounding decides which side they pass.
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-3, depth: 1e-5, undecided: 0.25 };

@@ -16,11 +16,12 @@ use crate::common::{
 use gobo::{
     Casters, Error, Shadows,
     glam::{DVec3, Vec3, Vec4},
-    internals::{records::ViewMaps, reference::curve::light_at, view::shadow_views},
     model::{Material, Projection, Receiver, Strand, Transfer, View},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    records::{ViewMaps, curve::light_at},
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 const DEPTHS: u32 = 24;
 

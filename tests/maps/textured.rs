@@ -9,11 +9,13 @@ use crate::common::{
 use gobo::{
     Error,
     glam::{DVec2, Vec2, Vec3, Vec4},
-    internals::{reference, view::shadow_views},
     model::{LightKind, Material, Texture, Transfer},
-    render::{RenderOptions, Renderer},
-    scene::{self, Scene},
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_reference as reference;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 /// 16 bits of light up to 4, and a texture whose edges are a map's texel wide.
 const TOLERANCE: Tolerance = Tolerance { filter: 8e-3, depth: 1e-5, undecided: 0.05 };

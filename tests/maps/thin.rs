@@ -9,10 +9,11 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec2, Vec3},
-    internals::{reference::render_maps, view::shadow_views},
     model::{Gaussian, LightKind, Material, Particle, Profile, Shape, Transfer},
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 use std::f64::consts::PI;
 
 const TRANSFERS: [Transfer; 4] =

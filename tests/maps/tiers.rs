@@ -2,7 +2,8 @@
 //! the same bits.
 use super::{curve, parts};
 use crate::common::{Tier, map_frame, map_frame_scattered};
-use gobo::{model::Receiver, scene::Scene};
+use gobo::model::Receiver;
+use gobo_scene::Scene;
 
 fn assert_tiers_agree(name: &str, scene: &Scene) {
     let expected = map_frame(Tier::Native, scene);

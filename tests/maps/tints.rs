@@ -6,14 +6,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
-    internals::{
-        records::{NO_OWNER, owner_tag},
-        reference::{render_maps, render_picture},
-        view::shadow_views,
-    },
     model::{Camera, LightKind, Material, Particle, Profile, Receives, Transfer, Triangle},
-    scene::Scene,
+    records::{NO_OWNER, owner_tag},
+    view::shadow_views,
 };
+use gobo_reference::{render_maps, render_picture};
+use gobo_scene::Scene;
 
 const UPPER: u32 = 7;
 /// With the same lower half as `UPPER`.

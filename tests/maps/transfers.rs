@@ -6,10 +6,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{Counters, LightKind, Material, Particle, Profile, Receiver, Shape, Texture, Transfer},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// Rounding of the filter's storage, 11 bits, and of 16-bit opacities and colours; relative above 1.
 const ROUNDING: f64 = 1e-3;

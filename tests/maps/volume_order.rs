@@ -8,10 +8,10 @@ use crate::{
 };
 use gobo::{
     glam::{DVec3, Vec3, Vec4},
-    internals::records::ViewMaps,
     model::{LightKind, Material, Transfer},
-    scene::Scene,
+    records::ViewMaps,
 };
+use gobo_scene::Scene;
 
 /// Second fog.
 const SMOG: u32 = 2;

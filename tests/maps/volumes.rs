@@ -7,12 +7,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Mat3, Vec3, Vec4},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{
         Counters, LightKind, Material, Projection, Transfer, Triangle, is_closed, turn_outwards,
     },
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// Rounding of the filter's storage.
 const ROUNDING: f64 = 1e-3;

@@ -8,18 +8,17 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
-    internals::{
-        records::{AirParams, Picture},
-        reference::{
-            self,
-            air::{AirVolume, phase},
-            shading::Lighting,
-        },
-        view::shadow_views,
-    },
     model::{Air, LightKind, Material, Transfer, View},
-    scene::{self, Scene},
+    records::{AirParams, Picture},
+    view::shadow_views,
 };
+use gobo_reference as reference;
+use gobo_reference::{
+    air::{AirVolume, phase},
+    shading::Lighting,
+};
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 /// Red is scattered without extinction, blue has more extinction than scattering.
 pub(super) const AIR: Air = Air {

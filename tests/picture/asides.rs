@@ -4,11 +4,11 @@ use super::{air::AIR, masks};
 use crate::common::{TIERS, gpu};
 use gobo::{
     glam::UVec2,
-    internals::records::Picture,
     model::{MaskSettings, Source},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    records::Picture,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 fn picture(scene: &Scene, in_registers: bool) -> Picture {
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();

@@ -4,8 +4,8 @@ use gobo::{
     Camera, Material, Transfer,
     glam::{UVec2, Vec3},
     model::Tone,
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 const SIZE: u32 = 96;
 

@@ -7,10 +7,10 @@ use crate::common::{
 };
 use gobo::{
     glam::{Affine3A, DVec3, EulerRot, IVec3, Quat, UVec2, UVec3, Vec3, Vec4},
-    internals::records::Picture,
     model::{Brick, Density, Grid, Light, LightKind, Material, Receiver, Shape, Transfer, Voxels},
-    scene::Scene,
+    records::Picture,
 };
+use gobo_scene::Scene;
 
 const BRICK: u32 = 0;
 const DISC: u32 = 1;

@@ -4,11 +4,9 @@ use crate::common::{
     files::{Folder, read},
     reference_picture, render,
 };
-use gobo::{
-    glam::Vec3,
-    internals::records::Picture,
-    scene::{self, Scene},
-};
+use gobo::{glam::Vec3, records::Picture};
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 const FLOOR: &str = "
 [camera]

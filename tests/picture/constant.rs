@@ -3,14 +3,12 @@ use super::steady::VISIBLE;
 use crate::common::{files::read, gpu};
 use gobo::{
     View,
-    internals::{
-        gpu::Tier,
-        view::{atlas::AtlasLimits, picture_views},
-    },
+    gpu::Tier,
     model::Course,
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    view::{atlas::AtlasLimits, picture_views},
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 /// A box and a pane at the left of a ground.
 const STILL: &str = "

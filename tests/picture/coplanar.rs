@@ -1,6 +1,6 @@
 //! Faces in one plane have one order: the one with the higher id, which comes later in the file, is in front.
 use crate::common::{TIERS, files::read, reference_picture, render};
-use gobo::scene::Scene;
+use gobo_scene::Scene;
 
 const SIZE: i32 = 160;
 

@@ -6,13 +6,11 @@ use crate::common::{
 };
 use gobo::{
     glam::{Affine3A, DAffine3, DVec3, IVec3, Mat3, UVec2, UVec3, Vec3},
-    internals::{
-        gpu::Tier,
-        records::{Bricks, LATTICE_EDGE, Picture},
-    },
+    gpu::Tier,
     model::{Brick, Density, Grid, LightKind, Material, Receiver, Shape, Transfer},
-    scene::Scene,
+    records::{Bricks, LATTICE_EDGE, Picture},
 };
+use gobo_scene::Scene;
 
 /// First and last voxel of the box along each axis, of density 1.
 const BOX: [i32; 2] = [3, 12];

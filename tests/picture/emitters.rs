@@ -1,11 +1,9 @@
 //! Emitters of scene files on the device: the same maps and pictures as by the CPU, and the same frame alone
 //! and in a sequence.
 use crate::common::{TIERS, files::read, gpu, own_gpu, tiers};
-use gobo::{
-    internals::gpu::Tier,
-    render::{Frame, RenderOptions, Renderer},
-    scene::Scene,
-};
+use gobo::gpu::Tier;
+use gobo_picture::{Frame, RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 const STAGE: &str = "
 [camera]

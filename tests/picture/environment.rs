@@ -8,10 +8,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, UVec2, Vec3, Vec4},
-    internals::{records::Picture, reference::shading::Lighting},
     model::{Environment, LightKind, Material, Sky, SunDisc, Transfer, irradiance_at},
-    scene::{self, Scene},
+    records::Picture,
 };
+use gobo_reference::shading::Lighting;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use std::sync::Arc;
 
 /// An environment of a radiance by direction, from an image of 256 x 128 texels.

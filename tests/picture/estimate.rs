@@ -1,8 +1,7 @@
 //! What the CPU reference is said to take, beside what it takes.
-use gobo::{
-    RenderOptions, Renderer,
-    scene::{self, Scene},
-};
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use std::time::Instant;
 
 /// Most that an estimate may be off, as a factor: it counts casters and texels, and not what their hits cost each.

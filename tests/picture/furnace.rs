@@ -7,16 +7,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{Affine3A, IVec3, Quat, UVec2, UVec3, Vec2, Vec3, Vec4},
-    internals::{
-        records::Picture,
-        reference::shading::{Gloss, Lighting, Point, PointKind, Receiver as Reader},
-    },
     model::{
         Air, Brick, Density, Environment, Gaussian, GaussianOpacity, Grid, Light, LightKind,
         Material, Receiver, Shape, Sky, Strand, StrandVertex, Transfer,
     },
-    scene::Scene,
+    records::Picture,
 };
+use gobo_reference::shading::{Gloss, Lighting, Point, PointKind, Receiver as Reader};
+use gobo_scene::Scene;
 use std::{
     f32::consts::{FRAC_PI_2, PI, TAU},
     sync::Arc,

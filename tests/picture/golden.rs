@@ -1,9 +1,8 @@
 //! The lit picture: kernels against the CPU reference, and both against reviewed pictures.
 use crate::common::{TIERS, Tier, files::read, reference_picture, render, tiers};
-use gobo::{
-    internals::records::Picture,
-    scene::{self, Scene},
-};
+use gobo::records::Picture;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use nv_flip::{FlipImageRgb8, FlipPool};
 use std::path::PathBuf;
 

@@ -5,16 +5,14 @@ use crate::common::{TIERS, gpu, shadows};
 use gobo::{
     Error, Light, Prepared, Shadows, View,
     glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec3},
+    gpu::{Gpu, Timeline},
     host::{LightMasks, MaskSlot, MaskView, ShadowFunction},
-    internals::{
-        gpu::{Gpu, Timeline},
-        picture::{PictureCapacity, PictureRequest},
-        view::shadow_views,
-    },
     model::MaskSettings,
-    scene::Scene,
+    view::shadow_views,
     wgpu::{self, TextureFormat},
 };
+use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
+use gobo_scene::Scene;
 
 const SIZE: UVec2 = UVec2::new(96, 64);
 
@@ -38,7 +36,7 @@ fn shown(gpu: &Gpu, scene: &Scene) -> Shown {
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let capacity = PictureCapacity::default();
     let request = PictureRequest { scene, camera: &camera, prepared, capacity };
-    let picture = shadows.prepare_picture(&request, &mut Default::default()).unwrap();
+    let picture = PreparedPicture::new(&shadows, &request, &mut Default::default()).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     prepared.record(&mut encoder).unwrap();
     picture.record(&mut encoder, &mut Timeline::untimed());

@@ -7,11 +7,12 @@ use crate::common::{
 use gobo::{
     Camera, Material, Transfer,
     glam::{UVec2, Vec2, Vec3, Vec4},
-    internals::{reference::render_maps, view::shadow_views},
     model::{LightKind, Texture, Triangle, VertexColor},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 const SIZE: u32 = 48;
 

@@ -7,8 +7,8 @@ use crate::common::{
 use gobo::{
     glam::{DVec3, UVec2, Vec3},
     model::{Light, Transfer},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 const EYE: f32 = 6.0;
 const SIZE: UVec2 = UVec2::new(64, 48);

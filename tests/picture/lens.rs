@@ -7,11 +7,11 @@ use crate::common::{
 use gobo::{
     Camera, Material, Transfer,
     glam::{UVec2, Vec3},
-    internals::records::Picture,
     model::Lens,
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    records::Picture,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 /// A strip of pixels, of which the middle row is measured.
 const SIZE: UVec2 = UVec2::new(64, 16);

@@ -1,9 +1,8 @@
 //! Models of glTF files in pictures: what has no light of its own, what covers, and the falloff of lamps.
 use crate::common::{TIERS, files::Folder, model::Glb, reference_picture, render};
-use gobo::{
-    internals::records::Picture,
-    scene::{self, Scene},
-};
+use gobo::records::Picture;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use serde_json::{Value, json};
 
 /// Seen from 8 m above, a pixel in the middle is an eighth of a metre wide.

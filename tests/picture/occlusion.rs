@@ -1,6 +1,7 @@
 //! `camera.occlusion`: the share of the ambient light against closed forms.
 use crate::common::{TIERS, Tier, files::read, reference_picture, render};
-use gobo::{glam::Vec3, model::Occlusion, scene::Scene};
+use gobo::{glam::Vec3, model::Occlusion};
+use gobo_scene::Scene;
 
 const SIZE: u32 = 240;
 

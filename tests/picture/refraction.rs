@@ -2,10 +2,10 @@
 use crate::common::{TIERS, Tier, files::read, reference_picture, render, tiers};
 use gobo::{
     glam::{DVec2, Vec3},
-    internals::records::Picture,
     model::View,
-    scene::Scene,
+    records::Picture,
 };
+use gobo_scene::Scene;
 
 const SIZE: u32 = 96;
 

@@ -4,10 +4,10 @@ use crate::common::{
     scenes::{empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    KernelJob, LightKind, RenderOptions, Renderer, Scene, Transfer,
+    KernelJob, LightKind, Scene, Transfer,
     glam::{UVec2, Vec3},
-    render::ViewMaps,
 };
+use gobo_picture::{RenderOptions, Renderer, ViewMaps};
 
 /// Discs above a floor, under a sun and a lamp.
 fn scene() -> Scene {

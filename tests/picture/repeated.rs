@@ -4,13 +4,14 @@ use crate::common::{
     scenes::{empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    LightKind, Receiver, RenderOptions, Renderer, Scene, ShadowSettings, Shadows, Transfer,
+    LightKind, Receiver, Scene, ShadowSettings, Shadows, Transfer,
     glam::{UVec2, Vec3},
-    internals::{
-        gpu::Timeline,
-        picture::{PictureCapacity, PictureRequest},
-    },
+    gpu::Timeline,
     model::{Source, View},
+};
+use gobo_picture::{
+    RenderOptions, Renderer,
+    picture::{PictureCapacity, PictureRequest, PreparedPicture},
 };
 
 /// Discs above a floor under a sun of a size.
@@ -76,7 +77,8 @@ fn a_picture_has_room_for_the_next_ones() {
         let camera = &View::from_camera(&scene.camera, &scene.bounds());
         loop {
             let request = PictureRequest { scene: &scene, camera, prepared: &prepared, capacity };
-            let picture = shadows.prepare_picture(&request, &mut Default::default()).unwrap();
+            let picture =
+                PreparedPicture::new(&shadows, &request, &mut Default::default()).unwrap();
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             picture.record_counts(&mut encoder, &mut Timeline::untimed());
             gpu.queue.submit([encoder.finish()]);

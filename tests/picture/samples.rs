@@ -6,9 +6,9 @@ use crate::common::{
 use gobo::{
     Camera, Material, Transfer,
     glam::{UVec2, Vec3},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 const SIZE: u32 = 32;
 /// Shift of the edge to the right per metre up.

@@ -6,13 +6,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
-    internals::{gpu::Tier, records::Picture},
+    gpu::Tier,
     model::{
         Light, LightKind, Material, Particle, Profile, Receiver, ShadowSettings, Shape, Texture,
         Transfer, Triangle,
     },
-    scene::Scene,
+    records::Picture,
 };
+use gobo_scene::Scene;
 
 const STONE: u32 = 0;
 const GLASS: u32 = 1;

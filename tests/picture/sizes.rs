@@ -1,9 +1,7 @@
 //! Shadows of the same things in tenths of millimetres and in hundreds of kilometres.
 use crate::common::{files::read, gpu, tiers};
-use gobo::{
-    internals::gpu::Tier,
-    render::{RenderOptions, Renderer},
-};
+use gobo::gpu::Tier;
+use gobo_picture::{RenderOptions, Renderer};
 
 /// Most that pictures of two scales differ on average, in all of the picture and where it is dark [of 255].
 const MEAN: f64 = 0.3;

@@ -6,10 +6,10 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
-    internals::records::Picture,
     model::{Light, LightKind, Material, Receiver, Source, Transfer, Triangle},
-    scene::Scene,
+    records::Picture,
 };
+use gobo_scene::Scene;
 use std::f32::consts::PI;
 
 fn pictures(scene: &Scene) -> Vec<Picture> {

@@ -1,12 +1,7 @@
 //! Shadows of still casters stand still while others move.
 use crate::common::{files::read, gpu, tiers};
-use gobo::{
-    Bounds, HeldBounds, Light,
-    glam::Vec3,
-    internals::gpu::Tier,
-    light_views,
-    render::{RenderOptions, Renderer},
-};
+use gobo::{Bounds, HeldBounds, Light, glam::Vec3, gpu::Tier, light_views};
+use gobo_picture::{RenderOptions, Renderer};
 
 /// A box and its shadow fill the picture. What moves is beside it, and its shadow falls the other way.
 const STILL: &str = "

@@ -8,14 +8,13 @@ use crate::common::{
 use gobo::{
     Light, LightKind, Receiver, View,
     glam::{DVec3, Vec3},
-    internals::{
-        reference::light_points,
-        view::{atlas::AtlasLimits, picture_views, shadow_views},
-    },
     model::{ReceiverPoint, ShadowFilter, Source},
-    render::{RenderOptions, Renderer},
-    scene::{self, Scene},
+    view::{atlas::AtlasLimits, picture_views, shadow_views},
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_reference::light_points;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 /// Places on each side of an edge at which light is looked up.
 const PLACES: i32 = 16;

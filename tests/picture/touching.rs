@@ -1,10 +1,8 @@
 //! Filters that meet opaque receivers.
 use crate::common::{TIERS, gpu};
-use gobo::{
-    glam::{UVec2, Vec3},
-    render::{RenderOptions, Renderer},
-    scene::load,
-};
+use gobo::glam::{UVec2, Vec3};
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::load;
 
 /// A bar that a pane of amber enters: its front is seen through the pane, its back is lit through it.
 #[test]

@@ -1,11 +1,9 @@
 //! Materials that show their colour whatever the light (glTF's `KHR_materials_unlit`).
 use crate::common::{Tier, files::Folder, model::Glb, reference_picture, render, tiers};
-use gobo::{
-    glam::Vec3,
-    model::ReceiverPoint,
-    render::Renderer,
-    scene::{self, Scene},
-};
+use gobo::{glam::Vec3, model::ReceiverPoint};
+use gobo_picture::Renderer;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use serde_json::json;
 
 const COLOR: Vec3 = Vec3::new(0.2, 0.6, 1.0);

@@ -2,11 +2,12 @@
 use crate::common::files::Folder;
 use gobo::{
     glam::{Mat4, Vec3},
-    internals::view,
     model::{LightKind, Particle, View},
-    render::{RenderOptions, Renderer},
-    scene::{self, LoadOptions, Scene},
+    view,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene as scene;
+use gobo_scene::{LoadOptions, Scene};
 
 /// A column of particles, 1 m wide and 4 m high.
 fn column() -> String {

@@ -3,10 +3,10 @@ use crate::common::files::read;
 use gobo::{
     glam::{DVec3, Vec3, Vec4},
     model::LightKind,
-    scene::{
-        Scene,
-        track::{Mode, Track},
-    },
+};
+use gobo_scene::{
+    Scene,
+    track::{Mode, Track},
 };
 
 const STAGE: &str = "[camera]\neye = [0, 1, 5]\ntarget = [0, 0, 0]\n[air]\ndensity = 0.1\n\

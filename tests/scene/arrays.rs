@@ -10,8 +10,9 @@ use crate::common::{
 use gobo::{
     glam::{IVec3, Vec3},
     model::{Brick, Density, Grid},
-    scene::{self, Scene, SceneError},
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 /// A scene of a file of any name.
 fn load(bytes: &[u8], keys: &str) -> Result<Scene, SceneError> {

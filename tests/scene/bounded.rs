@@ -1,10 +1,9 @@
 //! Work and numbers that are bounded before anything is made of them.
 use super::emitters::emitting;
 use crate::common::files::{Folder, read};
-use gobo::{
-    glam::Mat4,
-    scene::{self, SceneError, load_model},
-};
+use gobo::glam::Mat4;
+use gobo_scene as scene;
+use gobo_scene::{SceneError, load_model};
 use std::time::{Duration, Instant};
 
 /// Line and message of a refusal with a remedy.
@@ -40,7 +39,7 @@ fn steps_of_all_emitters_are_summed_up() {
     let folder = Folder::new();
     let clock = Instant::now();
     let fits = folder.write("one.toml", format!("{MATERIAL}{camera}{emitter}"));
-    let steps = scene::check(&fits).unwrap().summary().steps;
+    let steps = gobo_scene::Summary::of(&scene::check(&fits).unwrap()).steps;
     assert!((2_150_000_000..2_180_000_000).contains(&steps), "{steps}");
     // Also where the camera would be placed by what it sees.
     scene::check(&folder.write("unplaced.toml", format!("{MATERIAL}{emitter}"))).unwrap();
@@ -84,7 +83,7 @@ fn textures_are_not_made_to_be_checked() {
     let toml = |count: usize| (0..count).map(texture).collect::<String>();
     let clock = Instant::now();
     let scene = scene::check(&folder.write("noise.toml", toml(64))).unwrap();
-    assert_eq!(scene.summary().textures, 64);
+    assert_eq!(gobo_scene::Summary::of(&scene).textures, 64);
     let error = scene::check(&folder.write("more.toml", toml(65))).unwrap_err().to_string();
     assert!(error.contains("texels"), "{error}");
     assert!(clock.elapsed() < Duration::from_secs(20), "{:?}", clock.elapsed());

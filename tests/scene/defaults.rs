@@ -1,11 +1,8 @@
 //! Defaults of a scene file: camera, light, planes and ground.
 use crate::common::files::{Folder, read, read_with};
-use gobo::{
-    glam::UVec2,
-    internals::view,
-    model::Receiver,
-    scene::{self, Scene},
-};
+use gobo::{glam::UVec2, model::Receiver, view};
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 #[test]
 fn what_is_left_out_is_chosen() {
@@ -27,7 +24,7 @@ fn what_is_left_out_is_chosen() {
     // Nothing at all is a scene too.
     let nothing = read("").unwrap();
     assert!(nothing.bounds().is_empty());
-    assert_eq!(nothing.summary().bounds, None);
+    assert_eq!(gobo_scene::Summary::of(&nothing).bounds, None);
 }
 
 fn assert_in_picture(scene: &Scene) {

@@ -3,8 +3,8 @@ use crate::common::files::read;
 use gobo::{
     glam::Vec3,
     model::{Triangle, is_closed, turn_outwards},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 fn dust(displace: &str) -> Scene {
     let toml = format!(

@@ -2,10 +2,11 @@
 use crate::common::files::{Folder, read, read_with};
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
-    internals::view,
     model::{Bounds, ClusterSettings, LightKind, Profile, Receiver, Shape, Transfer},
-    scene::{self, generate::uniform_discs},
+    view,
 };
+use gobo_scene as scene;
+use gobo_scene::generate::uniform_discs;
 use std::{fs, path::Path};
 
 const FULL: &str = r#"
@@ -130,7 +131,7 @@ fn every_key_is_heard() {
     assert!(bounds.min.abs_diff_eq(Vec3::new(-1.0, 1.0, -2.0), 1e-5), "{bounds:?}");
     assert!(bounds.max.abs_diff_eq(Vec3::new(1.0, 1.0, 2.0), 1e-5), "{bounds:?}");
 
-    let summary = scene.summary();
+    let summary = gobo_scene::Summary::of(&scene);
     assert_eq!((summary.particles, summary.triangles, summary.materials), (10, 2, 2));
     assert_eq!((summary.lights, summary.textures), (3, 1));
     assert_eq!(summary.views, view::shadow_views(&scene).len());
@@ -282,7 +283,7 @@ fn discs_for_benches_fill_their_box() {
 /// Scenes of the project.
 #[test]
 fn own_scenes_load() {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    let data = Path::new(crate::common::ROOT).join("data");
     let mut count = 0;
     for entry in fs::read_dir(data).unwrap() {
         let path = entry.unwrap().path();

@@ -6,8 +6,8 @@ use gobo::{
         Particle,
         emitter::{EmittedParticle, EmitterShape, Forces, STEP, curl_noise},
     },
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 pub(super) const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\nname = 'bright'\ntransfer = 'gain'\n";
 

@@ -1,12 +1,16 @@
 //! Scenes that show where other systems fail: data/gallery/failures.toml against the chords of two spheres, and seams.toml.
 use crate::common::{TIERS, gpu};
 use gobo::{
-    Receiver, Renderer, View,
+    Receiver, View,
     glam::{DVec2, UVec2, Vec3},
-    internals::{records::ViewMaps, reference, view::shadow_views},
     model::ReceiverPoint,
-    scene::{self, Scene},
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_picture::Renderer;
+use gobo_reference as reference;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use std::path::Path;
 
 /// Rows of the scene [m].
@@ -22,7 +26,7 @@ struct Failures {
 }
 
 fn failures() -> Failures {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/failures.toml");
+    let path = Path::new(crate::common::ROOT).join("data/gallery/failures.toml");
     let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
     // The visible dust casts no shadow.
     scene.particles.clear();
@@ -96,7 +100,7 @@ fn rows_fail_as_they_say_and_ours_does_not() {
 /// data/gallery/seams.toml: light between clear spheres and the dust behind them.
 #[test]
 fn dust_behind_clear_spheres_has_a_hole_by_the_nearest_depth_only() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gallery/seams.toml");
+    let path = Path::new(crate::common::ROOT).join("data/gallery/seams.toml");
     let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
     let sun = Vec3::new(0.8, -0.42, -0.75).normalize();
     let center = Vec3::new(-4.13, 2.30, 1.64) - scene.origin;

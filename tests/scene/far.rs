@@ -5,10 +5,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{reference, view::shadow_views},
     model::{LightKind, Transfer},
-    scene::{self, Scene},
+    view::shadow_views,
 };
+use gobo_reference as reference;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 fn smoke_at(away: f32, radius: f32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);

@@ -4,8 +4,9 @@ use crate::common::files::{Folder, TempFile};
 use gobo::{
     glam::{Mat4, Quat, Vec2, Vec3, Vec4},
     model::{LightKind, Material, Transfer},
-    scene::{self, Model, SceneError, load_model},
 };
+use gobo_scene as scene;
+use gobo_scene::{Model, SceneError, load_model};
 
 /// A quad's worth of positions, uvs, strip indices and a 2 x 1 image, then the rest of the document.
 const DOCUMENT: &str = r#"{

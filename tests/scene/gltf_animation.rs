@@ -3,9 +3,10 @@ use crate::common::files::Folder;
 use gobo::{
     glam::{EulerRot, Mat4, Quat, Vec3},
     model::LightKind,
-    render::{RenderOptions, Renderer},
-    scene::{self, Scene},
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene as scene;
+use gobo_scene::Scene;
 
 /// A glTF file of a triangle below two nodes, the outer of which turns about y, and a light at the inner one.
 fn windmill(interpolation: &str, keys: &[[f32; 4]]) -> String {

@@ -2,10 +2,8 @@
 //! beside this one were written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`, and by
 //! Google's Draco 1.5, by edges (level 10) and in sequence (level 0).
 use crate::common::files::Folder;
-use gobo::{
-    glam::{Mat4, Vec2, Vec3},
-    scene::{Limit, Model, SceneError, load_model},
-};
+use gobo::glam::{Mat4, Vec2, Vec3};
+use gobo_scene::{Limit, Model, SceneError, load_model};
 
 const FILES: [(&str, &str); 5] = [
     ("quantized", include_str!("wave_ext.gltf")),

@@ -1,9 +1,7 @@
 //! Real-world glTF files: paths that leave the folder, unusual valid files, ignored features.
 use crate::common::files::Folder;
-use gobo::{
-    glam::{Mat4, Quat, Vec3},
-    scene::{Model, SceneError, load_model},
-};
+use gobo::glam::{Mat4, Quat, Vec3};
+use gobo_scene::{Model, SceneError, load_model};
 use std::path::Path;
 
 /// One triangle: `corners.bin` beside it, and `more` in the document.
@@ -211,7 +209,7 @@ fn webp_images_are_read() {
     assert_eq!(model.textures[0].rgba, image.into_raw());
     assert!(model.notes.is_empty(), "{:?}", model.notes);
     let toml = "[[material]]\nname = \"m\"\ntexture = \"dots.webp\"\n";
-    let scene = gobo::scene::load(&folder.write("scene.toml", toml)).unwrap();
+    let scene = gobo_scene::load(&folder.write("scene.toml", toml)).unwrap();
     assert_eq!(scene.textures[0].rgba, model.textures[0].rgba);
 }
 

@@ -6,8 +6,8 @@ use crate::common::{
 use gobo::{
     glam::{Mat4, Vec2, Vec3},
     model::{LightKind, VertexColor},
-    scene::{Model, load_model},
 };
+use gobo_scene::{Model, load_model};
 use serde_json::json;
 
 fn load(model: &Glb) -> Model {

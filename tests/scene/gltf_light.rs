@@ -1,11 +1,9 @@
 //! What glTF materials let through, by the meanings that their extensions give them.
 use crate::common::{files::Folder, model::Glb};
-use gobo::{
-    glam::Vec3,
-    model::ReceiverPoint,
-    render::Renderer,
-    scene::{self, Scene},
-};
+use gobo::{glam::Vec3, model::ReceiverPoint};
+use gobo_picture::Renderer;
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use serde_json::{Value, json};
 
 const SUN: &str = "[[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\n[[material]]\nname = 'ground'\n\

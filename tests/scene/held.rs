@@ -3,10 +3,9 @@ use crate::common::{
     files::Folder,
     splats::{SPLATS, sog, spz},
 };
-use gobo::{
-    glam::Vec3,
-    scene::{self, HeldFile, Scene, hold_files},
-};
+use gobo::glam::Vec3;
+use gobo_scene as scene;
+use gobo_scene::{HeldFile, Scene, hold_files};
 use image::{ImageFormat, RgbaImage};
 use std::{
     io::Cursor,

@@ -3,10 +3,9 @@ use crate::common::{
     files::{Folder, read, read_with},
     scenes::Chance,
 };
-use gobo::{
-    glam::Vec3,
-    scene::{self, SceneError},
-};
+use gobo::glam::Vec3;
+use gobo_scene as scene;
+use gobo_scene::SceneError;
 use std::path::Path;
 
 /// Line, column, message and help.
@@ -272,7 +271,7 @@ fn mutated_files_do_not_panic() {
                 let particles = scene.particles.iter().all(|p| p.center.is_finite());
                 let normals = scene.triangles.iter().flat_map(|t| t.normals).all(Vec3::is_finite);
                 assert!(particles && normals, "{}", String::from_utf8_lossy(&bytes));
-                assert_eq!(scene.summary().lights, scene.lights.len());
+                assert_eq!(gobo_scene::Summary::of(&scene).lights, scene.lights.len());
             }
             Err(error) => {
                 refused += 1;

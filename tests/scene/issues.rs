@@ -1,11 +1,9 @@
 //! Wishes of other projects' users as scenes of data/issues: each against a closed form, and each check
 //! against a wrong scene. docs/compare.md lists them all.
-use gobo::{
-    glam::Vec3,
-    model::ReceiverPoint,
-    render::{RenderOptions, Renderer},
-    scene::{self, Scene},
-};
+use gobo::{glam::Vec3, model::ReceiverPoint};
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene as scene;
+use gobo_scene::Scene;
 use std::{collections::BTreeSet, fs, path::PathBuf};
 
 /// Light at points of the ground and above it, from the CPU reference; other tests compare kernels with it.
@@ -203,7 +201,7 @@ fn through_smoke(scene: &Scene, x: f32) -> Vec3 {
 }
 
 fn folder() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/issues")
+    PathBuf::from(crate::common::ROOT).join("data/issues")
 }
 
 fn look(name: &str, set: &[(String, String)]) -> Look {

@@ -1,6 +1,7 @@
 //! Limits of a scene's contents, whatever its files announce, and of the work to detect a violation.
 use crate::common::files::{Folder, read};
-use gobo::scene::{self, SceneError};
+use gobo_scene as scene;
+use gobo_scene::SceneError;
 use std::{
     path::Path,
     time::{Duration, Instant},
@@ -281,7 +282,7 @@ fn what_a_model_names_often_is_counted_each_time() {
 /// docs/scene.md states each limit.
 #[test]
 fn limits_are_documented() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
+    let path = Path::new(crate::common::ROOT).join("docs/scene.md");
     let text = std::fs::read_to_string(path).unwrap();
     let (_, section) = text.split_once("## Limits").expect("a section on limits");
     let section = section.split("\n## ").next().unwrap();

@@ -11,8 +11,9 @@ use crate::common::{
 use gobo::{
     glam::{DVec3, IVec3, UVec3, Vec3},
     model::Grid,
-    scene::{self, Scene, SceneError},
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 fn load(bytes: &[u8], keys: &str) -> Result<Scene, SceneError> {
     let folder = Folder::new();

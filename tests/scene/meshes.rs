@@ -3,8 +3,9 @@ use crate::common::files::Folder;
 use gobo::{
     glam::{Vec2, Vec3},
     model::{Transfer, Triangle, VertexColor},
-    scene::{self, Scene, SceneError, generate::Chance},
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError, generate::Chance};
 use image::{ImageFormat, Rgba, RgbaImage};
 use std::io::Cursor;
 

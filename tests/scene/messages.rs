@@ -1,6 +1,7 @@
 //! Error messages: plain words, a remedy, the position; and nothing that harms a terminal.
 use crate::common::files::{Folder, read};
-use gobo::scene::{self, SceneError};
+use gobo_scene as scene;
+use gobo_scene::SceneError;
 use std::path::Path;
 
 const MATERIAL: &str = "[[material]]\nname = \"m\"\n";
@@ -140,7 +141,7 @@ fn values_that_would_break_numbers_are_refused() {
         assert_eq!(line, 1 + head.lines().count(), "{key}: {message}");
         assert!(message.contains(key) && !help.is_empty(), "{message}; {help}");
         let scene = read(&format!("{head}{key} = {right}\n")).unwrap();
-        for view in gobo::internals::view::shadow_views(&scene) {
+        for view in gobo::view::shadow_views(&scene) {
             let clip = view.clip_from_world().to_cols_array();
             let numbers = clip.iter().chain([&view.near, &view.far]);
             assert!(numbers.copied().all(f32::is_finite), "{key} = {right}: {view:?}");
@@ -218,7 +219,7 @@ fn a_file_that_a_scene_names_is_refused_with_the_line_of_the_scene() {
 /// The tables above are those that name files.
 #[test]
 fn every_key_that_names_a_file_is_tried() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene");
+    let folder = Path::new(crate::common::ROOT).join("crates/gobo-scene/src");
     let keys_of = |file: &str| {
         let text = std::fs::read_to_string(folder.join(file)).unwrap();
         let lines = text.lines().filter(|line| line.contains("PathBuf"));

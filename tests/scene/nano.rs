@@ -6,10 +6,9 @@ use crate::common::{
     scenes::Chance,
     vdb::VdbGrid,
 };
-use gobo::{
-    glam::{IVec3, Vec3},
-    scene::{self, Scene, SceneError},
-};
+use gobo::glam::{IVec3, Vec3};
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 fn load(bytes: &[u8], keys: &str) -> Result<Scene, SceneError> {
     let folder = Folder::new();

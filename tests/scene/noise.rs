@@ -1,6 +1,6 @@
 //! Noise textures: tileable, seeded, animated.
 use crate::common::scenes::empty;
-use gobo::scene::{
+use gobo_scene::{
     Scene,
     noise::{Animated, KindOfTexture, Noise},
 };

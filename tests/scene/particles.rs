@@ -3,8 +3,8 @@ use crate::common::files::TempFile;
 use gobo::{
     glam::{Vec3, Vec4},
     model::{Material, Particle, Transfer},
-    scene::{ParticleFile, SceneError, load_particles},
 };
+use gobo_scene::{ParticleFile, SceneError, load_particles};
 
 /// Seeded random numbers (xorshift64*; Vigna 2016).
 pub(crate) struct Random(pub(crate) u64);

@@ -1,9 +1,8 @@
 //! PLY: notes about ignored contents, refusal of files without particles, and errors of headers.
 use crate::common::files::Folder;
-use gobo::{
-    model::Material,
-    scene::{self, ParticleFile, SceneError, load_particles},
-};
+use gobo::model::Material;
+use gobo_scene as scene;
+use gobo_scene::{ParticleFile, SceneError, load_particles};
 
 fn load(text: impl AsRef<[u8]>) -> Result<ParticleFile, SceneError> {
     let folder = Folder::new();

@@ -6,8 +6,9 @@ use crate::common::{
 use gobo::{
     glam::{DVec3, Vec3},
     model::Particle,
-    scene::{self, Scene, SceneError, generate::Chance},
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError, generate::Chance};
 
 /// As a file alone; the name says nothing.
 fn load(bytes: impl AsRef<[u8]>) -> Result<Scene, SceneError> {

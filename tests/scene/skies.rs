@@ -1,9 +1,8 @@
 //! Images all around: `OpenEXR`, written from its description, byte by byte, beside Radiance.
 use crate::common::files::Folder;
-use gobo::{
-    glam::Vec3,
-    scene::{self, Scene, SceneError},
-};
+use gobo::glam::Vec3;
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 /// Texels of 8 x 4, in eighths, which both formats hold.
 fn texel(x: usize, y: usize) -> [f32; 3] {

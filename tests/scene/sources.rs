@@ -3,8 +3,8 @@ use crate::common::files::read;
 use gobo::{
     glam::Vec3,
     model::{LookUp, MaskSettings, ShadowFilter, Source},
-    scene::{Scene, SceneError},
 };
+use gobo_scene::{Scene, SceneError};
 
 const SPOT: &str =
     "[[light]]\nkind = \"spot\"\nposition = [0, 2, 0]\ndirection = [0, -2, 0]\nsource = ";

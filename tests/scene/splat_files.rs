@@ -7,10 +7,10 @@ use flate2::{Compression, write::GzEncoder};
 use gobo::{
     glam::{DMat3, DQuat, DVec3},
     model::Gaussian,
-    scene::{
-        SceneError, load_splats,
-        splats::{self, Cloud},
-    },
+};
+use gobo_scene::{
+    SceneError, load_splats,
+    splats::{self, Cloud},
 };
 use std::io::Write as _;
 

@@ -3,10 +3,9 @@ use crate::common::{
     files::Folder,
     splats::{SPLATS, Stored, sog_files},
 };
-use gobo::{
-    model::Gaussian,
-    scene::{self, Scene, SceneError, load_splats},
-};
+use gobo::model::Gaussian;
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError, load_splats};
 use std::{fs, path::Path};
 
 fn write_sog(folder: &Path, splats: &[Stored]) {

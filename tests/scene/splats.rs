@@ -6,8 +6,9 @@ use crate::common::{
 use gobo::{
     glam::{Quat, Vec3},
     model::{GaussianOpacity, Receiver, Shape},
-    scene::{self, Scene, SceneError},
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 const CLOUD: &str = "generate = { kind = 'cloud', count = 50, seed = 3 }\n";
 
@@ -46,7 +47,7 @@ fn splats_are_placed_by_their_table() {
         assert!(sigma.iter().zip(doubled).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{sigma:?}");
         assert_eq!(placed.id, i as u32);
     }
-    let summary = scene.summary();
+    let summary = gobo_scene::Summary::of(&scene);
     assert_eq!((summary.splats, summary.particles), (3, 0));
 }
 

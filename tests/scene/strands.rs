@@ -1,10 +1,8 @@
 //! Strands of a scene file: from PLY and CSV, generated, and what is refused.
 use crate::common::files::{Folder, read};
-use gobo::{
-    glam::Vec3,
-    model::Shape,
-    scene::{self, Scene, SceneError},
-};
+use gobo::{glam::Vec3, model::Shape};
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 const HAIR: &str = "[[material]]\nname = \"hair\"\ntint = [0.5, 0.4, 0.3, 0.9]\n";
 
@@ -35,7 +33,7 @@ fn rows_of_one_id_are_a_strand() {
     assert!((radii[0] - 0.2).abs() < 1e-6 && radii[2] == 0.0, "{radii:?}");
     assert_eq!(long.vertices[2].color.w, 0.5);
     assert_eq!(scene.materials[long.material as usize].shape, Shape::Capsule);
-    assert!(scene.summary().to_string().contains("strands    2\n"));
+    assert!(gobo_scene::Summary::of(&scene).to_string().contains("strands    2\n"));
 }
 
 #[test]

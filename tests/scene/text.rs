@@ -4,8 +4,9 @@ use gobo::{
     Particle,
     glam::{UVec2, Vec3, Vec4},
     model::View,
-    scene::{self, LoadOptions, Scene, SceneError},
 };
+use gobo_scene as scene;
+use gobo_scene::{LoadOptions, Scene, SceneError};
 use std::path::Path;
 
 const TEXT: &str = r#"
@@ -55,9 +56,9 @@ fn text_that_is_wrong_names_its_line() {
 fn the_usual_camera_sees_everything_and_little_else() {
     let places = [Vec3::new(-3.0, 0.5, 1.0), Vec3::new(4.0, 2.0, -2.0), Vec3::new(0.0, 7.0, 0.0)];
     let particles = places.map(|place| Particle::new(place, 0.2)).to_vec();
-    let mut scene = Scene { particles, ..Scene::empty() };
+    let mut scene = Scene { particles, ..gobo_scene::empty_scene() };
     for size in [UVec2::new(640, 360), UVec2::new(200, 500)] {
-        scene.camera = scene.usual_camera(size);
+        scene.camera = gobo_scene::usual_camera(&scene, size);
         assert_eq!(scene.camera.size, size);
         let clip = View::from_camera(&scene.camera, &scene.bounds()).clip_from_world();
         let seen = places.map(|place| clip * place.extend(1.0));

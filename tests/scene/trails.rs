@@ -4,8 +4,8 @@ use crate::common::files::read;
 use gobo::{
     glam::Vec3,
     model::{Shape, Strand},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 use std::collections::HashMap;
 
 const WILD: &str = "rate = 40\nlifetime = [0.5, 2]\nextent = [1, 0.5, 1]\nspread = 1\nbuoyancy = 3\ndrag = 2\n\

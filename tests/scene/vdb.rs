@@ -7,8 +7,9 @@ use crate::common::{
 use gobo::{
     glam::{DVec3, IVec3, UVec3, Vec3},
     model::{Density, Grid},
-    scene::{self, Scene, SceneError},
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 const TOML: &str = "[[volume]]\nfile = \"smoke.vdb\"\n";
 

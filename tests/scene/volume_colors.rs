@@ -9,8 +9,9 @@ use crate::common::{
 use gobo::{
     glam::{IVec3, UVec3, Vec3},
     model::{Brick, Density, Grid},
-    scene::{self, Scene, SceneError},
 };
+use gobo_scene as scene;
+use gobo_scene::{Scene, SceneError};
 
 const CHANNELS: [f32; 3] = [1.0, 0.5, 0.125];
 

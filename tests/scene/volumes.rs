@@ -6,8 +6,9 @@ use crate::common::{
 use gobo::{
     glam::{DVec3, IVec3, Vec3},
     model::{LightKind, Shape, Voxels},
-    scene::{self, LoadOptions, Scene, SceneError},
 };
+use gobo_scene as scene;
+use gobo_scene::{LoadOptions, Scene, SceneError};
 use std::process::Command;
 
 /// Line, message and remedy of a refusal.
@@ -50,7 +51,7 @@ fn a_volume_has_the_material_and_the_place_of_its_table() {
         (bounds.min, bounds.max),
         (Vec3::new(-15.0, 2.5, -7.5), Vec3::new(33.0, 26.5, 16.5))
     );
-    let summary = scene.summary();
+    let summary = gobo_scene::Summary::of(&scene);
     assert_eq!((summary.grids, summary.bricks), (1, 27));
     assert!(summary.to_string().contains("volumes    1, of 27 bricks\n"), "{summary}");
 }

@@ -10,16 +10,14 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
-    internals::{
-        gpu::{Gpu, KernelDesc, Resources, Tier},
-        records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TileRect},
-        stage::{
-            accumulate,
-            bin::Segment,
-            project::{Chunk, ProjectParams},
-        },
-    },
+    gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{Profile, Shape, Transfer},
+    records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TileRect},
+    stage::{
+        accumulate,
+        bin::Segment,
+        project::{Chunk, ProjectParams},
+    },
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
 use std::ops::Range;

@@ -5,20 +5,18 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec2},
-    internals::{
-        gpu::{Gpu, Resources, Tier},
-        records::{GAUSSIAN_TEXELS, GpuView, MAX_VIEWS, OUTLINE_TEXEL, Outline, TileRect},
-        reference::{
-            Pair,
-            bin::{TilePair, bin},
-            outline::{Ellipse, outline_of, outlined_tiles},
-        },
-        stage::{
-            bin::{self, BatchCounters, BinParams},
-            sort::{PAIR_FORMAT, Shape, pair_texture_size},
-        },
+    gpu::{Gpu, Resources, Tier},
+    records::{GAUSSIAN_TEXELS, GpuView, MAX_VIEWS, OUTLINE_TEXEL, Outline, TileRect},
+    stage::{
+        bin::{self, BatchCounters, BinParams},
+        sort::{PAIR_FORMAT, Shape, pair_texture_size},
     },
     wgpu::{self, BufferUsages},
+};
+use gobo_reference::{
+    Pair,
+    bin::{TilePair, bin},
+    outline::{Ellipse, outline_of, outlined_tiles},
 };
 
 /// Shapes, and tiers whose kernels differ.

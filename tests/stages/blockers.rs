@@ -3,7 +3,7 @@ use super::by_hand::{TILES, place_of, texel_of, views};
 use crate::common::scenes::{Chance, triangle};
 use gobo::{
     glam::{Vec2, Vec3},
-    internals::records::TriangleRecord,
+    records::TriangleRecord,
 };
 use std::ops::Range;
 

@@ -8,14 +8,16 @@ use crate::common::{
 use gobo::{
     ShadowSettings,
     glam::{DVec3, UVec2, Vec3, Vec4},
-    internals::{
-        gpu::Gpu, records::ViewMaps, reference::render_maps, shadows::Maps, view::shadow_views,
-    },
+    gpu::Gpu,
     model::{LightKind, Material, Profile, Receiver, Transfer},
-    render::RenderOptions,
-    scene::Scene,
+    records::ViewMaps,
+    shadows::Maps,
+    view::shadow_views,
     wgpu,
 };
+use gobo_picture::RenderOptions;
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 use half::f16;
 
 const SIZE: usize = 48;

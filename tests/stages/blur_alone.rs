@@ -9,18 +9,16 @@ use super::{
 use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
     glam::{UVec2, Vec3},
-    internals::{
-        gpu::{KernelDesc, Resources},
-        records::ViewMaps,
-        reference::{blur::blur, curve::Streaming},
-        stage::{
-            blur::{self as stage, BlurParams},
-            features::Features,
-        },
-    },
+    gpu::{KernelDesc, Resources},
     model::BLUR_DEVIATIONS,
+    records::ViewMaps,
+    stage::{
+        blur::{self as stage, BlurParams},
+        features::Features,
+    },
     wgpu::{BufferUsages, TextureFormat as Format},
 };
+use gobo_reference::{blur::blur, curve::Streaming};
 use half::f16;
 
 /// Random maps with curves of four layers, whose means are exact, and nothing opaque: of a texel beside an opaque

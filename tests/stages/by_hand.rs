@@ -1,13 +1,11 @@
 //! A batch by hand: two views in a poisoned atlas, their tiles and sums, and what a kernel makes of them.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
-    internals::{
-        gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
-        records::{Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
-        stage::{
-            features::{Features, Flags},
-            profile::Profile,
-        },
+    gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
+    records::{Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
+    stage::{
+        features::{Features, Flags},
+        profile::Profile,
     },
     wgpu::{self, BufferUsages, TextureFormat as Format, TextureUsages as Use},
 };

@@ -2,14 +2,12 @@
 use crate::common::scenes::{Chance, light};
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
-    internals::{
-        records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
-        reference::project::{ProjectParams, project_caster, project_triangle},
-        shadows::cull::{Frustum, GroupTree, order, widened},
-        view::light_views,
-    },
     model::{Bounds, Light, LightKind, Material, Particle, Shape, Triangle, View},
+    records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+    shadows::cull::{Frustum, GroupTree, order, widened},
+    view::light_views,
 };
+use gobo_reference::project::{ProjectParams, project_caster, project_triangle};
 use std::{collections::BTreeSet, f32::consts::SQRT_2, time::Instant};
 
 /// Shapes of different extents.

@@ -3,13 +3,11 @@ use super::cull::{PARAMS, materials, particle, reach, views};
 use crate::common::scenes::{Chance, triangle};
 use gobo::{
     glam::Vec3,
-    internals::{
-        records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
-        reference::project::{ProjectParams, project_caster, project_triangle},
-        shadows::cull::{PairBound, Reach, TileLoadBound},
-    },
     model::{Bounds, Particle, Triangle},
+    records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+    shadows::cull::{PairBound, Reach, TileLoadBound},
 };
+use gobo_reference::project::{ProjectParams, project_caster, project_triangle};
 use std::collections::HashMap;
 
 /// Parameters without the scatter path: every caster has tiles.

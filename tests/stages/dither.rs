@@ -2,12 +2,10 @@
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
     glam::{UVec2, Vec2},
-    internals::{
-        records::{BLUE_SIZE, blue_ranks},
-        reference::dither::{self, PatternPoint, threshold},
-    },
     model::Pattern,
+    records::{BLUE_SIZE, blue_ranks},
 };
+use gobo_reference::dither::{self, PatternPoint, threshold};
 
 /// Edge of the area that is counted [cells]: a multiple of every pattern's period.
 const EDGE: u32 = 64;

@@ -5,12 +5,10 @@ use crate::common::{
 };
 use gobo::{
     glam::{DMat3, DVec2, DVec3, Mat4, Quat, UVec2, Vec2, Vec3},
-    internals::{
-        records::{Caster, GaussianAxes, GpuMaterial, GpuView},
-        reference::{gaussian::project_gaussian, project::ProjectParams},
-    },
     model::{Gaussian, Material, Projection, Shape, TILE_SIZE, View, ViewRole},
+    records::{Caster, GaussianAxes, GpuMaterial, GpuView},
 };
+use gobo_reference::{gaussian::project_gaussian, project::ProjectParams};
 
 const SIZE: u32 = 1024;
 const TILES: usize = (SIZE / TILE_SIZE) as usize;

@@ -4,13 +4,13 @@ use crate::common::{TIERS, gpu};
 use gobo::{
     Bounds, Casters, Error, HostInputs, Light, LightKind, Prepared, Receiver, ShadowSettings,
     glam::Vec3,
+    gpu::Gpu,
     host::{Input, LightBindings, PointBuffers},
-    internals::gpu::Gpu,
     light_views,
     model::Source,
-    scene::Scene,
     wgpu,
 };
+use gobo_scene::Scene;
 use wgpu::BufferUsages;
 
 /// A host shader with names that the library has, too.

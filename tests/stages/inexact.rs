@@ -1,6 +1,6 @@
 //! Strands on devices whose divisions are not exact: WGSL allows 2.5 units in the last place.
 use crate::common::{TIERS, gpu, wgsl_files};
-use gobo::{internals::gpu::Library, wgpu};
+use gobo::{gpu::Library, wgpu};
 
 const COUNT: usize = 24;
 /// What of the light a diameter absorbs.

@@ -7,20 +7,18 @@ use crate::common::{
 use bytemuck::Zeroable as _;
 use gobo::{
     glam::{IVec2, UVec2, Vec3},
-    internals::{
-        gpu::{Gpu, Resources},
-        records::{BLOCK_NODES, BLOCK_TEXELS, LightRecords, ROW, SKIRT, level_size},
-        reference::curve::{Streaming, light_at},
-        stage::{
-            features::Features,
-            levels::{GROUP_SIZE, LevelParams, NEXT},
-            shade::PictureParams,
-        },
-        view::shadow_views,
-    },
+    gpu::{Gpu, Resources},
     model::{LightKind, Source},
+    records::{BLOCK_NODES, BLOCK_TEXELS, LightRecords, ROW, SKIRT, curve::light_at, level_size},
+    stage::{
+        features::Features,
+        levels::{GROUP_SIZE, LevelParams, NEXT},
+        shade::PictureParams,
+    },
+    view::shadow_views,
     wgpu::{BufferUsages, Texture, TextureFormat},
 };
+use gobo_reference::curve::Streaming;
 
 /// Edge of the map [texels]: blocks of the second level are cut at its border.
 const SIZE: u32 = 44;

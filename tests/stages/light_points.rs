@@ -8,14 +8,16 @@ use gobo::{
     Bounds, Casters, Error, Light, LightKind, Material, Prepared, Receiver, ShadowSettings,
     Transfer,
     glam::{Vec3, Vec4},
+    gpu::Gpu,
     host::PointBuffers,
-    internals::{gpu::Gpu, reference::light_points, view::shadow_views},
     light_views,
     model::{Profile, ReceiverPoint},
-    render::Renderer,
-    scene::Scene,
+    view::shadow_views,
     wgpu::BufferUsages,
 };
+use gobo_picture::Renderer;
+use gobo_reference::light_points;
+use gobo_scene::Scene;
 
 /// Rounding of a map's storage: 12 bits of a curve's light, f16 of a filter.
 const ROUNDING: f32 = 1e-3;

@@ -6,11 +6,11 @@ use crate::common::{
 use gobo::{
     Error, Light, LightKind, Material, Receiver, Transfer,
     glam::{Vec2, Vec3, Vec4},
-    internals::view::shadow_views,
     model::{LookUp, ReceiverPoint, ShadowFilter},
-    render::{RenderOptions, Renderer},
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 use std::f64::consts::PI;
 
 const GLASS: Vec3 = Vec3::new(0.9, 0.25, 0.5);
@@ -90,7 +90,6 @@ fn expected(filter: ShadowFilter, off: f64) -> f64 {
             let t = (off / f64::from(radius)).clamp(-1.0, 1.0);
             1.0 - (t.acos() - t * (1.0 - t * t).sqrt()) / PI
         }
-        other => panic!("{other:?} has no closed form here"),
     }
 }
 

@@ -3,14 +3,12 @@ use super::by_hand::{ATLAS, POISON, TILE, upload_views, views};
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
     glam::{UVec2, Vec3},
-    internals::{
-        gpu::Gpu,
-        records::{CurveMap, GpuView, ViewMaps},
-        reference::curve::Streaming,
-    },
+    gpu::Gpu,
     model::View,
+    records::{CurveMap, GpuView, ViewMaps},
     wgpu::{self, TextureFormat as Format},
 };
+use gobo_reference::curve::Streaming;
 use half::f16;
 
 /// [texels]

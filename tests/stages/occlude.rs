@@ -5,10 +5,13 @@ use crate::common::{
 };
 use gobo::{
     glam::Vec3,
-    internals::{gpu::Tier, records::ViewMaps, reference, view::shadow_views},
+    gpu::Tier,
     model::{LightKind, Transfer, Triangle},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference as reference;
+use gobo_scene::Scene;
 
 /// Light depths are `f32`; a few operations separate CPU reference and kernel.
 const DEPTH: f32 = 2e-6;

@@ -13,20 +13,18 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
-    internals::{
-        gpu::{Gpu, KernelDesc, Resources, Tier},
-        records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
-        reference::project::{self, depth_key, project_triangle},
-        stage::{
-            bin::Segment,
-            features::{Features, Flags},
-            occlude,
-            project::{Chunk, ProjectParams},
-        },
-    },
+    gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{Material, Profile, Shape, Transfer},
+    records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
+    stage::{
+        bin::Segment,
+        features::{Features, Flags},
+        occlude,
+        project::{Chunk, ProjectParams},
+    },
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
+use gobo_reference::project::{self, depth_key, project_triangle};
 
 /// Tile that other kernels finish.
 const MERGED: u32 = 3;

@@ -5,25 +5,22 @@ use crate::common::{
 };
 use gobo::{
     glam::{UVec2, Vec3, Vec4},
-    internals::{
-        gpu::{Gpu, KernelDesc, Resources, Tier},
-        records::{
-            CASTER_TEXELS, Caster, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView,
-            MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord,
-            TriangleSetup,
-        },
-        reference::{
-            Pair,
-            project::{self as cpu, Projected, project_caster, project_triangle},
-        },
-        stage::{
-            project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
-            sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size},
-        },
-        view::shadow_views,
-    },
+    gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{LightKind, Material, Scene, Shape, Transfer},
+    records::{
+        CASTER_TEXELS, Caster, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView, MAX_MATERIALS,
+        MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord, TriangleSetup,
+    },
+    stage::{
+        project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
+        sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size},
+    },
+    view::shadow_views,
     wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
+};
+use gobo_reference::{
+    Pair,
+    project::{self as cpu, Projected, project_caster, project_triangle},
 };
 
 /// Initial words of every output, to show what a kernel does not write.

@@ -7,10 +7,8 @@ use super::by_hand::{
 use crate::common::{TIERS, gpu};
 use gobo::{
     glam::DVec3,
-    internals::{
-        gpu::{Gpu, Resources, Tier},
-        stage::{bin::SEGMENT_LENGTH, resolve},
-    },
+    gpu::{Gpu, Resources, Tier},
+    stage::{bin::SEGMENT_LENGTH, resolve},
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
 

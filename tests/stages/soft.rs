@@ -8,11 +8,11 @@ use crate::common::{
 use gobo::{
     Camera, Light, LightKind, Material, Receiver, Transfer, Triangle,
     glam::{DVec3, UVec2, Vec3, Vec4},
-    internals::gpu::Tier,
+    gpu::Tier,
     model::{Air, MaskSettings, ReceiverPoint, Source},
-    render::Renderer,
-    scene::Scene,
 };
+use gobo_picture::Renderer;
+use gobo_scene::Scene;
 
 pub(super) const GROUND: u32 = 0;
 pub(super) const RED: u32 = 1;
@@ -248,7 +248,7 @@ fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 
 #[test]
 fn points_without_normals_are_lit_as_their_surface() {
     let root = crate::common::root();
-    let scene = gobo::scene::load(&root.join("data/soft_glass.toml")).unwrap();
+    let scene = gobo_scene::load(&root.join("data/soft_glass.toml")).unwrap();
     let floor = |x: f32, z: f32| ReceiverPoint {
         position: Vec3::new(x, 0.0, z) - scene.origin,
         normal: Vec3::Y,

@@ -7,8 +7,8 @@ use gobo::{
     Light, LightKind, Receiver,
     glam::{DVec3, Vec3},
     model::{ReceiverPoint, Source},
-    scene::{Scene, load},
 };
+use gobo_scene::{Scene, load};
 
 /// Under a straight edge at height h, a square light at height H has a transmittance of `x / w + 1/2` at a
 /// distance x from the edge's shadow, where `w = edge h / (H - h)`.

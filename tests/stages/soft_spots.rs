@@ -5,8 +5,8 @@ use gobo::{
     Light, LightKind,
     glam::Vec3,
     model::{ReceiverPoint, Source},
-    scene::{Scene, load},
 };
+use gobo_scene::{Scene, load};
 
 /// Places on a light: in a penumbra they are off by 0.01 at most.
 const PLACES: usize = 256;

@@ -5,14 +5,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{
-        records::ViewMaps,
-        reference::{MapTexel, receive, render_maps},
-        view::shadow_views,
-    },
     model::{LightKind, Material, Pattern, Profile, Transfer, dither::window},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::{MapTexel, receive, render_maps};
+use gobo_scene::Scene;
 
 const PLAIN: Vec4 = Vec4::new(0.0, 0.0, 0.0, 0.37);
 

@@ -8,17 +8,15 @@ use crate::{
     stages::by_hand::run_all,
 };
 use gobo::{
-    internals::{
-        gpu::Resources,
-        records::ViewMaps,
-        reference::curve::soften::soften_curves,
-        stage::{
-            features::Features,
-            soften::{self as stage, SoftenParams, run_layers},
-        },
+    gpu::Resources,
+    records::ViewMaps,
+    stage::{
+        features::Features,
+        soften::{self as stage, SoftenParams, run_layers},
     },
     wgpu::{BufferUsages, TextureFormat as Format},
 };
+use gobo_reference::curve::soften::soften_curves;
 
 /// Windows of the patterns [texels].
 const WINDOWS: [u32; 2] = [2, 8];

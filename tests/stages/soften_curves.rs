@@ -5,10 +5,12 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec3, Vec4},
-    internals::{records::ViewMaps, reference::render_maps, view::shadow_views},
     model::{LightKind, Material, Pattern, Profile, Receiver, Shape, Transfer, dither::window},
-    scene::Scene,
+    records::ViewMaps,
+    view::shadow_views,
 };
+use gobo_reference::render_maps;
+use gobo_scene::Scene;
 
 /// Rounding of a light and its merges: three roundings of a channel.
 const ROUNDING: f32 = 1e-3;

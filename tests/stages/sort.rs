@@ -1,17 +1,16 @@
 use crate::common::gpu;
 use gobo::{
-    internals::{
-        frame::{Commands, Kernels, Sort, SortCount},
-        gpu::{Gpu, Tier, Timeline},
-        reference::{self, Pair},
-        stage::{
-            profile::Profile,
-            sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
-        },
-    },
+    frame::{Commands, Kernels, Sort, SortCount},
+    gpu::{Gpu, Tier, Timeline},
     model::MAX_PAIRS,
+    stage::{
+        profile::Profile,
+        sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
+    },
     wgpu,
 };
+use gobo_reference as reference;
+use gobo_reference::Pair;
 use std::ops::Range;
 
 /// Shapes, and tiers whose kernels differ for them.

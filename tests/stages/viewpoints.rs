@@ -2,12 +2,13 @@
 use super::soft::{ground, on_gpu, sheet, spot};
 use crate::common::{TIERS, files::read, gpu, scenes::material};
 use gobo::{
-    Camera, Light, LightKind, Material, Renderer, Transfer,
+    Camera, Light, LightKind, Material, Transfer,
     glam::{Vec2, Vec3, Vec4},
-    internals::view::shadow_views,
     model::{ReceiverPoint, Shadow, Source},
-    scene::{Scene, SceneError, load},
+    view::shadow_views,
 };
+use gobo_picture::Renderer;
+use gobo_scene::{Scene, SceneError, load};
 use std::ops::Range;
 
 /// Offsets of the viewpoints from the light, along two axes of its source [m].

@@ -5,7 +5,7 @@ set -u
 
 cd "$(dirname "$0")" || exit 1
 PATH=$PWD/bin:$PATH
-export CARGO_MANIFEST_DIR=$PWD
+export GOBO_ROOT=$PWD
 : "${XDG_RUNTIME_DIR:=/tmp}"
 export XDG_RUNTIME_DIR
 rm -rf results

@@ -1,5 +1,5 @@
 // Output: opaque depth. Tiles go straight to the map, segments and scattered casters to sums, from which the
-// map is resolved. CPU reference: src/reference/occlude.rs, src/reference/resolve.rs.
+// map is resolved. CPU reference: crates/gobo-reference/src/occlude.rs, crates/gobo-reference/src/resolve.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::opaques;

@@ -1,5 +1,5 @@
 // Accumulator: transmittance and nearest depth of an invocation's texels, front to back, in registers. CPU
-// reference: src/reference/accumulate.rs.
+// reference: crates/gobo-reference/src/accumulate.rs.
 
 import package::accumulator::found::Found;
 import package::bind::changed::counters;

@@ -1,5 +1,5 @@
 // Accumulator: layers of translucent casters over a pixel, blended front to back. CPU reference:
-// src/reference/shade/layers.rs.
+// crates/gobo-reference/src/shade/layers.rs.
 //
 // Casters come in order of their nearest corner, among bricks of their nearest point. A pane reaches from there far back, so it waits until the
 // next caster is behind it; the order is exact while at most two panes wait. The light that the two nearest

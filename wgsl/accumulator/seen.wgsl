@@ -1,4 +1,4 @@
-// Accumulator: the nearest opaque caster of a pixel. CPU reference: src/reference/shade/mod.rs.
+// Accumulator: the nearest opaque caster of a pixel. CPU reference: crates/gobo-reference/src/shade/mod.rs.
 
 import package::features::HAS_TRIANGLES;
 import package::hit::caster_hit::caster_hit;

@@ -1,5 +1,5 @@
 // Accumulator: nearest opaque depth of some texels in a column, for opaque triangles, the usual casters of
-// ground and walls. CPU reference: src/reference/occlude.rs.
+// ground and walls. CPU reference: crates/gobo-reference/src/occlude.rs.
 
 import package::features::unrolled;
 import package::records::footprint::{Footprint, setup_of};

@@ -1,5 +1,5 @@
 // bin, count, on GPUs: number of pairs of each run of the depth-sorted footprints. One workgroup per run, a footprint for
-// each lane at a time; `run_offsets` has the sums behind the number of runs. CPU reference: src/reference/bin.rs. Rust:
+// each lane at a time; `run_offsets` has the sums behind the number of runs. CPU reference: crates/gobo-reference/src/bin.rs. Rust:
 // src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};

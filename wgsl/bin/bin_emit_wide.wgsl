@@ -1,7 +1,7 @@
 // bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint each, then
 // all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a large
 // footprint, and neighbours load and store neighbours. What does not fit: as in bin_emit.wgsl. CPU reference:
-// src/reference/bin.rs. Rust: src/stage/bin.rs.
+// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::emit_outlined::emit_outlined;
 import package::bin::raise_dispatch::raise_dispatch;

@@ -1,5 +1,5 @@
 // bin, scan: number of pairs of all blocks of runs before each block, in place. One workgroup. CPU reference:
-// src/reference/bin.rs. Rust: src/stage/bin.rs.
+// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};
 import package::bind::uniform::bin_params;

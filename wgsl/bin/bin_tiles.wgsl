@@ -1,5 +1,5 @@
 // bin, tiles: first and last pair of each tile in the pairs sorted by tile; cuts long tiles into segments.
-// One invocation per tile. CPU reference: src/reference/bin.rs. Rust: src/stage/bin.rs.
+// One invocation per tile. CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::record_tile::record_tile;
 import package::bind::changed::{counters, dispatches};

@@ -1,5 +1,5 @@
 // bloom, apply: spreads a share of the picture's light. One invocation per pixel. CPU reference:
-// src/reference/bloom.rs. Rust: src/stage/bloom.rs.
+// crates/gobo-reference/src/bloom.rs. Rust: src/stage/bloom.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::composited;

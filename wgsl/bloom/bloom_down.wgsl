@@ -1,4 +1,4 @@
-// bloom, down: the next level. One invocation per texel of it. CPU reference: src/reference/bloom.rs. Rust:
+// bloom, down: the next level. One invocation per texel of it. CPU reference: crates/gobo-reference/src/bloom.rs. Rust:
 // src/stage/bloom.rs.
 
 import package::bind::stored::bloom_to;

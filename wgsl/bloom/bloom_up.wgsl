@@ -1,5 +1,5 @@
 // bloom, up: a level with its share of all coarser ones. One invocation per texel. CPU reference:
-// src/reference/bloom.rs. Rust: src/stage/bloom.rs.
+// crates/gobo-reference/src/bloom.rs. Rust: src/stage/bloom.rs.
 
 import package::bind::sampled::bloom_level;
 import package::bind::stored::bloom_to;

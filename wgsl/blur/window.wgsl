@@ -1,4 +1,4 @@
-// Windows of a blur. CPU reference: src/reference/blur.rs. Rust: src/stage/blur.rs.
+// Windows of a blur. CPU reference: crates/gobo-reference/src/blur.rs. Rust: src/stage/blur.rs.
 
 import package::bind::sampled::opaques;
 import package::bind::uniform::blur_params;

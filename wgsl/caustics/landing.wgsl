@@ -1,4 +1,4 @@
-// Where a ray that glass bends lands. CPU reference: src/reference/caustics.rs.
+// Where a ray that glass bends lands. CPU reference: crates/gobo-reference/src/caustics.rs.
 
 import package::bind::read::{glass_depths, glass_owners};
 import package::bind::sampled::opaques;

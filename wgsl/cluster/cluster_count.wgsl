@@ -1,5 +1,5 @@
 // cluster, count: lights that reach each cluster, as bits, and their number. One invocation per cluster.
-// CPU reference: src/reference/cluster.rs. Rust: src/stage/cluster.rs.
+// CPU reference: crates/gobo-reference/src/cluster.rs. Rust: src/stage/cluster.rs.
 
 import package::bind::changed::offsets;
 import package::bind::sampled::{cells, reaches};

@@ -1,5 +1,5 @@
 // cluster, emit: `clusters`, first two texels per cluster with start and length of its list, then the
-// lists: indices of lights, ascending. One invocation per cluster. CPU reference: src/reference/cluster.rs.
+// lists: indices of lights, ascending. One invocation per cluster. CPU reference: crates/gobo-reference/src/cluster.rs.
 // Rust: src/stage/cluster.rs.
 
 import package::bind::changed::offsets;

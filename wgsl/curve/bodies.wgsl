@@ -1,6 +1,6 @@
 // Bodies in curves: puffs, and stretches of volumes, in which light falls exponentially. Ramps are linear, so
 // while a curve has a free node, its ramp that bends most becomes two, with the light in the middle right.
-// CPU reference: src/reference/curve/bodies.rs.
+// CPU reference: crates/gobo-reference/src/curve/bodies.rs.
 
 import package::curve::lights::{Lights, difference, scaled, selected, white};
 import package::curve::list::{coded, light_behind, selected_node};

@@ -1,4 +1,4 @@
-// Accumulator: curves of an invocation's texels. CPU reference: src/reference/curve/tile.rs.
+// Accumulator: curves of an invocation's texels. CPU reference: crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::lights::{

@@ -1,5 +1,5 @@
 // Light at a depth of a texel's curve: the product of its nodes, in any order. CPU reference:
-// src/reference/curve/format.rs, `light_at`.
+// crates/gobo-reference/src/curve/format.rs, `light_at`.
 
 import package::bind::sampled::curves;
 import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, node_start};

@@ -1,4 +1,4 @@
-// Light of an invocation's texels. CPU reference: src/reference/curve/mod.rs.
+// Light of an invocation's texels. CPU reference: crates/gobo-reference/src/curve/mod.rs.
 
 import package::curve::node::DEPTHS;
 import package::features::{HAS_GAIN, HAS_OVER, HAS_VOLUMES, unrolled};

@@ -1,5 +1,5 @@
 // Curves of an invocation's texels during insertion: one node more than a curve has. CPU reference, with the
-// merge rule and its reasons: src/reference/curve/mod.rs, `Streaming`.
+// merge rule and its reasons: crates/gobo-reference/src/curve/mod.rs, `Streaming`.
 
 import package::curve::bodies::{clear_bodies, follow_insertion, follow_merge, new_index};
 import package::curve::lights::{

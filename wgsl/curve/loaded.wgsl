@@ -1,4 +1,4 @@
-// A node of an invocation's texels, from a map or a segment. CPU reference: src/reference/curve/mod.rs,
+// A node of an invocation's texels, from a map or a segment. CPU reference: crates/gobo-reference/src/curve/mod.rs,
 // `unpack`.
 
 import package::curve::lights::Lights;

@@ -1,5 +1,5 @@
 // Mean of several curves in a few nodes: their depths are cut at the longest gaps. CPU reference:
-// src/reference/curve/mean.rs.
+// crates/gobo-reference/src/curve/mean.rs.
 
 import choice::below::{child_ramp, child_share, start_child};
 import package::curve::node::{

@@ -1,4 +1,4 @@
-// Format of a curve in a map: nodes of 8 bytes. CPU reference: src/reference/curve/format.rs. Start (16 bits), square
+// Format of a curve in a map: nodes of 8 bytes. CPU reference: crates/gobo-reference/src/curve/format.rs. Start (16 bits), square
 // root of the length (12), red, green, blue that the node passes by itself (12 each). Light at a depth is the product
 // of the nodes. A node that starts at 0 is unused, and passes all.
 

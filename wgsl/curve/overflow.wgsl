@@ -1,6 +1,6 @@
 // Scattered casters, whose pairs fit neither the budget nor the parts of the tiles that were recorded, as one
 // hit behind those that did: pairs get capacity front to back.
-// Resets the sums to zero. CPU reference: src/reference/curve/tile.rs.
+// Resets the sums to zero. CPU reference: crates/gobo-reference/src/curve/tile.rs.
 
 import package::curve::lights::{Lights, white, with_light};
 import package::curve::volumes::rest_of_volumes;

@@ -1,6 +1,6 @@
 // Accumulator: curves of an invocation's texels by two walks, of hits that only pass light on. The first walk finds the
 // light behind all hits, how many there are, where, and what pairs of neighbours cost. CPU reference:
-// src/reference/curve/two_walks.rs.
+// crates/gobo-reference/src/curve/two_walks.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::bodies::{MIN_BEND, SHORTEST};

@@ -1,5 +1,5 @@
 // Output: curves, filter and nearest depth of tiles with several segments, whose curves are appended to each
-// other. CPU reference: src/reference/curve/tile.rs.
+// other. CPU reference: crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
@@ -85,7 +85,7 @@ fn behind(light: Lights, joined: Lights, scale: Lights) -> Lights {
 const MIN_REST: f32 = 0.0625;
 
 // Scale up to a depth behind which white light has become `light`, for a segment with `scale` and `all`
-// behind it. CPU reference: src/reference/curve/mod.rs, `Affine`.
+// behind it. CPU reference: crates/gobo-reference/src/curve/mod.rs, `Affine`.
 fn scale_share(light: Rows, scale: Rows, all: Rows, part: f32) -> Rows {
     let lost = 1.0 - scale;
     let rest = 1.0 - (all - scale) / max(lost, Rows(1e-3));

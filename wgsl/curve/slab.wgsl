@@ -1,5 +1,5 @@
 // Slabs: runs of a segment's pairs, alike for all texels. Behind each a walk may end. CPU reference:
-// src/reference/curve/tile.rs, `walk`.
+// crates/gobo-reference/src/curve/tile.rs, `walk`.
 
 import package::features::NODES;
 import package::records::footprint::footprint_key;

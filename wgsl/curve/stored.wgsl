@@ -1,4 +1,4 @@
-// Nodes in the format of a map. CPU reference: src/reference/curve/format.rs.
+// Nodes in the format of a map. CPU reference: crates/gobo-reference/src/curve/format.rs.
 
 import package::curve::lights::{Lights, black, scaled, white};
 import package::curve::list::{coded, light_behind};

@@ -1,5 +1,5 @@
 // Output: the curves, filter and nearest depth of a tile that one workgroup finishes. CPU reference:
-// src/reference/curve/tile.rs.
+// crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::changed::counters;
 import package::bind::read::scattered_tiles;

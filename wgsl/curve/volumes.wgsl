@@ -1,5 +1,5 @@
 // Volumes on the rays of an invocation's texels, face by face, as ramps. CPU reference:
-// src/reference/curve/volumes.rs.
+// crates/gobo-reference/src/curve/volumes.rs.
 
 import package::curve::lights::{
     Lights, black, difference, minus, plus, quotient, scaled, selected, times, white, with_light,

@@ -1,5 +1,5 @@
 // Channels of the light that an opaque material's hit blocks at a texel; a `dither` caster has a threshold
-// per channel. CPU reference: src/reference/occlude.rs.
+// per channel. CPU reference: crates/gobo-reference/src/occlude.rs.
 
 import package::bind::uniform::materials;
 import package::hit::blocks::{threshold_at, pattern_point};

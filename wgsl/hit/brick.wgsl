@@ -1,5 +1,5 @@
 // The ramp_index of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
-// along a ray within a cell, and two points of Gauss integrate a cubic. CPU reference: src/reference/brick.rs.
+// along a ray within a cell, and two points of Gauss integrate a cubic. CPU reference: crates/gobo-reference/src/brick.rs.
 
 import package::features::{CELLS_AT_ONCE, NODES, unrolled};
 import package::hit::brick_cells::{CELLS, LEAST_WAY, first_cell, index_ray, way_in_cell, two_densities};

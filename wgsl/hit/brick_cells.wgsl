@@ -1,6 +1,6 @@
 // The cells of voxels that a ray crosses in a brick, in order, and the density at two points of Gauss in each (Amanatides
 // and Woo 1987). All crossings of faces are computed from the ray's start, so that neighbours agree on them. CPU
-// reference: src/reference/brick.rs.
+// reference: crates/gobo-reference/src/brick.rs.
 
 import package::bind::sampled::voxels;
 import package::hit::hit::to_world;

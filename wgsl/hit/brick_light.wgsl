@@ -1,6 +1,6 @@
 // Light that a brick of a thin grid sends along a ray to the eye: what its lattice of points scatters at four points of
 // the ray, by what the ray absorbs near each, where the density of each third of the way is even. CPU reference:
-// src/reference/brick_light.rs.
+// crates/gobo-reference/src/brick_light.rs.
 
 import package::bind::sampled::brick_lights;
 import package::records::record::record_texel;

@@ -1,5 +1,5 @@
 // Light that a brick sends along a ray to the eye: of a thin grid by thirds, of a dense one cell by cell. CPU reference:
-// src/reference/brick.rs, src/reference/brick_light.rs.
+// crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/brick_light.rs.
 
 import package::hit::brick_cells::{CELLS, GAUSS, IndexRay, each_density, first_cell, index_ray, way_in_cell};
 import package::hit::brick_light::{brick_light, lattice_light};

@@ -1,5 +1,5 @@
 // Hit of a ray with a capsule of a strand: the part of a cone between two planes. CPU reference:
-// src/reference/capsule.rs.
+// crates/gobo-reference/src/capsule.rs.
 
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, to_map};

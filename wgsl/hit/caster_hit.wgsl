@@ -1,4 +1,4 @@
-// Hit of a ray with any caster: opacity, transmittance, depth. CPU reference: src/reference/caster_hit.rs.
+// Hit of a ray with any caster: opacity, transmittance, depth. CPU reference: crates/gobo-reference/src/caster_hit.rs.
 
 import package::bind::sampled::images;
 import package::bind::uniform::materials;

@@ -1,4 +1,4 @@
-// A soft disc of the `filter` transfer, set up for texels. CPU reference: src/reference/hit.rs.
+// A soft disc of the `filter` transfer, set up for texels. CPU reference: crates/gobo-reference/src/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::records::color::unpack_absorbed;

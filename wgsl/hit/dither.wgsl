@@ -1,5 +1,5 @@
 // Dither patterns: the threshold that a caster's opacity must exceed at a texel to block its light. CPU
-// reference, with the reasons: src/reference/dither.rs.
+// reference, with the reasons: crates/gobo-reference/src/dither.rs.
 
 import package::bind::sampled::casters;
 import package::hit::hash::pcg;

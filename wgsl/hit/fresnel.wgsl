@@ -1,5 +1,5 @@
 // Light that faces and panes of glass let through, by Fresnel's formulas for light that is not polarised. CPU reference:
-// src/reference/fresnel.rs.
+// crates/gobo-reference/src/fresnel.rs.
 
 import package::bind::uniform::materials;
 import package::features::HAS_FRESNEL;

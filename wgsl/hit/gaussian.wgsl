@@ -1,4 +1,4 @@
-// Hit of a ray with a Gaussian. CPU reference: src/reference/gaussian.rs.
+// Hit of a ray with a Gaussian. CPU reference: crates/gobo-reference/src/gaussian.rs.
 
 import package::bind::uniform::materials;
 import package::features::HAS_MEDIA;

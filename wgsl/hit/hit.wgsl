@@ -1,4 +1,4 @@
-// Geometry and optics of one ray's hit. CPU reference: src/reference/hit.rs.
+// Geometry and optics of one ray's hit. CPU reference: crates/gobo-reference/src/hit.rs.
 
 import package::bind::uniform::materials;
 import package::records::material::{

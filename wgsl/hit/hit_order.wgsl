@@ -1,6 +1,6 @@
 // Sorting of rays' hits by depth: casters come sorted by their nearest points, so their hits are nearly
 // sorted. The last few wait in order; a late one is inserted among them. CPU reference:
-// src/reference/order.rs.
+// crates/gobo-reference/src/order.rs.
 
 import package::curve::lights::{Lights, black, white, with_light};
 import package::hit::hit::{Hit, presence_of};

@@ -1,4 +1,4 @@
-// Hit of a ray with a puff. CPU reference: src/reference/puff.rs.
+// Hit of a ray with a puff. CPU reference: crates/gobo-reference/src/puff.rs.
 
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, transmittance};

@@ -1,5 +1,5 @@
 // Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones. CPU reference:
-// src/reference/occlude.rs.
+// crates/gobo-reference/src/occlude.rs.
 
 import package::bind::uniform::materials;
 import package::hit::hit::Hit;

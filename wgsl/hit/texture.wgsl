@@ -1,5 +1,5 @@
 // Images of materials: one layer each, bilinear, repeating; in the picture trilinear, over what a sample sees. CPU
-// reference: src/reference/texture.rs.
+// reference: crates/gobo-reference/src/texture.rs.
 
 // Most samples of an image along the longer side of what a sample of the picture sees of it.
 const MAX_IMAGE_TAPS: u32 = 4u;

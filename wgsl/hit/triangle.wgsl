@@ -1,4 +1,4 @@
-// Hit of a ray with a triangle. CPU reference: src/reference/caster_hit.rs.
+// Hit of a ray with a triangle. CPU reference: crates/gobo-reference/src/caster_hit.rs.
 
 import package::bind::sampled::images;
 import package::bind::uniform::{materials, picture_params};

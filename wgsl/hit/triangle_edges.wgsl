@@ -1,4 +1,4 @@
-// Edge functions of a triangle in the map. CPU reference: src/reference/project.rs.
+// Edge functions of a triangle in the map. CPU reference: crates/gobo-reference/src/project.rs.
 
 fn precedes(a: vec2<f32>, b: vec2<f32>) -> bool {
     return a.x < b.x || (a.x == b.x && a.y < b.y);

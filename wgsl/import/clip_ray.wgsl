@@ -1,5 +1,5 @@
 // Ray of a texel of ours in the clip space of a host's camera with the same rays: clip coordinates are
-// `slope * distance + start`, `distance` along our axis [m]. Rust: src/reference/import.rs.
+// `slope * distance + start`, `distance` along our axis [m]. Rust: crates/gobo-reference/src/import.rs.
 
 struct ClipRay {
     slope: vec4<f32>,

@@ -1,5 +1,5 @@
 // import: the host's depth map -> opaque depths of a view. One invocation per texel. CPU reference:
-// src/reference/import.rs. Rust: src/stage/import.rs.
+// crates/gobo-reference/src/import.rs. Rust: src/stage/import.rs.
 
 import package::bind::sampled::host_depths;
 import package::bind::uniform::import_params;

@@ -1,5 +1,5 @@
 // mask, look up: the share of each light of some masks that reaches a pixel. One invocation per pixel and
-// group of masks. CPU reference: src/reference/mask.rs. Rust: src/stage/mask.rs.
+// group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
 
 import choice::aside::{aside, lay_aside, open_asides};
 import choice::joined::host_shadow;

@@ -1,5 +1,5 @@
 // mask, surfaces: visible opaque surfaces in the format of masks. One invocation per pixel of a band, after
-// `shade_surfaces`. CPU reference: src/reference/mask.rs. Rust: src/stage/mask.rs.
+// `shade_surfaces`. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
 
 import choice::keep::keep_surface;
 import package::bind::sampled::seen_pixels;

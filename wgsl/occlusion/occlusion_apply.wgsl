@@ -1,6 +1,6 @@
 // occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of the texels around a
 // pixel that are on its surface, in a box of 4x4, in which all directions and places of the search count alike. One
-// invocation per pixel. CPU reference: src/reference/occlusion.rs. Rust: src/stage/occlusion.rs.
+// invocation per pixel. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust: src/stage/occlusion.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{ambients, composited, occlusions};

@@ -2,7 +2,7 @@
 // picture's size: a search for horizons (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect
 // Occlusion", section 4). Unlike the paper: horizons are angles above the surface's own plane, so that planes occlude
 // nothing of themselves, and the sum is divided by that without occluders. One invocation per 2x2 pixels. CPU
-// reference: src/reference/occlusion.rs. Rust: src/stage/occlusion.rs.
+// reference: crates/gobo-reference/src/occlusion.rs. Rust: src/stage/occlusion.rs.
 
 import package::bind::sampled::ambients;
 import package::bind::stored::occlusions;

@@ -1,4 +1,4 @@
-// Surfaces of the picture in view space. CPU reference: src/reference/occlusion.rs.
+// Surfaces of the picture in view space. CPU reference: crates/gobo-reference/src/occlusion.rs.
 
 import package::bind::uniform::{picture_params, views};
 

@@ -1,4 +1,4 @@
-// Extent of a brick's box in a view. CPU reference: src/reference/brick.rs.
+// Extent of a brick's box in a view. CPU reference: crates/gobo-reference/src/brick.rs.
 
 import package::records::brick::{Brick, voxel_edges};
 import package::records::view::GpuView;

@@ -1,4 +1,4 @@
-// Extent of a capsule of a strand in a view. CPU reference: src/reference/capsule.rs.
+// Extent of a capsule of a strand in a view. CPU reference: crates/gobo-reference/src/capsule.rs.
 
 import package::hit::capsule::{CapsuleSetup, capsule_touches, radius_at};
 import package::project::conic::ENDLESS;

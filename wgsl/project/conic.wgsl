@@ -1,4 +1,4 @@
-// A Gaussian's projected covariance: its whitening and ellipse in the map. CPU reference: src/reference/gaussian.rs.
+// A Gaussian's projected covariance: its whitening and ellipse in the map. CPU reference: crates/gobo-reference/src/gaussian.rs.
 
 import package::project::outline_of::Ellipse;
 import package::project::tangents::tangents;

@@ -1,4 +1,4 @@
-// An ellipse's outline in a view's tiles. CPU reference: src/reference/outline.rs.
+// An ellipse's outline in a view's tiles. CPU reference: crates/gobo-reference/src/outline.rs.
 
 import package::records::outline::Outline;
 import package::records::tile_rect::SLACK;

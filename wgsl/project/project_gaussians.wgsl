@@ -1,5 +1,5 @@
 // project: Gaussians -> footprints, depth keys, tile rectangles and setups. One invocation per Gaussian and view;
-// a workgroup takes a chunk. CPU reference: src/reference/gaussian.rs. Rust: src/stage/project.rs.
+// a workgroup takes a chunk. CPU reference: crates/gobo-reference/src/gaussian.rs. Rust: src/stage/project.rs.
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;

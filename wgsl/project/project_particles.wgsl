@@ -1,5 +1,5 @@
 // project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and
-// view; a workgroup takes a chunk. CPU reference: src/reference/project.rs. Rust: src/stage/project.rs.
+// view; a workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust: src/stage/project.rs.
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;

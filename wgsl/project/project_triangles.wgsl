@@ -1,5 +1,5 @@
 // project: triangles -> footprints, depth keys, tile rectangles and setups. One invocation per
-// triangle and view; a workgroup takes a chunk. CPU reference: src/reference/project.rs. Rust:
+// triangle and view; a workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust:
 // src/stage/project.rs.
 
 import package::bind::read::chunks;

@@ -1,4 +1,4 @@
-// Slopes of a sphere. CPU reference: src/reference/project.rs.
+// Slopes of a sphere. CPU reference: crates/gobo-reference/src/project.rs.
 
 // Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
 // inside.

@@ -1,5 +1,5 @@
 // refraction, apply: adds what is seen aside or blurred behind glass. One invocation per pixel. CPU reference:
-// src/reference/refraction.rs. Rust: src/stage/refraction.rs.
+// crates/gobo-reference/src/refraction.rs. Rust: src/stage/refraction.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{behinds, bends, composited};

@@ -1,6 +1,6 @@
 // Light that the air scatters to the eye, as a volume: layer k of a column of pixels holds the light
 // scattered between the eye and the end of slice k. The transmittance follows from the length. CPU reference:
-// src/reference/air.rs. Rust: `AirParams` in src/records/air.rs.
+// crates/gobo-reference/src/air.rs. Rust: `AirParams` in src/records/air.rs.
 
 import package::bind::sampled::air;
 import package::bind::uniform::picture_params;

@@ -1,5 +1,5 @@
 // air, scatter: light that the air of one slice of a column of pixels sends to the eye, per unit of
-// scattering optical depth. One invocation per column and slice. CPU reference: src/reference/air.rs. Rust:
+// scattering optical depth. One invocation per column and slice. CPU reference: crates/gobo-reference/src/air.rs. Rust:
 // src/stage/air.rs.
 
 import choice::aside::{aside, lay_aside, open_asides};

@@ -1,5 +1,5 @@
 // air, sum: sums from the eye through the slices of a column of pixels. One invocation per column. CPU
-// reference: src/reference/air.rs. Rust: src/stage/air.rs.
+// reference: crates/gobo-reference/src/air.rs. Rust: src/stage/air.rs.
 
 import package::bind::sampled::sources;
 import package::bind::stored::air;

@@ -1,4 +1,4 @@
-// Emission of a triangle. CPU reference: src/reference/shade/mod.rs.
+// Emission of a triangle. CPU reference: crates/gobo-reference/src/shade/mod.rs.
 
 import package::features::HAS_TEXTURES;
 import package::hit::triangle::triangle_image;

@@ -1,5 +1,5 @@
 // Radiance of the background or environment from a direction, prefiltered for reflections. CPU reference:
-// `from_around` in src/reference/shading/mod.rs; the maps are made in src/model/environment.rs.
+// `from_around` in crates/gobo-reference/src/shading/mod.rs; the maps are made in src/model/environment.rs.
 
 import package::bind::sampled::environment;
 import package::bind::uniform::picture_params;

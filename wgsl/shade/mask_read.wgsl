@@ -1,4 +1,4 @@
-// Look-up of shadow masks, at opaque points. CPU reference: src/reference/shading/mod.rs.
+// Look-up of shadow masks, at opaque points. CPU reference: crates/gobo-reference/src/shading/mod.rs.
 
 import package::bind::sampled::light_masks;
 import package::records::mask::{mask_slot, slot_channels, slot_mask};

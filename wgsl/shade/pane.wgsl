@@ -1,5 +1,5 @@
 // Panes: thin surfaces that filter what is behind them, scatter some light and mirror some. CPU reference:
-// src/reference/shade/mod.rs.
+// crates/gobo-reference/src/shade/mod.rs.
 
 import package::hit::hit::Hit;
 import package::features::HAS_FRESNEL;

@@ -1,4 +1,4 @@
-// Scattering by what floats in the air. CPU reference: src/reference/air.rs, src/reference/shading/mod.rs.
+// Scattering by what floats in the air. CPU reference: crates/gobo-reference/src/air.rs, crates/gobo-reference/src/shading/mod.rs.
 
 const PER_FOUR_PI: f32 = 0.07957747;
 // Orders of scattering in a brick.

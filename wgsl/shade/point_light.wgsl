@@ -1,4 +1,4 @@
-// Light that a point scatters, mirrors and emits to the eye. CPU reference: src/reference/shading/mod.rs.
+// Light that a point scatters, mirrors and emits to the eye. CPU reference: crates/gobo-reference/src/shading/mod.rs.
 
 import choice::aside::{aside, lay_aside};
 import choice::mask::masked;

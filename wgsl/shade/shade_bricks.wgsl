@@ -1,5 +1,5 @@
 // shade, bricks: the points of the bricks' lattices. One invocation per point. CPU reference:
-// src/reference/brick_light.rs, src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
+// crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::NODES;

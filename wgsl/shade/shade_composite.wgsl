@@ -1,5 +1,5 @@
 // shade, composite: translucent layers over the opaque surface, and the tone curve. One invocation per
-// pixel of a band. CPU reference: src/reference/shade/mod.rs. Rust: src/stage/shade.rs.
+// pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: src/stage/shade.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};

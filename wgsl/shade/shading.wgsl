@@ -1,4 +1,4 @@
-// Scattering and reflection towards the camera. CPU reference: src/reference/shading/mod.rs.
+// Scattering and reflection towards the camera. CPU reference: crates/gobo-reference/src/shading/mod.rs.
 
 const PER_PI: f32 = 0.31830989;
 

@@ -1,4 +1,4 @@
-// Light that the shadows of a light let through. CPU reference: src/reference/shading/receive.rs.
+// Light that the shadows of a light let through. CPU reference: crates/gobo-reference/src/shading/receive.rs.
 
 import choice::aside::{aside, lay_aside};
 import choice::source::receive_light;

@@ -1,4 +1,4 @@
-// Light that a strand scatters and mirrors. CPU reference: src/reference/shading/mod.rs.
+// Light that a strand scatters and mirrors. CPU reference: crates/gobo-reference/src/shading/mod.rs.
 
 import package::shade::shading::PER_PI;
 

@@ -1,4 +1,4 @@
-// Positions and normals of visible surfaces. CPU reference: src/reference/shading/mod.rs.
+// Positions and normals of visible surfaces. CPU reference: crates/gobo-reference/src/shading/mod.rs.
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::picture_params;

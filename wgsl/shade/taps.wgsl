@@ -1,4 +1,4 @@
-// Texels of a look-up, and their weights. CPU reference: src/reference/shading/taps.rs.
+// Texels of a look-up, and their weights. CPU reference: crates/gobo-reference/src/shading/taps.rs.
 
 import package::features::HAS_FILTERS;
 import package::records::light::GpuLight;

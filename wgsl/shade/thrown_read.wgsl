@@ -1,4 +1,4 @@
-// Look-up of the light that glass throws. CPU reference: src/reference/shading/thrown.rs.
+// Look-up of the light that glass throws. CPU reference: crates/gobo-reference/src/shading/thrown.rs.
 
 import package::bind::read::caustics;
 import package::bind::sampled::opaques;

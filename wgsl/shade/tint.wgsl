@@ -1,4 +1,4 @@
-// Depth of a receiver with respect to translucent casters. CPU reference: src/reference/shading/receive.rs,
+// Depth of a receiver with respect to translucent casters. CPU reference: crates/gobo-reference/src/shading/receive.rs,
 // `Plane`.
 
 import package::features::HAS_FAR_SIDES;

@@ -1,4 +1,4 @@
-// Tone curve from linear light to the screen. CPU reference: src/reference/shading/tone.rs.
+// Tone curve from linear light to the screen. CPU reference: crates/gobo-reference/src/shading/tone.rs.
 
 import package::bind::uniform::picture_params;
 

@@ -1,5 +1,5 @@
-// Summary of the dithered surfaces in a run of texels. CPU reference: src/reference/soften.rs,
-// src/reference/curve/soften.rs. Rust: src/stage/soften.rs.
+// Summary of the dithered surfaces in a run of texels. CPU reference: crates/gobo-reference/src/soften.rs,
+// crates/gobo-reference/src/curve/soften.rs. Rust: src/stage/soften.rs.
 
 import package::bind::sampled::{colored, rows};
 import package::bind::uniform::soften_params;

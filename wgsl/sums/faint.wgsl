@@ -1,5 +1,5 @@
 // Light of casters so faint that 1 - a (1 - c) loses their absorption to rounding. CPU reference:
-// src/reference/hit.rs.
+// crates/gobo-reference/src/hit.rs.
 
 import package::sums::sums::to_tau;
 

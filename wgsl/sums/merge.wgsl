@@ -1,4 +1,4 @@
-// Adds a caster or a segment to the sums of a texel. CPU reference: src/reference/accumulate.rs.
+// Adds a caster or a segment to the sums of a texel. CPU reference: crates/gobo-reference/src/accumulate.rs.
 //
 // Bit-identical in every order: a saturated sum is black whatever is added.
 

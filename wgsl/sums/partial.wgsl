@@ -1,5 +1,5 @@
 // Transfer of a segment to the light of one texel, for resolve to compose in order: L becomes L * scale +
-// added. CPU reference: src/reference/accumulate.rs, `Passed`.
+// added. CPU reference: crates/gobo-reference/src/accumulate.rs, `Passed`.
 
 import package::features::HAS_GAIN;
 import package::traversal::lane::sum_index;

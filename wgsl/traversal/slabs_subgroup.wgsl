@@ -1,6 +1,6 @@
 // Walks a tile's pairs front to back, a slab at a time: every lane of a subgroup takes the caster of one
 // footprint and tests it against the subgroup's block of texels; all lanes visit those that touch it. CPU
-// reference: src/reference/curve/tile.rs, `walk`.
+// reference: crates/gobo-reference/src/curve/tile.rs, `walk`.
 //
 // Drivers of software adapters take both sides of branches, but they leave loops, at their end only:
 // insertion into the curves is outside of the loop that visits, rare work has loops of its own, and loops

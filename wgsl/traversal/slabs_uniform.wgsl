@@ -1,5 +1,5 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
-// core tier, without subgroups. CPU reference: src/reference/curve/tile.rs, `walk`.
+// core tier, without subgroups. CPU reference: crates/gobo-reference/src/curve/tile.rs, `walk`.
 
 import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
 import package::curve::gather::{flush, merge, settled};

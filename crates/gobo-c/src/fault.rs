@@ -1,5 +1,6 @@
 //! Errors as codes with a message, and what callers pass.
-use gobo::{Error, scene::SceneError};
+use gobo::Error;
+use gobo_scene::SceneError;
 use std::{
     cell::RefCell,
     ffi::{CStr, CString, c_char, c_int},

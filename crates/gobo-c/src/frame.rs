@@ -3,9 +3,9 @@ use crate::fault::{Fault, code, free, object};
 use gobo::{
     Scene,
     glam::{DMat4, DVec3, Mat4},
-    internals::records::{CurveMap, Picture, ViewMaps},
-    render::Frame,
+    records::{CurveMap, Picture, ViewMaps},
 };
+use gobo_picture::Frame;
 use std::{
     ffi::{CString, c_char, c_int},
     ptr::null,

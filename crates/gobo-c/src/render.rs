@@ -4,10 +4,9 @@ use crate::{
     frame::HeldFrame,
     scene::HeldScene,
 };
-use gobo::{
-    RenderOptions, Renderer, Scene, glam::Vec3, host::Backend, internals::cli::Needs,
-    model::ReceiverPoint,
-};
+use gobo::{Scene, glam::Vec3, host::Backend, model::ReceiverPoint};
+use gobo_cli::Needs;
+use gobo_picture::{RenderOptions, Renderer};
 use std::ffi::{c_char, c_int};
 
 /// Bits of what is rendered.

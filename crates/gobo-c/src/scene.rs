@@ -4,8 +4,9 @@ use gobo::{
     Camera, Light, LightKind, Particle, Shape, Triangle,
     glam::{UVec2, Vec3},
     model::{InvalidLight, Scene},
-    scene::{self, Limit, LoadOptions},
 };
+use gobo_scene as scene;
+use gobo_scene::{Limit, LoadOptions};
 use std::{
     ffi::{c_char, c_int},
     path::Path,

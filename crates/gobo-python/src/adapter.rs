@@ -1,6 +1,7 @@
 //! Renderers, which calls borrow: as many as work at a time, and a few that wait.
 use crate::fault::Fault;
-use gobo::{Error, Renderer, host::Backend};
+use gobo::{Error, host::Backend};
+use gobo_picture::Renderer;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Most renderers that wait for a call: each keeps a device and its kernels.

@@ -8,7 +8,8 @@ use crate::{
     tables,
     voxels::Voxels,
 };
-use gobo::{Texture, glam::Mat4, scene::Limit};
+use gobo::{Texture, glam::Mat4};
+use gobo_scene::Limit;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::{Bound, FromPyObject, PyAny, PyResult, Python, pymethods, types::PyDict};
 

@@ -8,8 +8,8 @@ use gobo::{
     Gaussian, Material, Particle, Shape, Triangle,
     glam::{Quat, Vec2, Vec3, Vec4},
     model::{GaussianOpacity, Skipped, VertexColor, is_closed, turn_outwards},
-    scene::{Limit, splats},
 };
+use gobo_scene::{Limit, splats};
 use toml::{Table, Value};
 
 /// Farthest coordinate of a scene [m].

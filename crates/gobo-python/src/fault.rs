@@ -1,5 +1,6 @@
 //! Errors on their way to Python, whose classes are in `gobo_shadows/errors.py`.
-use gobo::{Error, scene::SceneError};
+use gobo::Error;
+use gobo_scene::SceneError;
 use pyo3::{PyErr, PyResult, Python, types::PyAnyMethods as _};
 use std::path::Path;
 

@@ -34,7 +34,7 @@ mod _native {
     /// Runs the program; its name is the first argument. Returns the exit status.
     #[pyfunction]
     fn program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-        py.detach(|| gobo::program(arguments))
+        py.detach(|| gobo_cli::program(arguments))
     }
 
     /// What renders, for people.

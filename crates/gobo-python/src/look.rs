@@ -7,8 +7,8 @@ use crate::{
 use gobo::{
     Camera, Receiver, ShadowSettings,
     model::{Lens, Occlusion, Tone},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 use toml::Table;
 
 /// What of a scene a call may have otherwise.
@@ -55,7 +55,7 @@ impl Look {
         if table.contains_key("eye") && table.contains_key("target") {
             self.camera = given.camera;
         } else if !state.has_camera {
-            self.camera = state.scene.usual_camera(size);
+            self.camera = gobo_scene::usual_camera(&state.scene, size);
         }
         self.camera.size = size;
         for key in table.keys() {

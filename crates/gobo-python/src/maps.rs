@@ -6,8 +6,8 @@ use crate::{
 use gobo::{
     Light, LightKind, View,
     glam::{DMat4, DVec3, Mat4, Vec3},
-    render::{CurveMap, ViewMaps},
 };
+use gobo_picture::{CurveMap, ViewMaps};
 use pyo3::{
     Bound, PyResult, Python,
     types::{PyDict, PyDictMethods as _},

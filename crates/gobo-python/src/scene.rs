@@ -10,11 +10,12 @@ use crate::{
     tables,
 };
 use gobo::{
-    Renderer,
     glam::{DVec3, Vec3},
     model::Skipped,
-    scene::{self, LoadOptions},
 };
+use gobo_picture::Renderer;
+use gobo_scene as scene;
+use gobo_scene::LoadOptions;
 use pyo3::{
     Bound, PyAny, PyResult, Python, pyclass, pymethods,
     types::{PyDict, PyDictMethods as _},

@@ -3,12 +3,8 @@ use crate::{
     fault::Fault,
     tables::{only, scene_of},
 };
-use gobo::{
-    Material, Shape,
-    glam::DVec3,
-    model::Skipped,
-    scene::{Limit, Scene},
-};
+use gobo::{Material, Shape, glam::DVec3, model::Skipped};
+use gobo_scene::{Limit, Scene};
 use std::collections::HashMap;
 use toml::{Table, Value};
 

@@ -1,6 +1,7 @@
 //! Python's dictionaries as tables of a scene file, so that both have the same keys, limits and messages.
 use crate::fault::Fault;
-use gobo::scene::{self, LoadOptions, Scene, SceneError};
+use gobo_scene as scene;
+use gobo_scene::{LoadOptions, Scene, SceneError};
 use pyo3::{
     Bound, PyAny, PyResult, Python,
     types::{PyAnyMethods as _, PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple},

@@ -8,8 +8,8 @@ use gobo::{
     Brick, Grid, Material, Shape,
     glam::{Affine3A, IVec3, Mat4, Vec3},
     model::Skipped,
-    scene::Limit,
 };
+use gobo_scene::Limit;
 
 /// Range of densities in which halves are precise.
 const PRECISE: std::ops::RangeInclusive<f32> = 0.0625..=60_000.0;

@@ -7,13 +7,12 @@ use crate::{
     state::{LightName, State},
 };
 use gobo::{
-    RenderOptions, Renderer,
     glam::Vec3,
-    internals::cli::Needs,
     model::{Counters, ReceiverPoint},
-    render::{Picture, Receivers, set_to_relight},
-    scene::Scene,
 };
+use gobo_cli::Needs;
+use gobo_picture::{Picture, Receivers, RenderOptions, Renderer, set_to_relight};
+use gobo_scene::Scene;
 use std::ops::Range;
 use toml::Table;
 

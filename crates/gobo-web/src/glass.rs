@@ -1,8 +1,6 @@
 //! The scene that the page begins with.
-use gobo::{
-    Scene,
-    scene::{LoadOptions, SceneError, load_text},
-};
+use gobo::Scene;
+use gobo_scene::{LoadOptions, SceneError, load_text};
 use std::path::Path;
 
 /// A folding screen of coloured panes in the sun, and what stands behind it.

@@ -15,7 +15,8 @@ mod native {
         splats::{self, Stored},
         vdb::{Format, VdbGrid, file, scaled},
     };
-    use gobo::{Gpu, Scene, Shadows, glam::IVec3, scene};
+    use gobo::{Gpu, Scene, Shadows, glam::IVec3};
+    use gobo_scene as scene;
     use gobo_web::{Knobs, Show, picture, stained_glass};
     use std::{error::Error, fmt::Write as _, fs, path::Path};
 

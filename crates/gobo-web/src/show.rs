@@ -13,7 +13,7 @@ use crate::{
 use gobo::{
     Bounds, Error, KernelError, KernelJob, Light, Prepared, Scene, ShadowSettings, Shadows,
     host::LightBindings,
-    internals::view::{atlas::AtlasLimits, fitted_views},
+    view::{atlas::AtlasLimits, fitted_views},
     wgpu,
 };
 use std::collections::HashMap;

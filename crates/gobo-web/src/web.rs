@@ -8,11 +8,8 @@ mod maps;
 
 use crate::{Knobs, Show, ShowError, picture, stained_glass};
 use files::Dropped;
-use gobo::{
-    Receiver, Scene, ShadowSettings, Shadows, Tier,
-    scene::{LoadOptions, SceneError, load_as},
-    wgpu,
-};
+use gobo::{Receiver, Scene, ShadowSettings, Shadows, Tier, wgpu};
+use gobo_scene::{LoadOptions, SceneError, load_as};
 use std::sync::{Arc, Mutex, PoisonError};
 use wasm_bindgen::prelude::*;
 

@@ -33,7 +33,7 @@ const DENSE: u32 = 16;
 
 /// Plan of a batch, made on the CPU.
 #[derive(Clone, Debug)]
-pub(crate) struct BatchPlan {
+pub struct BatchPlan {
     pub views: Vec<GpuView>,
     pub tile_count: u32,
     /// Lists as in [`Class::LISTS`]; for the camera, opaque and blended casters.
@@ -45,7 +45,7 @@ pub(crate) struct BatchPlan {
     /// Chunks of small opaque triangles, which are in no list.
     pub small_chunks: Vec<Chunk>,
     /// The host's depth maps by view.
-    pub depths: Vec<(usize, DepthInput)>,
+    pub(crate) depths: Vec<(usize, DepthInput)>,
     /// Whether the views are the camera's: without sums, and a tile's pairs must fit.
     pub camera: bool,
 }
@@ -221,8 +221,7 @@ impl BatchPlan {
     }
 
     /// Plan of the camera, with the visible casters of the classes of `list` as the first list.
-    #[cfg(feature = "picture")]
-    pub(crate) fn of_camera(
+    pub fn of_camera(
         view: GpuView,
         tile_count: u32,
         casters: &CasterSet,

@@ -19,7 +19,8 @@ use std::sync::Arc;
 use wgpu::{Buffer, BufferUsages};
 
 /// Context of `prepare`.
-pub(crate) struct Context<'a, 'd> {
+#[derive(Debug)]
+pub struct Context<'a, 'd> {
     pub allocator: &'a mut Allocator<'d>,
     pub queue: &'a wgpu::Queue,
     pub kernels: &'a Kernels,
@@ -135,7 +136,7 @@ impl ChunkBuffers {
 }
 
 /// The views of a batch in a uniform array.
-pub(crate) fn view_uniform(allocator: &mut Allocator<'_>, views: &[GpuView]) -> Buffer {
+pub fn view_uniform(allocator: &mut Allocator<'_>, views: &[GpuView]) -> Buffer {
     let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
     allocator.filled("views", &padded(views, MAX_VIEWS), usage)
 }

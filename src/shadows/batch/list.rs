@@ -25,7 +25,7 @@ const KINDS: Flags = Flags::HAS_BRICKS
 pub type ListCounters = BatchCounters;
 
 impl ListCounters {
-    pub(crate) fn add(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         self.pairs_needed = self.pairs_needed.max(other.pairs_needed);
         self.pair_count += other.pair_count;
         self.visible += other.visible;
@@ -40,7 +40,7 @@ impl ListCounters {
 
 /// The commands of one list, stage by stage. Without casters all but `clear` and `tiles` are empty.
 #[derive(Debug)]
-pub(crate) struct List {
+pub struct List {
     pub footprint_count: u32,
     /// Resets counters and workgroup counts.
     pub clear: Commands,
@@ -55,13 +55,13 @@ pub(crate) struct List {
     /// Index of the pair texture that holds the sorted pairs.
     pub sorted_pairs: usize,
     /// The parts of its tiles, where the pairs may not fit.
-    pub parts: Option<Parts>,
-    pub chunks: Chunks,
+    pub(crate) parts: Option<Parts>,
+    pub(crate) chunks: Chunks,
     pub counters: Buffer,
 }
 
 impl List {
-    pub(crate) fn new(
+    pub fn new(
         context: &mut Context<'_, '_>,
         plan: &ListPlan,
         views: &Buffer,

@@ -23,7 +23,7 @@ use std::ops::{Range, RangeInclusive};
 
 /// The casters of one list of a batch, as they are projected.
 #[derive(Clone, Debug)]
-pub(crate) struct ListPlan {
+pub struct ListPlan {
     /// Whether its casters filter light in shadow views.
     pub filters: bool,
     /// Whether it is a list of the camera.
@@ -34,7 +34,7 @@ pub(crate) struct ListPlan {
     /// Those of particles that may have some on the scatter path.
     pub tiny_chunks: Vec<Chunk>,
     /// Host casters, whose number is known on the device only.
-    pub host: Option<HostList>,
+    pub(crate) host: Option<HostList>,
     /// Footprints of Gaussians, of particles, of triangles, then the capacity of the host's casters.
     pub footprint_count: u32,
     /// Number of Gaussians' footprints.
@@ -241,7 +241,7 @@ impl ListPlan {
     }
 
     /// Footprint of the setup with number 0, modulo 2^32.
-    pub(crate) fn setup_origin(&self) -> u32 {
+    pub fn setup_origin(&self) -> u32 {
         self.first_setup.wrapping_sub(self.gaussian_setups())
     }
 

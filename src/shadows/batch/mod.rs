@@ -1,13 +1,13 @@
 //! A batch: as many views as share the scratch memory at once, from casters to maps.
-pub(crate) mod batch_plan;
+pub mod batch_plan;
 mod chunks;
-pub(crate) mod context;
+pub mod context;
 mod host_chunks;
 mod import;
-pub(crate) mod list;
+pub mod list;
 mod list_plan;
 mod parts;
-pub(crate) mod scratch;
+pub mod scratch;
 mod small;
 mod walk;
 

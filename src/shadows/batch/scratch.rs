@@ -23,7 +23,7 @@ const FREE_PAIRS: u64 = 1 << 20;
 
 /// Scratch memory of lists and batches, which use it one after another.
 #[derive(Debug)]
-pub(crate) struct Scratch {
+pub struct Scratch {
     /// Resources of it that kernels of every list use.
     pub resources: Resources,
     pub keys: [TextureView; 2],
@@ -32,7 +32,7 @@ pub(crate) struct Scratch {
     pub pair_capacity: u32,
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
     pub part_room: u32,
-    pub parts: Option<PartBuffers>,
+    pub(crate) parts: Option<PartBuffers>,
     pub tiles: TextureView,
     pub scattered_tiles: Buffer,
     pub dispatches: Buffer,
@@ -42,7 +42,7 @@ pub(crate) struct Scratch {
     pub nothing_scattered: Buffer,
     /// Transfers of segments to texels, if some list composes them one by one.
     pub composed: Option<Buffer>,
-    pub small: SmallDepths,
+    pub(crate) small: SmallDepths,
     sizes: ScratchSizes,
 }
 
@@ -191,7 +191,7 @@ impl SmallDepths {
 }
 
 impl Scratch {
-    pub(crate) fn new(
+    pub fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,
         config: &Config,

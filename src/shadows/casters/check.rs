@@ -12,7 +12,7 @@ const NO_MATERIAL: &str = "its material is not among the materials";
 
 impl Casters<'_> {
     /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
-    pub(crate) fn check(&self) -> Result<(), Error> {
+    pub fn check(&self) -> Result<(), Error> {
         let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
             self;
         let (have, need) = (MAX_MATERIALS as u64, materials.len() as u64);

@@ -356,7 +356,7 @@ fn rebound(
 }
 
 /// Whether bindings of the host are of its loader's layout.
-pub(super) fn check(
+pub(crate) fn check(
     input: Input,
     index: usize,
     load: &Dispatch,

@@ -1,7 +1,6 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 mod bricks;
 mod check;
-#[cfg_attr(not(feature = "picture"), allow(dead_code, reason = "only pictures have emitters"))]
 mod emitted;
 mod extent;
 mod features;
@@ -16,8 +15,9 @@ mod update;
 mod upload;
 mod uploaded;
 
+use crate::records::image_level_count;
 pub use extent::{SMALL_SIDE, TriangleExtent};
-pub(crate) use slots::EmittedSlots;
+pub use slots::EmittedSlots;
 
 use crate::shadows::cull::Occluders;
 use crate::shadows::{
@@ -40,6 +40,7 @@ use crate::{
 use bricks::UploadedBricks;
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
+use glam::UVec2;
 use rayon::prelude::*;
 use record_sources::{RecordSources, by_kind, particle_order};
 use std::{
@@ -101,7 +102,7 @@ pub struct CasterSet {
 }
 
 impl CasterSet {
-    pub(crate) fn resources(&self) -> Resources {
+    pub fn resources(&self) -> Resources {
         Resources::new()
             .with("casters", &self.casters)
             .with("triangles", &self.triangles)
@@ -158,7 +159,7 @@ impl CasterSet {
         Ok(Self {
             casters: upload(&mut allocator, queue, "casters", &records, end - host_first)?,
             triangles: upload(&mut allocator, queue, "triangles", &triangle_records, 0)?,
-            images: upload_images(&mut allocator, queue, textures)?,
+            images: upload_images(&mut allocator, queue, textures, inputs.image_levels)?,
             materials: allocator.filled(
                 "materials",
                 &material_records(materials, textures, blue_first, &absorptions),
@@ -195,7 +196,10 @@ impl CasterSet {
 
     /// Whether the reserved records suffice for [`Self::set_host_casters`] with these sets.
     pub(super) fn suffices(&self, inputs: &HostInputs<'_>) -> bool {
+        let size = UVec2::new(self.images.width(), self.images.height());
+        let levels = if inputs.image_levels { image_level_count(size) } else { 1 };
         record_count(inputs) as usize <= self.host_records.len()
+            && self.images.mip_level_count() >= levels
             && self.emitted.iter().map(|emitter| &emitter.slots).eq(inputs.emitted)
     }
 
@@ -315,7 +319,7 @@ impl CasterSet {
     }
 
     /// Records of the bricks.
-    pub(crate) fn bricks(&self) -> &Bricks {
+    pub fn bricks(&self) -> &Bricks {
         self.bricks.bricks()
     }
 

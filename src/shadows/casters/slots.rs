@@ -3,7 +3,7 @@ use crate::{model::emission::Emission, stage::load::group_count};
 
 /// Records that an emitter needs.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct EmittedSlots {
+pub struct EmittedSlots {
     pub material: u32,
     /// Groups of [`CHUNK_SIZE`](crate::stage::project::CHUNK_SIZE) records.
     pub group_count: u32,
@@ -12,7 +12,7 @@ pub(crate) struct EmittedSlots {
 }
 
 impl EmittedSlots {
-    pub(crate) fn of(emission: &Emission) -> Self {
+    pub fn of(emission: &Emission) -> Self {
         let emitter = &*emission.emitter;
         let radii = emitter.radius.iter().copied();
         Self {

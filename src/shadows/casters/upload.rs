@@ -110,6 +110,7 @@ pub(super) fn upload_images(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
     textures: &[Texture],
+    has_levels: bool,
 ) -> Result<wgpu::Texture, Error> {
     let width = textures.iter().map(|t| t.width).max().unwrap_or(1);
     let height = textures.iter().map(|t| t.height).max().unwrap_or(1);
@@ -119,9 +120,7 @@ pub(super) fn upload_images(
     let remedy =
         "make the textures smaller, or alike in size: each takes the largest width and height";
     Error::check_limit("texels of all textures", MAX_TEXELS, need, remedy)?;
-    // Maps read level 0 alone.
-    let largest = UVec2::new(width, height);
-    let levels = if cfg!(feature = "picture") { image_level_count(largest) } else { 1 };
+    let levels = if has_levels { image_level_count(UVec2::new(width, height)) } else { 1 };
     let usage = TextureUsages::COPY_DST;
     let images = allocator.texture_with_levels("images", Rgba8UnormSrgb, size, levels, usage)?;
     for (layer, texture) in textures.iter().enumerate() {

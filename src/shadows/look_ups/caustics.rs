@@ -25,7 +25,7 @@ impl Prepared {
     ///
     /// # Errors
     /// If the device has no room, or refuses a kernel.
-    pub(crate) fn throw_light(
+    pub fn throw_light(
         &self,
         lights: &[Light],
         casters: &Casters<'_>,

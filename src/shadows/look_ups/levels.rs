@@ -20,7 +20,7 @@ use wgpu::{Extent3d, Origin3d, TexelCopyTextureInfo, Texture};
 
 /// Levels of all maps of area lights.
 #[derive(Debug)]
-pub(crate) struct AreaLevels {
+pub struct AreaLevels {
     levels: Arc<Levels>,
     /// Makes all levels, after the maps.
     commands: Commands,
@@ -50,7 +50,7 @@ impl AreaLevels {
     }
 
     /// `None` without area lights. `shelf`: of the maps; `resources`: the maps, `lights` and `picture_params`.
-    pub(crate) fn new(
+    pub fn new(
         allocator: &mut Allocator<'_>,
         kernels: &Kernels,
         maps: &Maps,
@@ -112,7 +112,7 @@ impl AreaLevels {
     }
 
     /// Texture that look-ups read as `levels`.
-    pub(crate) fn texture(&self) -> &Texture {
+    pub fn texture(&self) -> &Texture {
         &self.levels.texture
     }
 
@@ -122,7 +122,7 @@ impl AreaLevels {
     }
 
     /// Records the making of the levels, after the maps; nothing if they were made since the maps were last drawn.
-    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         if self.shelf.levels.must_make(&self.levels, self.map_count) {
             self.commands.record(encoder, timeline);
         }

@@ -61,8 +61,7 @@ impl Prepared {
     ///
     /// # Errors
     /// Those of [`Self::light_points`].
-    #[cfg(feature = "picture")]
-    pub(crate) fn some_light_points(
+    pub fn some_light_points(
         &self,
         lights: &[Light],
         chosen: &[usize],

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Frames bind the lights anew into what the last frame's bindings were made of, of the first few alive at a time.
 #[derive(Debug)]
-pub(crate) struct LightShelf {
+pub struct LightShelf {
     shelf: Shelf,
     /// Bindings since the last frame.
     bound: AtomicU32,

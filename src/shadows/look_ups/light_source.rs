@@ -75,7 +75,7 @@ impl Prepared {
 
 /// Records of all lights, then of all shadow views, then of areas, for `wgsl/records/light.wgsl` and
 /// `area.wgsl`.
-pub(crate) fn light_texture(
+pub fn light_texture(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,
     records: &LightRecords,

@@ -33,7 +33,7 @@ enum Of<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Joined<'a> {
+pub struct Joined<'a> {
     pub function: &'a ShadowFunction,
     pub bindings: &'a BindGroup,
     pub lights: &'a [usize],

@@ -26,7 +26,7 @@ use wgpu::{
 
 /// Textures of masks, kept from frame to frame while their capacity suffices.
 #[derive(Debug)]
-pub(crate) struct MaskTextures {
+pub struct MaskTextures {
     /// Size of the picture [pixels].
     size: UVec2,
     half: bool,
@@ -93,7 +93,7 @@ impl MaskTextures {
     }
 
     /// `former`, or new textures if it is shared or too small.
-    pub(crate) fn take(
+    pub fn take(
         former: &mut Option<Arc<Self>>,
         device: &wgpu::Device,
         size: UVec2,
@@ -112,15 +112,14 @@ impl MaskTextures {
 
 /// Resources of a frame's masks.
 #[derive(Debug)]
-pub(crate) struct MaskMemory {
+pub struct MaskMemory {
     pub slots: MaskSlots,
     settings: MaskSettings,
     textures: Arc<MaskTextures>,
 }
 
 impl MaskMemory {
-    #[cfg(feature = "picture")]
-    pub(crate) fn new(
+    pub fn new(
         queue: &wgpu::Queue,
         settings: &MaskSettings,
         slots: MaskSlots,
@@ -146,13 +145,13 @@ impl MaskMemory {
     }
 
     /// The masks at the picture's size, four channels per layer; there may be more layers than masks.
-    pub(crate) fn masks(&self) -> &Texture {
+    pub fn masks(&self) -> &Texture {
         // The result after a look-up, a row and a column.
         self.textures.enlarged.as_ref().unwrap_or(&self.textures.made[0])
     }
 
     /// Resources for readers of the masks, and for the kernel that fills `mask_surfaces`.
-    pub(crate) fn resources(&self) -> Resources {
+    pub fn resources(&self) -> Resources {
         let MaskTextures { surfaces, half_surfaces, points, slot_table, .. } = &*self.textures;
         Resources::new()
             .with("mask_surfaces", surfaces)
@@ -162,7 +161,7 @@ impl MaskMemory {
             .with_any("half_surfaces", half_surfaces.as_ref())
     }
 
-    pub(crate) fn memory(&self) -> &Memory {
+    pub fn memory(&self) -> &Memory {
         &self.textures.memory
     }
 
@@ -171,14 +170,13 @@ impl MaskMemory {
     }
 
     /// Kernel that stores the visible surfaces of a picture.
-    #[cfg(feature = "picture")]
-    pub(crate) fn of_surfaces(&self) -> &'static KernelDesc {
+    pub fn of_surfaces(&self) -> &'static KernelDesc {
         if self.settings.half { &mask::HALF_SURFACES } else { &mask::SURFACES }
     }
 
     /// Makes the masks from `mask_surfaces`. `resources`: views, lights, clusters and maps; `features`: of
     /// the maps; `joined`: a shadow function of the host.
-    pub(crate) fn dispatches(
+    pub fn dispatches(
         &self,
         kernels: &Kernels,
         queue: &wgpu::Queue,

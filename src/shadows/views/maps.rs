@@ -123,7 +123,7 @@ impl Maps {
     }
 
     /// Resources of light look-ups, with opaque depths by channel if there are any.
-    pub(crate) fn look_up_resources(&self) -> Resources {
+    pub fn look_up_resources(&self) -> Resources {
         self.resources().with("opaques", self.colored.as_ref().unwrap_or(&self.opaques))
     }
 

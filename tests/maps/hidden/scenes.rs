@@ -4,8 +4,8 @@ use crate::common::scenes::{Chance, empty, light, material, particle, triangle};
 use gobo::{
     glam::{Vec3, Vec4},
     model::{Light, LightKind, Material, Particle, Transfer, Triangle},
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 /// Particles in a ball.
 pub(super) fn cloud(

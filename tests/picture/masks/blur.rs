@@ -5,8 +5,8 @@ use gobo::{
     Light, LightKind, View,
     glam::{DVec2, DVec3, Vec3},
     model::MaskSettings,
-    scene::Scene,
 };
+use gobo_scene::Scene;
 
 /// Surface at a pixel of the room, by hand: its position in view space, and its normal.
 fn seen(scene: &Scene, x: usize, y: usize) -> (DVec3, DVec3) {

@@ -7,12 +7,14 @@ use crate::common::{
     scenes::{empty, light, material, triangle},
 };
 use gobo::{
-    Camera, Light, LightKind, Material, RenderOptions, Renderer, Transfer, Triangle,
+    Camera, Light, LightKind, Material, Transfer, Triangle,
     glam::{UVec2, Vec3, Vec4},
-    internals::{picture::debug::DebugMode, reference, view::shadow_views},
     model::MaskSettings,
-    scene::Scene,
+    view::shadow_views,
 };
+use gobo_picture::{RenderOptions, Renderer, picture::debug::DebugMode};
+use gobo_reference as reference;
+use gobo_scene::Scene;
 
 pub(super) const OFF: MaskSettings = MaskSettings {
     half: false,

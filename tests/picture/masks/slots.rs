@@ -5,12 +5,13 @@ use crate::common::{
     scenes::{Chance, light},
 };
 use gobo::{
-    Light, LightKind, RenderOptions, Renderer, View,
+    Light, LightKind, View,
     glam::Vec3,
-    internals::records::{COLORED_BIT, FormerSlots, MaskSlots, SLOTS},
     model::MaskSettings,
-    scene::Scene,
+    records::{COLORED_BIT, FormerSlots, MaskSlots, SLOTS},
 };
+use gobo_picture::{RenderOptions, Renderer};
+use gobo_scene::Scene;
 
 fn lamps(count: usize, far: f32, chance: &mut Chance) -> Vec<Light> {
     let lamp = |i: usize| {

@@ -5,14 +5,12 @@ use crate::{
     stages::by_hand::{POISON, records, run_all},
 };
 use gobo::{
-    internals::{
-        gpu::Resources,
-        records::{ALL_LIGHTS, ClusterCounters},
-        stage::{cluster, features::Features},
-    },
-    scene::Scene,
+    gpu::Resources,
+    records::{ALL_LIGHTS, ClusterCounters},
+    stage::{cluster, features::Features},
     wgpu::{BufferUsages, TextureFormat as Format},
 };
+use gobo_scene::Scene;
 
 #[test]
 fn every_word_of_the_lists_is_written_and_no_other() {

@@ -10,16 +10,14 @@ use crate::common::{
 use gobo::{
     Error, Shadows,
     glam::{UVec2, Vec2, Vec3, Vec4},
-    internals::{
-        gpu::{Gpu, Tier, Timeline},
-        picture::{PictureCapacity, PictureRequest, PreparedPicture},
-        records::{ClusterCounters, Grid, Picture, Reach},
-        reference::cluster::{Clusters, assign},
-        view::shadow_views,
-    },
+    gpu::{Gpu, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
-    scene::Scene,
+    records::{ClusterCounters, Grid, Picture, Reach},
+    view::shadow_views,
 };
+use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
+use gobo_reference::cluster::{Clusters, assign};
+use gobo_scene::Scene;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Results of a picture on the GPU.
@@ -52,7 +50,7 @@ fn on_device<T>(
     let camera = &View::from_camera(&scene.camera, &scene.bounds());
     let capacity = PictureCapacity::default();
     let request = PictureRequest { scene, camera, prepared: &prepared, capacity };
-    let picture = shadows.prepare_picture(&request, &mut Default::default())?;
+    let picture = PreparedPicture::new(&shadows, &request, &mut Default::default())?;
     let mut timeline = Timeline::untimed();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     prepared.record(&mut encoder)?;

@@ -3,10 +3,11 @@ use super::{camera, grid, reaches, stage};
 use crate::common::scenes::Chance;
 use gobo::{
     glam::{DVec3, Vec2, Vec3},
-    internals::{records::Reach, reference::cluster::assign},
     model::{Light, LightKind},
-    scene::Scene,
+    records::Reach,
 };
+use gobo_reference::cluster::assign;
+use gobo_scene::Scene;
 
 /// Whether a light reaches a point, in 64 bits, from the definitions of range and cone.
 fn is_lit(light: &Light, point: DVec3) -> bool {

@@ -3,8 +3,8 @@ use super::{Gobo, failure};
 use gobo::{
     Light, Material, Particle, Scene, ShadowSettings, Shape, Transfer, Triangle,
     glam::{Vec3, Vec4},
-    scene::LoadOptions,
 };
+use gobo_scene::LoadOptions;
 use std::path::Path;
 use wasm_bindgen::prelude::*;
 
@@ -24,7 +24,7 @@ impl Gobo {
         check(direction.len() == 3, "direction has not three numbers", help)?;
         let light = Light { intensity: 3.0, ..Light::directional(Vec3::from_slice(direction)) };
         light.check(0).map_err(|error| failure(&error, Some(help)))?;
-        let mut scene = Scene::empty();
+        let mut scene = gobo_scene::empty_scene();
         scene.lights.push(light);
         scene.shadow = ShadowSettings { receiver: gobo::Receiver::Curve, ..scene.shadow };
         (self.show, self.scene) = (None, Some(scene));
@@ -104,7 +104,7 @@ impl Gobo {
     /// Makes the text of a scene file (TOML) the scene.
     pub fn open_text(&mut self, text: &str) -> Result<(), JsError> {
         let options = LoadOptions::default();
-        let scene = gobo::scene::load_text(text, Path::new("scene.toml"), &options);
+        let scene = gobo_scene::load_text(text, Path::new("scene.toml"), &options);
         let scene = scene.map_err(|error| super::of_scene(&error))?;
         self.set_scene(scene)
     }

@@ -1,5 +1,5 @@
 //! Files of the page: their bytes stay in JavaScript until a reader asks for them.
-use gobo::scene::{FORMATS, HeldFile, HeldFiles, hold_files};
+use gobo_scene::{FORMATS, HeldFile, HeldFiles, hold_files};
 use js_sys::{Object, Uint8Array};
 use std::{
     cell::RefCell,
@@ -47,7 +47,7 @@ impl Dropped {
         let row = |path: &Path| {
             let ending =
                 path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-            let is_row = |format: &gobo::scene::Format| {
+            let is_row = |format: &gobo_scene::Format| {
                 format.family.is_alone() && format.endings.contains(&&*ending)
             };
             FORMATS.iter().position(is_row).unwrap_or(FORMATS.len())

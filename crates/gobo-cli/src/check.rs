@@ -1,0 +1,12 @@
+//! `gobo check`: reads and validates a scene; no GPU is touched.
+use super::{failure::Failure, files};
+use std::path::Path;
+
+pub(crate) fn run(path: &Path) -> Result<(), Failure> {
+    let scene = gobo_scene::check(path)?;
+    if let Some(warning) = scene.rounding_warning() {
+        tracing::warn!("{warning}");
+    }
+    files::warn(&scene.notes);
+    files::print(&gobo_scene::Summary::of(&scene).to_string())
+}

@@ -1,0 +1,249 @@
+//! The picture: the camera is one more view, whose lists are shaded instead of summed.
+mod parts;
+mod read;
+mod request;
+
+pub use request::{Kept, PictureCapacity, PictureRequest};
+
+use super::{
+    band_memory::BandMemory,
+    bands::{TileRect, band_tiles},
+    clusters::Clusters,
+    finish::{Finish, ToFinish},
+    lighting::Lighting,
+    lists::CameraList,
+    shading::{ShadeFeatures, Shading, ToShade},
+};
+use glam::UVec2;
+use gobo::{
+    Error,
+    frame::Commands,
+    gpu::{Allocator, Memory, Timeline, array_view},
+    model::Class,
+    shadows::{
+        Shadows,
+        batch::{batch_plan::BatchPlan, context::view_uniform},
+    },
+    stage::{bin::BatchCounters, features::Flags},
+};
+use parts::Parts;
+use std::sync::Arc;
+use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+
+/// A picture, ready to be recorded after the maps that light it.
+#[derive(Debug)]
+pub struct PreparedPicture {
+    /// From casters to the pairs of both lists, or to footprints if the picture is drawn in parts.
+    listing: Commands,
+    /// To the number of pairs of its parts.
+    counting: Commands,
+    /// All else.
+    drawing: Commands,
+    capacity: PictureCapacity,
+    clusters: Clusters,
+    lighting: Lighting,
+    targets: Targets,
+    size: UVec2,
+    /// Particles of the translucent list.
+    lit_count: u32,
+    /// Pairs that each list has room for.
+    pair_capacity: u32,
+    #[expect(dead_code, reason = "as long as it is here, no other picture takes it")]
+    band: Arc<BandMemory>,
+    tile_count: u32,
+    /// Bytes by buffer and texture.
+    pub memory: Memory,
+}
+
+/// Textures and buffers of a picture that are read back.
+#[derive(Debug)]
+pub(super) struct Targets {
+    radiance: Texture,
+    /// Light of the particles.
+    pub(super) lit: Texture,
+    /// Light of the lattices of all bricks.
+    pub(super) brick_lights: Texture,
+    pixels: Buffer,
+    /// Counters of the lists, part by part.
+    counters: Buffer,
+}
+
+impl Targets {
+    /// The radiance is what the bands write, before what is done to the whole picture.
+    fn new(
+        allocator: &mut Allocator<'_>,
+        size: UVec2,
+        lit_count: u32,
+        lattice_points: u32,
+        part_count: usize,
+    ) -> Result<Self, Error> {
+        let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let (float, copied) = (TextureFormat::Rgba32Float, BufferUsages::COPY_SRC);
+        let extent = [u64::from(size.x), u64::from(size.y), 1];
+        let radiance = allocator.texture("radiance", float, extent, read)?;
+        let lit = allocator.records("lit_casters", float, lit_count.into(), read)?;
+        let brick_lights = allocator.records("brick_lights", float, lattice_points.into(), read)?;
+        let pixel_count = u64::from(size.element_product());
+        let pixels = allocator.storage::<u32>("pixels", pixel_count, copied)?;
+        let parts = part_count as u64;
+        let counters =
+            allocator.storage::<[BatchCounters; 2]>("picture_counters", parts, copied)?;
+        Ok(Self { radiance, lit, brick_lights, pixels, counters })
+    }
+}
+
+impl PreparedPicture {
+    /// Prepares a picture, with what it can take over from `kept`.
+    ///
+    /// # Errors
+    /// If a later frame has taken the maps over, or the device has no room.
+    pub fn new(
+        shadows: &Shadows,
+        request: &PictureRequest<'_>,
+        kept: &mut Kept,
+    ) -> Result<Self, Error> {
+        let prepared = Self::uncompiled(shadows, request, kept)?;
+        shadows.kernels().finish()?;
+        Ok(prepared)
+    }
+
+    /// Like [`Self::new`], except that kernels may not be compiled yet.
+    pub(crate) fn uncompiled(
+        shadows: &Shadows,
+        request: &PictureRequest<'_>,
+        kept: &mut Kept,
+    ) -> Result<Self, Error> {
+        let &PictureRequest { scene, camera, prepared, capacity } = request;
+        prepared.check_current()?;
+        let (queue, kernels) = (shadows.queue(), shadows.kernels());
+        let mut memory = Memory::default();
+        let mut allocator = Allocator::new(kernels.device(), &mut memory);
+        let (size, tiles) = (camera.size, camera.tiles());
+        let rects = TileRect { origin: UVec2::ZERO, size: tiles }.parts(capacity.parts);
+        let views = view_uniform(&mut allocator, &[camera.to_gpu(0, UVec2::ZERO, 0)]);
+        let lists = camera_lists(shadows, &mut allocator, request, &views, &rects)?;
+        let lit_count = lists[1].first_setup;
+        let records = request.light_records();
+        let lattice_points = shadows.casters()?.bricks().lattice_points;
+        let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
+        let params = request.params(&records, &clusters.grid, lists[1].setup_origin);
+        let params = allocator.uniform("picture_params", &params);
+        let mut targets =
+            Targets::new(&mut allocator, size, lit_count, lattice_points, rects.len())?;
+        let band = band_memory(&mut allocator, request, kept, &lists[1])?;
+        // With all their levels, of which maps read the first alone.
+        let images = array_view(&shadows.casters()?.images);
+        let resources = shadows
+            .casters()?
+            .resources()
+            .with("images", &images)
+            .and(&prepared.maps().look_up_resources())
+            .and(&band.resources)
+            .with("views", &views)
+            .with("picture_params", &params)
+            .with("lights", &clusters.lights)
+            .with("clusters", &clusters.lists)
+            .with("radiance", &targets.radiance)
+            .with("pixels", &targets.pixels);
+        let lighting =
+            Lighting::new(&mut allocator, shadows, request, kept, &records, resources.clone())?;
+        let cost = shadows.config().toggles.count_cost;
+        let whole = resources.clone();
+        let to = ToFinish { allocator: &mut allocator, kernels, resources: &whole };
+        let finish = Finish::new(to, scene, cost, &targets.radiance)?;
+        let shading = Shading::new(
+            ToShade {
+                allocator: &mut allocator,
+                shadows,
+                materials: &scene.materials,
+                features: ShadeFeatures::new(&lists, &lighting, &finish, cost, scene),
+                lists: &lists,
+                rounds: capacity.rounds,
+                memory: &band,
+                targets: &targets,
+            },
+            &rects,
+            &finish.with(resources).and(&lighting.resources),
+        )?;
+        let counters = &targets.counters;
+        let parts = Parts { lists: &lists, shading: &shading, counters, count: rects.len() };
+        let mut drawing = clusters.commands.clone();
+        drawing.append(lighting.fill_air.clone());
+        drawing.append(parts.drawing(&lighting.masking));
+        drawing.append(finish.commands);
+        let (listing, counting) = (parts.listing(), parts.counting());
+        targets.radiance = finish.radiance;
+        let capacities = lists.iter().map(|list| list.scratch.pair_capacity);
+        Ok(Self {
+            listing,
+            counting,
+            drawing,
+            capacity,
+            clusters,
+            lighting,
+            targets,
+            size,
+            lit_count,
+            pair_capacity: capacities.min().unwrap_or(0),
+            band,
+            tile_count: tiles.element_product(),
+            memory,
+        })
+    }
+}
+
+/// The camera's opaque and blended casters.
+fn camera_lists(
+    shadows: &Shadows,
+    allocator: &mut Allocator<'_>,
+    request: &PictureRequest<'_>,
+    views: &Buffer,
+    parts: &[TileRect],
+) -> Result<[CameraList; 2], Error> {
+    let &PictureRequest { camera, capacity, .. } = request;
+    let (view, tile_count) = (camera.to_gpu(0, UVec2::ZERO, 0), camera.tiles().element_product());
+    let mut list = |classes| {
+        let plan = BatchPlan::of_camera(view, tile_count, shadows.casters()?, &classes);
+        CameraList::new(allocator, shadows, &plan, views, capacity.pairs, parts)
+    };
+    Ok([list(Class::SOLID)?, list(Class::BLENDED)?])
+}
+
+/// Memory of a band: the previous picture's if it suffices.
+fn band_memory(
+    allocator: &mut Allocator<'_>,
+    request: &PictureRequest<'_>,
+    kept: &mut Kept,
+    blended: &CameraList,
+) -> Result<Arc<BandMemory>, Error> {
+    let &PictureRequest { scene, camera, capacity: PictureCapacity { parts, rounds, .. }, .. } =
+        request;
+    let at_once = parts == 1 && rounds == 1;
+    let tiles = band_tiles(camera.tiles(), scene.mask.is_some(), at_once);
+    let has_layers = blended.list.footprint_count > 0;
+    let panes = has_layers && blended.features.has(Flags::HAS_TRIANGLES);
+    let device = allocator.device;
+    let band = BandMemory::take(&mut kept.band, device, rounds, tiles, has_layers, panes)?;
+    allocator.memory.add_all(&band.memory);
+    Ok(band)
+}
+
+impl PreparedPicture {
+    /// Records the picture; the maps must have been recorded before.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        self.listing.record(encoder, timeline);
+        self.record_counted(encoder, timeline);
+    }
+
+    /// Records only the counting for [`Self::needs`].
+    pub fn record_counts(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        self.listing.record(encoder, timeline);
+        self.counting.record(encoder, timeline);
+    }
+
+    /// Records what [`Self::record`] does behind the recorded [`Self::record_counts`].
+    pub fn record_counted(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        self.lighting.levels.iter().for_each(|levels| levels.record(encoder, timeline));
+        self.drawing.record(encoder, timeline);
+    }
+}

@@ -1,0 +1,253 @@
+//! Defaults of a scene file.
+use super::{
+    Bounds, Camera, Scene,
+    particles::FARTHEST,
+    shapes::{self, KindOfShape},
+};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use gobo::model::{ImageSun, Light, LightKind, Material, Source, SunDisc, Transfer};
+
+/// A scene without casters and lights; everything else has the defaults of a scene file.
+pub fn empty_scene() -> Scene {
+    Scene { camera: camera(&Bounds::EMPTY), ..Scene::default() }
+}
+
+/// A camera whose picture shows what the scene holds, `size` pixels large: that of a model or particle file that is
+/// rendered on its own.
+pub fn usual_camera(scene: &Scene, size: UVec2) -> Camera {
+    let usual = Camera { size, ..camera(&contents(scene)) };
+    framed(usual, scene, false)
+}
+
+/// Settings of a file that is rendered on its own: its casters are tinted in the order of their depths.
+pub(super) const ALONE: &str = "[shadow]\nreceiver = \"curve\"\n";
+
+/// Material of a particle file that is rendered on its own.
+pub(super) const PARTICLE_MATERIAL: &str = r#"
+[[material]]
+name = "particles"
+tint = [0.35, 0.6, 0.9, 0.35]
+"#;
+
+/// Volume of an `OpenVDB` file that is rendered on its own.
+pub(super) const VOLUME: &str = "[[volume]]\n";
+
+/// Material of a cloud of points that is rendered on its own: what is scanned is solid.
+pub(super) const POINTS_MATERIAL: &str = r#"
+[[material]]
+name = "particles"
+transfer = "opaque"
+profile = "flat"
+"#;
+
+/// Splats of a file with levels of detail that is rendered on its own.
+pub(super) const SPLATS: &str = "[[splats]]\nrotation = [180, 0, 0]\n";
+
+/// [`sun`] in the format of a scene file.
+pub(super) const SUN: &str = r#"
+[[light]]
+name = "sun"
+kind = "directional"
+direction = [-0.4, -1, -0.3]
+intensity = 3
+"#;
+
+pub(super) fn sun() -> Light {
+    Light {
+        name: "sun".to_owned(),
+        kind: LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() },
+        intensity: 3.0,
+        ..Light::default()
+    }
+}
+
+/// The sun of an environment's image as a light.
+pub(super) fn sun_of_image(sun: &ImageSun) -> Light {
+    let intensity = sun.irradiance.max_element();
+    Light {
+        name: "sun".to_owned(),
+        kind: LightKind::Directional { direction: sun.direction },
+        color: sun.irradiance / intensity,
+        intensity,
+        source: Some(Source::Sun { angle: sun.angle }),
+        ..Light::default()
+    }
+}
+
+/// Box around what is to be seen: of a scene of splats alone that of all centres but each thousandth at the sides,
+/// as captures have large and faint splats around them.
+pub(super) fn contents(scene: &Scene) -> Bounds {
+    let Scene { gaussians, particles, triangles, emissions, .. } = scene;
+    if gaussians.is_empty()
+        || !(particles.is_empty() && triangles.is_empty() && emissions.is_empty())
+    {
+        return scene.bounds();
+    }
+    let mut bounds = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
+    let left_out = gaussians.len() / 1000;
+    let mut along: Vec<f32> = Vec::with_capacity(gaussians.len());
+    for axis in 0..3 {
+        along.clear();
+        along.extend(gaussians.iter().map(|gaussian| gaussian.center[axis]));
+        along.sort_unstable_by(f32::total_cmp);
+        bounds.min[axis] = along[left_out];
+        bounds.max[axis] = along[along.len() - 1 - left_out];
+    }
+    // Of a few splats, or of a flat cloud, the splats themselves.
+    if (bounds.max - bounds.min).min_element() > 0.0 && left_out > 0 {
+        bounds
+    } else {
+        scene.bounds()
+    }
+}
+
+/// Samples per pixel of a scene file that does not say.
+pub(super) const SAMPLES: u32 = 4;
+
+/// A three-quarter view from slightly above that contains the whole box.
+pub(super) fn camera(bounds: &Bounds) -> Camera {
+    let mut camera = Camera {
+        eye: Vec3::ONE,
+        target: bounds.or_unit().center(),
+        up: Vec3::Y,
+        fov_y: 45f32.to_radians(),
+        size: UVec2::new(960, 540),
+    };
+    camera.eye = eye(&camera, bounds);
+    camera
+}
+
+/// Position from which the sphere around the box fits into the picture.
+pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
+    let radius = bounds.or_unit().radius().max(1e-3);
+    let aspect = camera.size.x as f32 / camera.size.y as f32;
+    let half = (camera.fov_y * 0.5).tan() * aspect.min(1.0);
+    let distance = radius * (1.0 + half * half).sqrt() / half;
+    // Far from the origin a short distance would be lost in rounding.
+    let distance = distance.max(camera.target.abs().max_element() * 1e-4);
+    camera.target + Vec3::new(0.55, 0.45, 0.8).normalize() * distance
+}
+
+/// Share of the picture's width or height that the contents of a file alone fill.
+const FILLED: f32 = 0.75;
+
+/// The camera of a file alone, placed so that its contents fill [`FILLED`] of the picture's width or height: seen from
+/// 25 degrees above, so that the horizon is out of sight, and what is flat from up to 40. `keeps_target`: the target stays where it is, which need not be the
+/// middle.
+pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> Camera {
+    let bounds = contents(scene).or_unit();
+    let size = bounds.max - bounds.min;
+    let flatness = 1.0 - size.y / size.max_element().max(f32::MIN_POSITIVE);
+    let (sin, cos) = (25.0 + 15.0 * flatness).to_radians().sin_cos();
+    let aside = Vec3::new(0.55, 0.0, 0.8).normalize();
+    let away = aside * cos + Vec3::Y * sin;
+    let right =
+        camera.up.cross(away).try_normalize().unwrap_or_else(|| away.any_orthonormal_vector());
+    let up = away.cross(right);
+    if !keeps_target {
+        camera.target = bounds.center();
+    }
+    let slope = (camera.fov_y * 0.5).tan() * FILLED;
+    let slopes = Vec2::new(slope * camera.size.x as f32 / camera.size.y as f32, slope);
+    // Distances at which all is within the right and upper, and within the left and lower border.
+    let (mut high, mut low) = (Vec2::NEG_INFINITY, Vec2::NEG_INFINITY);
+    for_each_sphere(scene, &bounds, |center, radius| {
+        let at = center - camera.target;
+        let place = Vec2::new(at.dot(right), at.dot(up)) / slopes;
+        let reach = radius * (1.0 + slopes.powf(-2.0)).map(f32::sqrt) + at.dot(away);
+        high = high.max(reach + place);
+        low = low.max(reach - place);
+    });
+    if !keeps_target {
+        let shift = (high - low) * 0.5 * slopes;
+        camera.target += right * shift.x + up * shift.y;
+        high = (high + low) * 0.5;
+        low = high;
+    }
+    // Far from the origin a short distance would be lost in rounding.
+    let least = camera.target.abs().max_element() * 1e-4;
+    let distance = high.max(low).max_element().max(least).max(1e-3);
+    camera.eye = camera.target + away * distance;
+    camera
+}
+
+/// Calls `visit` with spheres that hold what is to be seen: corners of triangles and particles, or else the corners
+/// of `bounds`.
+fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f32)) {
+    let Scene { gaussians, particles, triangles, emissions, grids, .. } = scene;
+    if particles.is_empty() && triangles.is_empty()
+        || !(gaussians.is_empty() && emissions.is_empty() && grids.is_empty())
+    {
+        return bounds.corners().into_iter().for_each(|corner| visit(corner, 0.0));
+    }
+    particles.iter().for_each(|particle| visit(particle.center, particle.radius));
+    triangles.iter().flat_map(|triangle| triangle.positions).for_each(|corner| visit(corner, 0.0));
+}
+
+/// Extent of the ground [sizes of the scene]: the camera sees its edge less than a degree below the
+/// horizon.
+const GROUND: f32 = 100.0;
+
+/// Adds a grey floor, or one that catches shadows for an image around it, just under a bare model or particle file, to receive its shadow; none if it
+/// would hide the model from its own camera, or the model has a floor. It casts no shadow, so that shadow
+/// maps fit the model.
+pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>, catcher: bool) {
+    let bounds = contents(scene);
+    if bounds.is_empty() || has_floor(scene, &bounds) {
+        return;
+    }
+    let extent = (bounds.max - bounds.min).max_element().max(1e-3);
+    let center = bounds.center();
+    let place = Vec3::new(center.x, bounds.min.y - extent * 1e-3, center.z);
+    let is_inside = |eye: Vec3| eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
+    if camera.is_some_and(|camera| camera.eye.y <= place.y || is_inside(camera.eye)) {
+        return;
+    }
+    // Corners stay within the largest coordinates of a scene.
+    let left = FARTHEST - place.abs().max_element();
+    let edge = (extent * 2.0 * GROUND).min(2.0 * left).max(extent);
+    let transform = Mat4::from_translation(place) * Mat4::from_scale(Vec3::splat(edge));
+    let material = scene.materials.len() as u32;
+    scene.materials.push(Material {
+        name: "ground".to_owned(),
+        transfer: Transfer::Opaque,
+        tint: Vec4::new(0.42, 0.415, 0.405, 1.0),
+        casts: false,
+        catcher,
+        ..Material::default()
+    });
+    scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));
+}
+
+/// Whether opaque surfaces that face up in the lowest twentieth cover half of the area above: a room, or a
+/// model on a base. Flat scenes have none: all of them is low.
+fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
+    let size = bounds.max - bounds.min;
+    if size.y < 0.1 * size.max_element() {
+        return false;
+    }
+    let low = bounds.min.y + 0.05 * size.y;
+    let covered: f32 = scene
+        .triangles
+        .iter()
+        .filter(|t| scene.materials[t.material as usize].transfer.is_opaque())
+        .filter(|t| t.positions.iter().all(|p| p.y <= low))
+        .filter(|t| t.normals.iter().map(|n| n.y).sum::<f32>() > 2.7)
+        .map(|t| {
+            let [a, b, c] = t.positions;
+            0.5 * (b - a).cross(c - a).y.abs()
+        })
+        .sum();
+    covered > 0.0 && covered >= 0.5 * size.x * size.z
+}
+
+/// Turns the default light of a file: over the viewer's left shoulder, so low that the shadow falls into
+/// view beside its caster; as large as the sun.
+pub(super) fn aim_sun(light: &mut Light, camera: &Camera) {
+    light.source = light.source.or(Some(Source::Sun { angle: SunDisc::USUAL_ANGLE }));
+    let forward = camera.target - camera.eye;
+    let flat = Vec3::new(forward.x, 0.0, forward.z).try_normalize().unwrap_or(Vec3::NEG_Z);
+    let right = flat.cross(Vec3::Y);
+    let direction = (right * 0.85 + flat * 0.3 - Vec3::Y).normalize();
+    light.kind = LightKind::Directional { direction };
+}

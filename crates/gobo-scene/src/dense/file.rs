@@ -1,0 +1,41 @@
+//! A file that is read, and those beside it.
+use crate::{error::quoted, read, vdb::Fault};
+use std::path::{Component, Path, PathBuf};
+
+/// A file that is read.
+pub(super) struct File<'a> {
+    pub(super) path: &'a Path,
+    pub(super) bytes: Vec<u8>,
+    /// Name of the array that is asked for.
+    pub(super) array: Option<&'a str>,
+}
+
+impl File<'_> {
+    /// Refuses a name of an array in a file that has a single one.
+    pub(super) fn has_one_array(&self) -> Result<(), Fault> {
+        match self.array {
+            None => Ok(()),
+            Some(_) => Err(Fault::new("a grid of a file that names none", "remove `grid`")),
+        }
+    }
+}
+
+/// A file beside another one, which names it.
+pub(super) fn beside(path: &Path, name: &str) -> Result<PathBuf, Fault> {
+    let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    if name.is_empty() || !Path::new(name).components().all(is_plain) {
+        let message = format!("its data are in {}", quoted(name));
+        return Err(Fault::new(
+            message,
+            "put the data beside the header, and name them without a folder",
+        ));
+    }
+    Ok(path.with_file_name(name))
+}
+
+/// Bytes of a file that another one names.
+pub(super) fn bytes_beside(path: &Path, name: &str) -> Result<Vec<u8>, Fault> {
+    let path = beside(path, name)?;
+    read::bytes(&path)
+        .map_err(|error| Fault::new(error.to_string(), "put the data beside the header"))
+}

@@ -1,0 +1,157 @@
+//! Limits of one scene, over all its tables and files together. Each limit is checked before memory is
+//! allocated: a few bytes of input can announce gigabytes.
+use super::SceneError;
+use std::path::Path;
+
+/// A kind of contents with a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Limit {
+    /// Lights of files and tables together.
+    Lights,
+    /// Viewpoints of lights with a source, that is area lights, that cast shadows.
+    Sources,
+    /// Materials, which are in a uniform array on every device.
+    Materials,
+    /// Textures, which are layers of a texture array of WebGPU.
+    Textures,
+    /// Texels of all textures: 1 GiB.
+    Texels,
+    /// Particles, read or generated.
+    Particles,
+    /// Gaussians, read or generated.
+    Splats,
+    /// Triangles of shapes and meshes, including degenerate ones.
+    Triangles,
+    /// Bricks of 8^3 voxels of all volumes: 0.7 GiB.
+    Bricks,
+    /// Vertices of strands, read or generated.
+    Capsules,
+    /// Nodes of a glTF file; instances and primitives of each count too, and joints of its skin.
+    Nodes,
+    /// Bytes that compressed meshes of a glTF file hold: 1 GiB.
+    Unpacked,
+    /// Keys of glTF animations; each channel counts those of its sampler. Offsets of morph targets, each
+    /// with its triangles, count too.
+    Keys,
+    /// Bytes of the scene file itself.
+    Text,
+}
+
+impl Limit {
+    /// All limits.
+    pub const ALL: [Self; 14] = [
+        Self::Lights,
+        Self::Sources,
+        Self::Materials,
+        Self::Textures,
+        Self::Texels,
+        Self::Particles,
+        Self::Splats,
+        Self::Triangles,
+        Self::Bricks,
+        Self::Capsules,
+        Self::Nodes,
+        Self::Unpacked,
+        Self::Keys,
+        Self::Text,
+    ];
+
+    /// The limit.
+    pub const fn most(self) -> u64 {
+        match self {
+            Self::Lights => gobo::records::MAX_LIGHTS as u64,
+            Self::Sources => gobo::records::MAX_AREAS as u64,
+            Self::Materials => gobo::records::MAX_MATERIALS as u64,
+            Self::Textures => 256,
+            Self::Texels => 1 << 28,
+            Self::Particles | Self::Splats => 16_000_000,
+            Self::Triangles | Self::Capsules => 8_000_000,
+            Self::Bricks => super::vdb::MOST_NODES as u64,
+            Self::Nodes => 1_000_000,
+            Self::Unpacked => 1 << 30,
+            Self::Keys => 10_000_000,
+            Self::Text => 1 << 24,
+        }
+    }
+
+    /// Name of the contents in messages and `docs/scene.md`.
+    pub const fn noun(self) -> &'static str {
+        match self {
+            Self::Lights => "lights",
+            Self::Sources => "viewpoints of sources",
+            Self::Materials => "materials",
+            Self::Textures => "textures",
+            Self::Texels => "texels of textures",
+            Self::Particles => "particles",
+            Self::Splats => "splats",
+            Self::Triangles => "triangles",
+            Self::Bricks => "bricks of volumes",
+            Self::Capsules => "vertices of strands",
+            Self::Nodes => "nodes of a glTF file",
+            Self::Unpacked => "bytes of compressed meshes",
+            Self::Keys => "keys and morphed triangles of a glTF file",
+            Self::Text => "bytes of a scene file",
+        }
+    }
+
+    const fn remedy(self) -> &'static str {
+        match self {
+            Self::Lights => "remove lights, or put those that are close together into one",
+            Self::Sources => "remove the source of some lights, or give them fewer viewpoints",
+            Self::Materials => "share materials that are alike",
+            Self::Textures => "share textures, or paint several into one",
+            Self::Texels => "make the textures smaller",
+            Self::Particles => "use fewer and larger particles",
+            Self::Splats => "use fewer and larger splats",
+            Self::Triangles => {
+                "simplify the meshes, use them less often, or lower a sphere's level"
+            }
+            Self::Bricks => "use fewer or larger voxels",
+            Self::Capsules => "use fewer strands, or fewer segments in each",
+            Self::Nodes => "join meshes, or use them less often",
+            Self::Unpacked => "simplify the meshes",
+            Self::Keys => "use fewer keys or morph targets",
+            Self::Text => "put particles and meshes into files of their own",
+        }
+    }
+
+    /// The sum of `have` so far and `more` to come, or the problem and the remedy.
+    pub(super) fn grown(self, have: u64, more: u64) -> Result<u64, (String, &'static str)> {
+        match have.checked_add(more) {
+            Some(all) if all <= self.most() => Ok(all),
+            all => {
+                let all = all.unwrap_or(u64::MAX);
+                let (noun, most) = (self.noun(), self.most());
+                Err((format!("{all} {noun}, but a scene has at most {most}"), self.remedy()))
+            }
+        }
+    }
+
+    /// Like [`Self::grown`], of a file's contents.
+    pub(super) fn grown_in(self, path: &Path, have: u64, more: u64) -> Result<u64, SceneError> {
+        self.grown(have, more).map_err(|(message, help)| SceneError::invalid(path, message, help))
+    }
+}
+
+/// Whether the host can allocate so much more [bytes]. An allocation that fails later aborts the program.
+pub(super) fn has_memory(bytes: u64) -> bool {
+    let mut probe = Vec::<u8>::new();
+    let is_there = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
+    // Otherwise the compiler may leave the allocation out.
+    std::hint::black_box(&mut probe);
+    is_there
+}
+
+/// Reserves memory for `more` items, or returns an error with the missing amount.
+pub(super) fn reserve<T>(
+    items: &mut Vec<T>,
+    more: usize,
+    what: &str,
+    path: &Path,
+) -> Result<(), SceneError> {
+    items.try_reserve(more).map_err(|_| {
+        let bytes = more.saturating_mul(size_of::<T>());
+        SceneError::memory(path, format!("no memory for {more} {what} ({} MiB)", bytes >> 20))
+    })
+}

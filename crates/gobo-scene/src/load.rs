@@ -1,0 +1,413 @@
+//! Loading of scene files: everything is validated here.
+use super::{
+    Scene, SceneError,
+    animate::{Placed, animate},
+    defaults,
+    document::{
+        CameraTable, Document, MeshTable, ParticlesTable, ShapeTable, SplatsTable, StrandsTable,
+        VolumeTable,
+    },
+    emitters, environment, far_sides, formats,
+    gltf::Wanted,
+    keys::Keys,
+    light_tables,
+    limits::Limit,
+    loader::{Loader, error_of_line},
+    models, points, read,
+    rig::Placement,
+    share::Share,
+    source::{self, SceneText},
+    splat_file::{kind_of_file, load_splats},
+    splats::{Cloud, Kind},
+    tables,
+    volume_file::VolumeFile,
+};
+use glam::Vec3;
+use gobo::model::{Environment, Gaussian, Motion, Occlusion, Sky};
+use std::{
+    ops::Range,
+    path::Path,
+    sync::{Arc, OnceLock},
+};
+use toml::Spanned;
+
+/// Options of loading besides the file.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct LoadOptions {
+    /// Values that replace those of the scene file before they are checked: dotted keys such as
+    /// `shadow.size`, `light.sun.intensity` or `material.0.tint`, and TOML values.
+    pub set: Vec<(String, String)>,
+    /// Whether a model or particle file that is a scene of its own gets a floor.
+    pub ground: bool,
+    /// Whether what every time makes anew is made for time 0: particles of emitters, and generated volumes that move. If
+    /// not, the first [`Scene::set_time`] makes it, unless the scene file leaves the camera to be placed by what it
+    /// sees: for a scene that is rendered at another time, or whose particles a device simulates.
+    pub start: bool,
+    /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest once the
+    /// scene's time is set.
+    pub share: Option<Share>,
+    /// Whether lights with a size get texels and viewpoints for what the camera sees, and not for all that they reach.
+    pub of_picture: bool,
+    /// Whether nothing is simulated, not even to place the camera, and no texture is made that no file has.
+    only_checks: bool,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            set: Vec::new(),
+            ground: true,
+            start: true,
+            share: None,
+            of_picture: true,
+            only_checks: false,
+        }
+    }
+}
+
+/// Reads a scene file, or a file of any of the [`super::FORMATS`] that is a scene alone.
+pub fn load(path: &Path) -> Result<Scene, SceneError> {
+    load_as(path, &LoadOptions::default())
+}
+
+/// Like [`load`]; `set` as in [`LoadOptions`].
+pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
+    load_as(path, &LoadOptions { set: set.to_vec(), ..LoadOptions::default() })
+}
+
+/// Like [`load`], for a scene that is not rendered: emitters send nothing out, generated volumes that move are their
+/// boxes, and a camera that is placed by what it sees is placed by those; textures that no file has are a white texel each.
+pub fn check(path: &Path) -> Result<Scene, SceneError> {
+    check_with(path, &[])
+}
+
+/// Like [`check`]; `set` as in [`LoadOptions`].
+pub fn check_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneError> {
+    let set = set.to_vec();
+    load_as(path, &LoadOptions { set, start: false, only_checks: true, ..LoadOptions::default() })
+}
+
+/// Like [`check`], without the ground that a file alone gets: for what is in the file.
+pub fn inspect(path: &Path) -> Result<Scene, SceneError> {
+    let (start, ground, only_checks) = (false, false, true);
+    load_as(path, &LoadOptions { start, ground, only_checks, ..LoadOptions::default() })
+}
+
+/// Every key that reading a scene file asks for, as [`LoadOptions::set`] names it, sorted.
+#[doc(hidden)]
+pub fn asked_keys(path: &Path) -> Result<Vec<String>, SceneError> {
+    let text = scene_text(path)?;
+    let source = SceneText::parse(path, &text, text.len(), &[])?;
+    let mut read = Ok(());
+    let mut keys = source.asked(|source| read = document(source).map(drop));
+    keys.sort_unstable();
+    keys.dedup();
+    read.map(|()| keys)
+}
+
+/// Like [`load`], with options.
+pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    load_all(path, options, None).map(|(scene, _)| scene)
+}
+
+/// Like [`load_as`], of the text of a scene file. `path`: what the file would be, for messages and for the files that
+/// it names.
+pub fn load_text(text: &str, path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let _phase = tracing::debug_span!("read").entered();
+    Limit::Text.grown_in(path, 0, text.len() as u64)?;
+    let contents =
+        Contents { extension: "toml", splats: None, is_volume: false, tables: text.to_owned() };
+    load_contents(path, options, contents, None).map(|(scene, _)| scene)
+}
+
+/// A scene with the splats of a file among its casters.
+#[derive(Debug)]
+pub struct Relit {
+    /// The scene.
+    pub scene: Scene,
+    /// The file's splats, as the file places them.
+    pub cloud: Cloud,
+    /// Those that the scene holds, in the same order.
+    pub range: Range<usize>,
+    /// Id of the file's first row.
+    first_id: u32,
+}
+
+impl Relit {
+    /// Place in the cloud of one of the scene's splats.
+    pub fn index_of(&self, gaussian: &Gaussian) -> usize {
+        let row = gaussian.id.wrapping_sub(self.first_id);
+        self.cloud.rows.binary_search(&row).unwrap_or(row as usize)
+    }
+}
+
+/// Like [`load_as`], with the splats of a file: placed as the scene places them or, if it does not name the file, as
+/// they are, with a neutral shadow.
+pub fn load_with_splats(
+    path: &Path,
+    options: &LoadOptions,
+    splats: &Path,
+) -> Result<Relit, SceneError> {
+    let cloud = load_splats(splats)?;
+    let (scene, found) = load_all(path, options, Some(splats))?;
+    let (range, first_id) = found.unwrap_or_default();
+    Ok(Relit { scene, cloud, range, first_id })
+}
+
+/// Splats of a file in a scene, and the id of its first row.
+type FoundSplats = (Range<usize>, u32);
+
+/// Loads a scene, with the splats of a file if one is given.
+fn load_all(
+    path: &Path,
+    options: &LoadOptions,
+    with: Option<&Path>,
+) -> Result<(Scene, Option<FoundSplats>), SceneError> {
+    let _phase = tracing::debug_span!("read").entered();
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let is_alone = extension != "toml";
+    if is_alone {
+        formats::refuse_foreign(path)?;
+    }
+    let is_known = is_alone && VolumeFile::is(path);
+    let splats = (is_alone && !is_known).then(|| kind_of_file(path)).flatten();
+    // A file that is damaged, or not there, is known by its name.
+    let is_named = || VolumeFile::extensions().any(|own| own == extension);
+    let is_volume = is_known || splats.is_none() && is_named();
+    let tables = match is_volume {
+        true => [defaults::ALONE, defaults::VOLUME].concat(),
+        false => tables_of(path, &extension, splats)?,
+    };
+    let contents = Contents { extension: &extension, splats, is_volume, tables };
+    load_contents(path, options, contents, with)
+}
+
+/// What a file holds, by its name, its head and its text.
+struct Contents<'a> {
+    /// Lower case.
+    extension: &'a str,
+    /// Kind of splats, if it holds them.
+    splats: Option<Kind>,
+    /// Whether it is a volume.
+    is_volume: bool,
+    /// Its tables, or those that stand for it.
+    tables: String,
+}
+
+fn load_contents(
+    path: &Path,
+    options: &LoadOptions,
+    Contents { extension, splats, is_volume, tables: file }: Contents<'_>,
+    with: Option<&Path>,
+) -> Result<(Scene, Option<FoundSplats>), SceneError> {
+    let is_alone = extension != "toml";
+    // So that `light.sun.size` can be set if the file has no light.
+    let set = &options.set;
+    let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
+        && file.parse::<toml::Table>().is_ok_and(|table| !table.contains_key("light"));
+    let file = if adds_sun { file + defaults::SUN } else { file };
+    let text = source::joined(&file, set);
+    let source = SceneText::parse(path, &text, file.len(), set)?;
+    let mut document = document(&source)?;
+    if splats == Some(Kind::SogLevels) {
+        // A folder may be called `..`.
+        let name = path.file_name().map(Into::into).or_else(|| path.canonicalize().ok());
+        document.splats.iter_mut().for_each(|table| table.get_mut().file.clone_from(&name));
+    }
+    if is_volume {
+        let file = path.file_name().map(Into::into);
+        document.volume.iter_mut().for_each(|table| table.get_mut().file.clone_from(&file));
+    }
+    let mut loader = Loader::new(&source, path);
+    loader.share = options.share;
+    loader.makes_start = options.start || !options.only_checks && !is_placed(&document);
+    loader.paints = !options.only_checks;
+    loader.document(&document)?;
+    let found = with.map(|with| loader.found_splats(with)).transpose()?;
+    if !is_volume {
+        loader.contents_of(path, extension, splats)?;
+    }
+    let Loader { mut scene, model_camera, mut placed, mut still, resting, .. } = loader;
+    if has_own_camera(&document) {
+        for moving in placed.iter_mut().filter_map(|placed| placed.moving.as_mut()) {
+            moving.camera = None;
+        }
+    }
+    let around = document.environment.as_ref().map(Spanned::get_ref);
+    let is_said = around.is_some_and(|table| table.ambient.is_some() || table.background.is_some());
+    if is_alone && scene.environment.is_none() && !is_said {
+        scene.environment = Some(usual_sky());
+    }
+    // Before the ground is added: the camera looks at the contents of the file.
+    let bounds = defaults::contents(&scene);
+    let alone = is_alone.then_some(&scene);
+    let usual = model_camera.unwrap_or_else(|| {
+        let usual = defaults::camera(&bounds);
+        alone.map_or(usual, |scene| defaults::framed(usual, scene, false))
+    });
+    scene.camera = match &document.camera {
+        Some(table) => tables::placed_camera(&source, table, model_camera, &bounds, alone)?,
+        None => usual,
+    };
+    expose(&mut scene, document.camera.as_ref().map(Spanned::get_ref));
+    if is_alone && options.ground {
+        let image = around.is_some_and(|table| table.file.is_some());
+        defaults::add_ground(&mut scene, model_camera.as_ref(), image);
+    }
+    if scene.lights.is_empty() {
+        scene.lights.push(defaults::sun());
+    }
+    let is_aimed =
+        set.iter().any(|(key, _)| key.starts_with("light.") && key.ends_with(".direction"));
+    let is_usual = adds_sun || document.light.is_empty() && scene.lights[0] == defaults::sun();
+    if is_alone && is_usual && !is_aimed {
+        defaults::aim_sun(&mut scene.lights[0], &usual);
+    }
+    let moving = animate(&source, &document, placed, &mut scene)?;
+    still.extend(moving.into_iter().map(|moving| Arc::new(moving) as _));
+    scene.recentre();
+    place_again(&mut scene, still);
+    far_sides::add_filters(&mut scene, path)?;
+    let by = -scene.origin;
+    let resting = resting.into_iter().map(|resting| resting.moved(by).unwrap_or(resting));
+    scene.motions.extend(resting);
+    if !options.only_checks {
+        scene.follow_motions();
+    }
+    scene.fit_soft_lights(options.of_picture);
+    Ok((scene, found))
+}
+
+/// The tables of a scene file, or those that stand for another kind of file.
+fn tables_of(path: &Path, extension: &str, splats: Option<Kind>) -> Result<String, SceneError> {
+    Ok(match extension {
+        _ if splats == Some(Kind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
+        _ if splats.is_some() => defaults::ALONE.to_owned(),
+        _ if points::kind_of_file(path).is_some() => {
+            [defaults::ALONE, defaults::POINTS_MATERIAL].concat()
+        }
+        "toml" => scene_text(path)?,
+        "glb" | "gltf" => defaults::ALONE.to_owned(),
+        _ if models::kind_of_file(path).is_some() => defaults::ALONE.to_owned(),
+        "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
+        _ => return Err(formats::unknown(path)),
+    })
+}
+
+impl Loader<'_> {
+    /// Loads the contents of a file that is the scene, and not tables that name files.
+    fn contents_of(
+        &mut self,
+        path: &Path,
+        extension: &str,
+        splats: Option<Kind>,
+    ) -> Result<(), SceneError> {
+        let is_model = matches!(extension, "glb" | "gltf") || models::kind_of_file(path).is_some();
+        match extension {
+            _ if splats == Some(Kind::SogLevels) => {
+                self.note_turned(path);
+                Ok(())
+            }
+            _ if splats.is_some() => self.splats_alone(path, splats),
+            _ if is_model => {
+                let still = Placement::still(Vec3::ZERO, Vec3::ZERO, Vec3::ONE);
+                let moving = self.model(path, still, Wanted::default())?;
+                let triangles = 0..self.scene.triangles.len();
+                self.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
+                if self.leaves_splats { self.splats_alone(path, None) } else { Ok(()) }
+            }
+            "ply" | "csv" => self.particle_file(path, 0),
+            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Sets how the camera exposes the scene: the usual ways without a table.
+fn expose(scene: &mut Scene, table: Option<&CameraTable>) {
+    (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
+    if let Some(table) = table {
+        let &CameraTable { exposure, samples, occlusion, bloom, lens, shutter, tone, .. } = table;
+        (scene.exposure, scene.samples, scene.occlusion) = (exposure, samples, occlusion);
+        (scene.bloom, scene.lens, scene.shutter, scene.tone) = (bloom, lens, shutter, tone);
+    }
+}
+
+/// Makes the corners of a re-centred scene anew: those that were made far away are rounded. `still`: parts that do not
+/// move, as they were before.
+fn place_again(scene: &mut Scene, still: Vec<Arc<dyn Motion>>) {
+    if scene.origin == Vec3::ZERO {
+        return;
+    }
+    let still = still.into_iter().filter_map(|part| part.moved(-scene.origin));
+    let moving = scene.motions.iter().filter(|motion| !motion.moves_particles()).cloned();
+    for part in still.chain(moving).collect::<Vec<_>>() {
+        part.apply(scene, 0.0);
+    }
+    scene.leave_out_far_triangles();
+}
+
+/// Whether the file says where the camera is and where it looks.
+fn is_placed(document: &Document) -> bool {
+    document.camera.as_ref().is_some_and(|table| {
+        let CameraTable { eye, target, .. } = table.get_ref();
+        eye.is_some() && target.is_some()
+    })
+}
+
+/// Whether the file itself sets the camera's position, so that no model does.
+fn has_own_camera(document: &Document) -> bool {
+    let places = document.camera.as_ref().is_some_and(|table| {
+        let CameraTable { eye, target, up, .. } = table.get_ref();
+        eye.is_some() || target.is_some() || up.is_some()
+    });
+    let keys = ["camera.eye", "camera.target", "camera.up"];
+    places || document.animate.iter().any(|keyed| keys.contains(&keyed.get_ref().target.as_str()))
+}
+
+/// The default sky, made once: it takes as long as a small model.
+fn usual_sky() -> Arc<Environment> {
+    static SKY: OnceLock<Arc<Environment>> = OnceLock::new();
+    SKY.get_or_init(|| Arc::new(Environment::of_sky(&Sky::default(), 1.0))).clone()
+}
+
+pub(super) fn scene_text(path: &Path) -> Result<String, SceneError> {
+    let length = read::length(path)?;
+    Limit::Text.grown_in(path, 0, length)?;
+    String::from_utf8(read::bytes(path)?).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count();
+        error_of_line(path, line, "the text is not UTF-8", "save the file as UTF-8")
+    })
+}
+
+/// All tables of the file, checked as far as they can be one by one.
+pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
+    Keys::of_file(source, |keys| {
+        let mut lights = 0..;
+        Ok(Document {
+            shadow: keys
+                .one("shadow", tables::shadow)?
+                .map_or_else(tables::usual_shadow, Spanned::into_inner),
+            mask: keys.one("mask", tables::mask)?.map(Spanned::into_inner),
+            clusters: (keys.one("clusters", tables::clusters)?)
+                .map(Spanned::into_inner)
+                .unwrap_or_default(),
+            environment: keys.one("environment", environment::table)?,
+            air: keys.one("air", tables::air)?.and_then(Spanned::into_inner),
+            light: keys
+                .many("light", |keys| light_tables::light(keys, lights.next().unwrap_or(0)))?,
+            material: keys.many("material", tables::material)?,
+            particles: keys.many("particles", ParticlesTable::read)?,
+            splats: keys.many("splats", SplatsTable::read)?,
+            emitter: keys.many("emitter", emitters::table)?,
+            shape: keys.many("shape", ShapeTable::read)?,
+            mesh: keys.many("mesh", MeshTable::read)?,
+            volume: keys.many("volume", VolumeTable::read)?,
+            strands: keys.many("strands", StrandsTable::read)?,
+            animate: keys.many("animate", Keys::all)?,
+            camera: keys.one("camera", tables::camera)?,
+        })
+    })
+}

@@ -1,0 +1,259 @@
+//! Clouds of points: scans by laser and by camera, as discs.
+//!
+//! Files have z up, as surveys and robots do: their (x, y, z) is (x, z, -y) here.
+mod classes;
+mod e57;
+mod las;
+mod lzf;
+mod pcd;
+mod pcd_header;
+mod spacing;
+
+use super::{
+    SceneError,
+    error::quoted,
+    limits::{self, Limit},
+    particles::{FARTHEST, ParticleFile, linear_from_srgb},
+    read,
+};
+use glam::{DVec3, Vec3};
+use gobo::model::{Particle, Skipped};
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+};
+
+/// The problem and the remedy.
+pub(super) type Fault = (String, &'static str);
+
+const DAMAGED: &str = "the file is cut off or damaged: write it again";
+
+/// Kind of a file of points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// LAS and LAZ.
+    Las,
+    Pcd,
+    E57,
+}
+
+/// Kind of a file by its start.
+pub(super) fn kind_of(start: &[u8]) -> Option<Kind> {
+    if start.starts_with(b"LASF") {
+        return Some(Kind::Las);
+    }
+    if start.starts_with(b"ASTM-E57") {
+        return Some(Kind::E57);
+    }
+    pcd_header::is_pcd(start).then_some(Kind::Pcd)
+}
+
+/// Kind of a file, by its head; `None` if it is none, or cannot be read.
+pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+    let (head, _) = read::head(path, pcd_header::LONGEST).ok()?;
+    kind_of(&head)
+}
+
+/// Number of points that the head of a file promises.
+pub(super) fn announced(path: &Path) -> Option<u64> {
+    let (head, length) = read::head(path, pcd_header::LONGEST).ok()?;
+    match kind_of(&head)? {
+        Kind::Las => las::announced(&head, length),
+        Kind::Pcd => pcd::announced(&head, length),
+        Kind::E57 => None,
+    }
+}
+
+/// What the head of a file says.
+pub(super) fn facts(path: &Path) -> Vec<(&'static str, String)> {
+    let Ok((head, _)) = read::head(path, pcd_header::LONGEST) else { return Vec::new() };
+    match kind_of(&head) {
+        Some(Kind::Las) => las::facts(&head),
+        Some(Kind::Pcd) => pcd::facts(&head),
+        _ => Vec::new(),
+    }
+}
+
+/// What a file says of each point. Lists are as long as `positions`, or empty.
+#[derive(Debug, Default)]
+struct Points {
+    /// As in the file [m].
+    positions: Vec<DVec3>,
+    /// Linear.
+    colors: Vec<Vec3>,
+    /// Strength of the echo; any unit.
+    intensities: Vec<f32>,
+    /// Classes by the ASPRS.
+    classes: Vec<u8>,
+    /// Rows of the file of each point; empty where no row was skipped.
+    rows: Vec<u32>,
+    skipped: Skipped,
+    notes: Vec<String>,
+}
+
+/// A point of a file.
+#[derive(Clone, Copy, Debug, Default)]
+struct Point {
+    position: DVec3,
+    color: Option<Vec3>,
+    intensity: Option<f32>,
+    class: Option<u8>,
+}
+
+impl Points {
+    /// Makes room for more points.
+    fn reserve(&mut self, more: usize) -> Result<(), Fault> {
+        let bytes = (size_of::<Point>() + size_of::<Particle>()) as u64 * more as u64;
+        if limits::has_memory(bytes) {
+            return Ok(());
+        }
+        let help = "use a smaller file, or a machine with more memory";
+        Err((format!("no memory for {more} points ({} MiB)", bytes >> 20), help))
+    }
+
+    fn row(&self) -> u64 {
+        self.positions.len() as u64 + self.skipped.values().sum::<u64>()
+    }
+
+    fn skip(&mut self, reason: &'static str) {
+        if self.skipped.is_empty() {
+            self.rows = (0..self.row() as u32).collect();
+        }
+        *self.skipped.entry(reason).or_default() += 1;
+    }
+
+    /// Adds the next point of the file.
+    fn push(&mut self, point: Point) {
+        if !point.position.is_finite() {
+            return self.skip("not finite");
+        }
+        if !self.skipped.is_empty() {
+            self.rows.push(self.row() as u32);
+        }
+        self.positions.push(point.position);
+        self.colors.extend(point.color);
+        self.intensities.extend(point.intensity);
+        self.classes.extend(point.class);
+    }
+}
+
+/// A colour of bytes or of shares as it is shown.
+fn linear(rgb: [f32; 3]) -> Vec3 {
+    Vec3::from_array(rgb.map(|c| linear_from_srgb(c.clamp(0.0, 1.0))))
+}
+
+/// What a file's points are made into.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wanted {
+    pub(super) material: u32,
+    /// Radius of all points [m]; `None`: by their spacing.
+    pub(super) radius: Option<f32>,
+    pub(super) first_id: u32,
+    /// Particles of the scene before this file.
+    pub(super) earlier: u64,
+}
+
+/// Loads a file as discs. `origin`: what is subtracted from all files' coordinates, set by the first that is far out.
+pub(super) fn load(
+    path: &Path,
+    kind: Kind,
+    wanted: Wanted,
+    origin: &mut Option<DVec3>,
+) -> Result<ParticleFile, SceneError> {
+    let invalid = |(message, help): Fault| SceneError::invalid(path, message, help);
+    if let Some(count) = announced(path) {
+        Limit::Particles.grown_in(path, wanted.earlier, count)?;
+    }
+    let bytes = read::bytes(path)?;
+    let most = Limit::Particles.most().saturating_sub(wanted.earlier);
+    // Crates that read these may panic at damaged files.
+    let read = catch_unwind(AssertUnwindSafe(|| match kind {
+        Kind::Las => las::read(&bytes, most),
+        Kind::Pcd => pcd::read(&bytes, most),
+        Kind::E57 => e57::read(&bytes, most),
+    }));
+    let read = read.unwrap_or_else(|_| Err(("its data are damaged".to_owned(), DAMAGED)));
+    let points = read.map_err(invalid)?;
+    drop(bytes);
+    discs(path, points, wanted, origin)
+}
+
+/// Distance from the origin along an axis past which 32 bits round to more than a millimetre [m].
+const FAR: f64 = 10_000.0;
+
+/// Origins are multiples of this [m].
+const STEP: f64 = 1000.0;
+
+/// Origin of points far out, in the file's axes: along each axis the middle of the box where that is beyond [`FAR`].
+fn far_origin(points: &Points) -> DVec3 {
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for position in &points.positions {
+        (min, max) = (min.min(*position), max.max(*position));
+    }
+    let along = |axis: usize| {
+        let farthest = min[axis].abs().max(max[axis].abs());
+        let middle = 0.5 * min[axis] + 0.5 * max[axis];
+        if farthest > FAR { (middle / STEP).round() * STEP } else { 0.0 }
+    };
+    if min.is_finite() && max.is_finite() {
+        DVec3::new(along(0), along(1), along(2))
+    } else {
+        DVec3::ZERO
+    }
+}
+
+fn discs(
+    path: &Path,
+    mut points: Points,
+    wanted: Wanted,
+    origin: &mut Option<DVec3>,
+) -> Result<ParticleFile, SceneError> {
+    let found = far_origin(&points);
+    let base = *origin.get_or_insert(found);
+    let name = path.display();
+    let mut notes: Vec<String> =
+        points.notes.iter().map(|note| format!("{name}: {note}")).collect();
+    if base != DVec3::ZERO {
+        let [x, y, z] = base.to_array();
+        notes
+            .push(format!("{name}: x = {x}, y = {y}, z = {z} m of the file is the scene's origin"));
+    }
+    let colors = classes::colors(&mut points, &mut notes, path);
+    let mut particles = Vec::new();
+    limits::reserve(&mut particles, points.positions.len(), "particles", path)?;
+    let mut skipped = std::mem::take(&mut points.skipped);
+    for (i, position) in points.positions.iter().enumerate() {
+        let DVec3 { x, y, z } = position - base;
+        let center = DVec3::new(x, z, -y).as_vec3();
+        if center.abs().max_element() > FARTHEST {
+            *skipped.entry("too far").or_default() += 1;
+            continue;
+        }
+        let row = points.rows.get(i).copied().unwrap_or(i as u32);
+        particles.push(Particle {
+            center,
+            color: colors.get(i).copied().unwrap_or(classes::PLAIN).extend(1.0),
+            material: wanted.material,
+            id: wanted.first_id.wrapping_add(row),
+            ..Particle::default()
+        });
+    }
+    let radius = wanted.radius.unwrap_or_else(|| {
+        let radius = spacing::radius(&particles);
+        notes.push(format!(
+            "{name}: discs have a radius of {radius:.3} m, by the spacing of points"
+        ));
+        radius
+    });
+    particles.iter_mut().for_each(|particle| particle.radius = radius);
+    Ok(ParticleFile { particles, skipped, notes })
+}
+
+/// Names of columns that are not read, for a note.
+fn unread(names: &[&str]) -> Option<String> {
+    const NAMED: usize = 12;
+    let named: Vec<String> = names.iter().take(NAMED).map(|name| quoted(name)).collect();
+    let more = names.len().saturating_sub(NAMED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    (!named.is_empty()).then(|| format!("not read: {}{more}", named.join(", ")))
+}

@@ -1,0 +1,182 @@
+//! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG, in whose order splats of a region are
+//! together, at several levels of detail. Level 0 is the finest.
+use super::{
+    cloud::{Cloud, Fault},
+    sog::{self, DAMAGED, Sog},
+    sog_store::{Store, file_name, path_in},
+};
+use crate::{error::quoted, limits::Limit};
+use serde::Deserialize;
+use std::{
+    collections::BTreeMap,
+    ops::Range,
+    path::{Path, PathBuf},
+};
+
+/// Most splats that are read without being asked for: the finest level that has no more is taken.
+const BUDGET: u64 = 4_000_000;
+
+/// Most nodes of the tree.
+const MAX_NODES: u64 = 1 << 20;
+
+#[derive(Deserialize)]
+struct Meta {
+    #[serde(rename = "lodLevels")]
+    levels: u32,
+    /// `meta.json` of splats around the scene that have no levels.
+    environment: Option<String>,
+    filenames: Vec<String>,
+    tree: Node,
+}
+
+#[derive(Deserialize)]
+struct Node {
+    #[serde(default)]
+    children: Vec<Self>,
+    /// By level.
+    #[serde(default)]
+    lods: BTreeMap<u32, Run>,
+}
+
+/// Splats of a region and a level: a run of those of a file.
+#[derive(Clone, Copy, Deserialize)]
+struct Run {
+    file: usize,
+    offset: u64,
+    count: u64,
+}
+
+/// Runs of each level, and the number of regions that have none.
+struct Levels {
+    runs: Vec<Vec<Run>>,
+    regions: usize,
+}
+
+impl Levels {
+    fn count(&self, level: usize) -> u64 {
+        self.runs[level].iter().fold(0, |sum, run| sum.saturating_add(run.count))
+    }
+
+    fn add(&mut self, node: &Node, nodes: &mut u64) -> Result<(), Fault> {
+        *nodes += 1;
+        if *nodes > MAX_NODES {
+            return Err((format!("the tree has more than {MAX_NODES} nodes"), DAMAGED));
+        }
+        for (&level, &run) in &node.lods {
+            let Some(runs) = self.runs.get_mut(level as usize) else {
+                let levels = self.runs.len();
+                return Err((format!("the tree has level {level} of {levels} levels"), DAMAGED));
+            };
+            runs.push(run);
+        }
+        self.regions += usize::from(!node.lods.is_empty());
+        node.children.iter().try_for_each(|child| self.add(child, nodes))
+    }
+}
+
+fn meta(bytes: &[u8]) -> Result<(Meta, Levels), Fault> {
+    let json = |error| (format!("not a valid lod-meta.json: {error}"), DAMAGED);
+    // The parser refuses deep trees.
+    let meta: Meta = serde_json::from_slice(bytes).map_err(json)?;
+    if meta.levels == 0 || meta.levels > 64 {
+        return Err((format!("{} levels of detail, not 1 to 64", meta.levels), DAMAGED));
+    }
+    let mut levels = Levels { runs: vec![Vec::new(); meta.levels as usize], regions: 0 };
+    levels.add(&meta.tree, &mut 0)?;
+    Ok((meta, levels))
+}
+
+/// Reads a level; `None`: the finest of at most [`BUDGET`] splats, or else the coarsest. `path`: of the
+/// `lod-meta.json`, whose bytes are given.
+pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud, Fault> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (meta, levels) = meta(bytes)?;
+    let last = levels.runs.len() - 1;
+    let level = match lod {
+        Some(level) if level as usize > last => {
+            let message = format!("lod is {level}, but the file has levels 0 to {last}");
+            return Err((message, "give one of its levels"));
+        }
+        Some(level) => level as usize,
+        None => (0..last).find(|&level| levels.count(level) <= BUDGET).unwrap_or(last),
+    };
+    let count = levels.count(level);
+    let surroundings = match &meta.environment {
+        None => None,
+        Some(name) => Some((name, open(folder, name)?)),
+    };
+    let around = surroundings.as_ref().map_or(0, |(_, sog)| sog.count);
+    let help = "give `lod` a coarser level, or write the file with one";
+    let fewer = |(message, _): Fault| (format!("level {level} of 0 to {last}: {message}"), help);
+    Limit::Splats.grown(count, around).map_err(fewer)?;
+    let mut cloud = Cloud::with_room(count.saturating_add(around)).map_err(fewer)?;
+    let mut harmonics = 0;
+    let mut by_file: BTreeMap<usize, Vec<Range<u64>>> = BTreeMap::new();
+    for run in &levels.runs[level] {
+        by_file.entry(run.file).or_default().push(run.offset..run.offset.saturating_add(run.count));
+    }
+    for (file, mut runs) in by_file {
+        let Some(name) = meta.filenames.get(file) else {
+            let known = meta.filenames.len();
+            return Err((format!("the tree names file {file} of {known}"), DAMAGED));
+        };
+        let sog = open(folder, name)?;
+        runs.sort_by_key(|run| run.start);
+        for run in runs {
+            if run.end > sog.count {
+                let (name, end) = (quoted(name), run.end);
+                let message = format!("{name} has {} splats, and the tree names {end}", sog.count);
+                return Err((message, DAMAGED));
+            }
+            push(&mut cloud, &sog, run, name)?;
+        }
+        harmonics = harmonics.max(sog.harmonics);
+    }
+    if let Some((name, sog)) = &surroundings {
+        push(&mut cloud, sog, 0..sog.count, name)?;
+        cloud.notes.push(format!("{around} splats of its surroundings are read, too"));
+    }
+    cloud.notes.push(format!(
+        "level {level} of detail of 0 to {last} is read, with {count} splats: `lod` chooses another"
+    ));
+    let without = levels.regions - levels.runs[level].len();
+    if without > 0 {
+        cloud.notes.push(format!("{without} of {} regions have no such level", levels.regions));
+    }
+    cloud.leave_out_harmonics(harmonics);
+    Ok(cloud.finish())
+}
+
+/// Opens the SOG of a `meta.json` that is named from a folder.
+fn open(folder: &Path, name: &str) -> Result<Sog, Fault> {
+    let place = path_in(folder, name)?;
+    let inside = place.parent().unwrap_or(folder);
+    Sog::open(&mut Store::folder(inside), &file_name(&place)).map_err(in_file(name))
+}
+
+fn push(cloud: &mut Cloud, sog: &Sog, run: Range<u64>, name: &str) -> Result<(), Fault> {
+    run.map(|i| sog.splat(i as usize)).try_for_each(|splat| {
+        cloud.push(splat.map_err(in_file(name))?);
+        Ok(())
+    })
+}
+
+fn in_file(name: &str) -> impl Fn(Fault) -> Fault {
+    move |(message, help)| (format!("{}: {message}", quoted(name)), help)
+}
+
+/// Files that a `lod-meta.json` names, of all levels.
+pub(super) fn files(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>, Fault> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (meta, _) = meta(bytes)?;
+    let mut files = Vec::new();
+    for name in meta.filenames.iter().chain(&meta.environment) {
+        let meta = path_in(folder, name)?;
+        let inside = meta.parent().unwrap_or(folder);
+        for image in sog::images(inside, &file_name(&meta)).map_err(in_file(name))? {
+            files.push(path_in(inside, &image)?);
+        }
+        files.push(meta);
+    }
+    Ok(files)
+}

@@ -1,0 +1,79 @@
+//! The product of two grids, voxel by voxel.
+use super::{
+    bricks::{Source, VoxelSources},
+    input::Fault,
+    tree::{LEAF_EDGE, LEAF_VOXELS, LOWER_EDGE, MOST_NODES, Tile, Tree, too_many},
+};
+use glam::IVec3;
+use std::collections::HashSet;
+
+impl Tree {
+    /// The product with another grid, whose voxels are `unset` where it has none. Tiles in which the other one changes are
+    /// split.
+    pub(crate) fn times(self, other: &Self, unset: f32) -> Result<Self, Fault> {
+        let lookup = VoxelSources::new(other, unset);
+        let small = other.tiles.iter().filter(|tile| tile.edge < LOWER_EDGE);
+        let nodes = other.leaves.iter().copied().chain(small.map(|tile| tile.origin));
+        let changing: HashSet<IVec3> =
+            nodes.map(|origin| origin.div_euclid(IVec3::splat(LOWER_EDGE)) * LOWER_EDGE).collect();
+        let mut product = Self { active: self.active, ..Self::default() };
+        for (&origin, values) in self.leaves.iter().zip(self.values.chunks_exact(LEAF_VOXELS)) {
+            product.add(origin, |i| values[i], lookup.source(origin))?;
+        }
+        for Tile { origin, edge, value } in self.tiles {
+            if edge > LOWER_EDGE {
+                // Of more bricks than there may be, whatever its colours.
+                product.add_tile(Tile { origin, edge, value })?;
+                continue;
+            }
+            if edge == LOWER_EDGE && !changing.contains(&origin) {
+                if let Source::Constant(factor) = lookup.source(origin) {
+                    product.add_tile(Tile { origin, edge, value: value * factor })?;
+                }
+                continue;
+            }
+            let parts = edge / LEAF_EDGE;
+            for i in 0..parts.pow(3) {
+                let leaf = IVec3::new(i / (parts * parts), i / parts % parts, i % parts);
+                let origin = origin + leaf * LEAF_EDGE;
+                match lookup.source(origin) {
+                    Source::Constant(factor) => {
+                        product.add_tile(Tile {
+                            origin,
+                            edge: LEAF_EDGE,
+                            value: value * factor,
+                        })?;
+                    }
+                    source @ Source::Leaf(_) => product.add(origin, |_| value, source)?,
+                }
+            }
+        }
+        Ok(product)
+    }
+
+    /// Adds a leaf of `values`, z first, times those of a source.
+    fn add(
+        &mut self,
+        origin: IVec3,
+        values: impl Fn(usize) -> f32,
+        source: Source<'_>,
+    ) -> Result<(), Fault> {
+        if self.leaves.len() == MOST_NODES {
+            return Err(too_many("leaves"));
+        }
+        self.leaves.push(origin);
+        let voxel = |i: usize| IVec3::new(i as i32 / 64, i as i32 / 8 % 8, i as i32 % 8);
+        self.values.extend((0..LEAF_VOXELS).map(|i| values(i) * source.at(voxel(i))));
+        Ok(())
+    }
+
+    fn add_tile(&mut self, tile: Tile) -> Result<(), Fault> {
+        if self.tiles.len() == MOST_NODES {
+            return Err(too_many("tiles"));
+        }
+        if tile.value != 0.0 {
+            self.tiles.push(tile);
+        }
+        Ok(())
+    }
+}
