@@ -1,7 +1,7 @@
 //! A compute kernel as data: its entry point, the files it is linked from, and the values of its overrides.
 use super::{
     kernel_error::KernelError,
-    link::{Constant, FEW_TURNS, Library, Linked, SAMPLED, UNROLLED},
+    link::{Constant, FEW_TURNS, Library, LinkError, Linked, SAMPLED, UNROLLED},
     resource::Binding,
     tier::Tier,
 };
@@ -18,7 +18,7 @@ pub(super) fn shader_source(module: &Module) -> wgpu::ShaderSource<'static> {
 }
 
 /// Description of a kernel. Tests read it without a GPU.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct KernelDesc {
     /// Debug label.
     pub name: &'static str,
@@ -32,6 +32,8 @@ pub struct KernelDesc {
     pub shared: &'static [Choice],
     /// Overrides with defaults different from the WGSL's; [`Kernel::new`](super::Kernel::new) may replace them.
     pub constants: &'static [Constant],
+    /// The files that it is linked from.
+    pub library: fn() -> Result<&'static Library, LinkError>,
     /// Tiers with a source of their own; those between have the source of the tier below.
     pub tiers: &'static [Tier],
 }
@@ -70,7 +72,8 @@ impl KernelDesc {
     /// A kernel of one source for all tiers, whose entry point has its name.
     pub const fn new(name: &'static str, root: &'static str) -> Self {
         let (with, shared, constants): (&[_], &[_], &[_]) = (&[], &[], &[]);
-        Self { name, entry: name, root, with, shared, constants, tiers: &[Tier::Core] }
+        let library = Library::embedded;
+        Self { name, entry: name, root, with, shared, constants, library, tiers: &[Tier::Core] }
     }
 
     /// Its choices; the first of a name counts.
@@ -90,7 +93,7 @@ impl KernelDesc {
             .chain(self.choices())
             .map(|choice| (choice.name, choice.files[tier as usize]))
             .collect();
-        Ok(Library::embedded()?.link(self.root, self.entry, &choices)?)
+        Ok((self.library)()?.link(self.root, self.entry, &choices)?)
     }
 
     /// The kernel with these values of its overrides, or else those of the description.

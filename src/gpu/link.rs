@@ -61,7 +61,7 @@ pub struct LinkError {
 }
 
 /// The files that kernels are linked from.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Library(HashMap<&'static str, File>);
 
 /// A declaration, with the comment before it.
@@ -93,8 +93,22 @@ impl Library {
     }
 
     pub fn new(sources: &[SourceFile]) -> Result<Self, LinkError> {
-        let file = |&(path, text)| Ok((path, File::new(path, text)?));
-        sources.iter().map(file).collect::<Result<_, _>>().map(Self)
+        Self(HashMap::new()).with(sources)
+    }
+
+    /// These files and further ones, of another crate.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or whose path is there.
+    pub fn with(&self, sources: &[SourceFile]) -> Result<Self, LinkError> {
+        let mut all = self.clone();
+        for &(path, text) in sources {
+            if all.0.insert(path, File::new(path, text)?).is_some() {
+                let reason = "another crate has a file of this path".to_owned();
+                return Err(LinkError { file: path, line: 1, reason });
+            }
+        }
+        Ok(all)
     }
 
     /// Links the entry point `name` of the file `root`; `choices`: file of each choice.

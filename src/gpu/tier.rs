@@ -19,7 +19,7 @@ impl Tier {
     pub const ALL: &'static [Self] = &[Self::Core, Self::Subgroups, Self::Native];
 
     /// Tiers of kernels whose walks differ, and nothing else.
-    pub(crate) const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
+    pub const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
     /// Tiers of kernels whose sums differ, and nothing else.
     pub(crate) const BY_ATOMICS: &'static [Self] = &[Self::Core, Self::Native];
 

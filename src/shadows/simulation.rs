@@ -6,7 +6,7 @@ use crate::{
     gpu::{Allocator, Kernel, Memory, Resources, Timeline, allocated, check_alive},
     model::emitter::Forces,
     records::{EmitterParams, GpuEmitted, STEPS_AT_ONCE},
-    stage::{shade::point_grid, simulate},
+    stage::{light_points::point_grid, simulate},
 };
 use wgpu::{Buffer, BufferUsages};
 

@@ -1,13 +1,12 @@
 //! mask: the share of each light that reaches each pixel of the picture.
 //!
-//! In: visible surfaces, the shadow maps, the lights of the camera's clusters. `surfaces` keeps depths and
-//! normals of all bands; for masks of half the size also one of each 2 x 2 pixels. `look_up` reads the
+//! In: visible surfaces (those of a picture by `gobo-picture`), the shadow maps, the lights of the camera's clusters. `surfaces` keeps
+//! depths and normals; for masks of half the size also one of each 2 x 2 pixels. `look_up` reads the
 //! maps, `blur` and `enlarge` filter across the pixels of one surface. Out: `light_masks`, which
 //! `light_points` reads.
 use super::{
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
-    shade::of_pixels,
 };
 use crate::gpu::{Choice, KernelDesc};
 
@@ -19,15 +18,9 @@ pub fn masks_at_once(count: u32) -> u32 {
     count.next_power_of_two().min(4)
 }
 
-const KEEP_WHOLE: Choice = Choice::new("keep", "mask/keep_whole.wgsl");
-const KEEP_HALF: Choice = Choice::new("keep", "mask/keep_half.wgsl");
+pub const KEEP_WHOLE: Choice = Choice::new("keep", "mask/keep_whole.wgsl");
+pub const KEEP_HALF: Choice = Choice::new("keep", "mask/keep_half.wgsl");
 
-/// Visible surfaces, for masks of the picture's size.
-pub const SURFACES: KernelDesc =
-    KernelDesc { with: &[KEEP_WHOLE], ..of_pixels("mask_surfaces_of", "mask/mask_surfaces.wgsl") };
-/// Visible surfaces, for masks of half the picture's size.
-pub const HALF_SURFACES: KernelDesc =
-    KernelDesc { name: "half_mask_surfaces_of", with: &[KEEP_HALF], ..SURFACES };
 /// Surfaces of a host's depths, for masks of the picture's size.
 pub const HOST_SURFACES: KernelDesc = KernelDesc {
     with: &[KEEP_WHOLE],

@@ -3,37 +3,32 @@
 //! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files that its imports from
 //! `choice::` stand for. Everything else is in `wgsl/`.
 pub mod accumulate;
-pub mod air;
 pub mod bin;
-pub mod bloom;
 pub mod blur;
 pub mod caustics;
-pub mod cluster;
 pub mod colored;
 pub mod curve;
 pub mod features;
 pub mod import;
 pub mod levels;
+pub mod light_points;
 pub mod llvmpipe;
 pub mod load;
 pub mod mask;
 pub mod occlude;
-pub mod occlusion;
 pub mod profile;
 pub mod project;
-pub mod refraction;
 pub mod resolve;
-pub mod shade;
 pub mod simulate;
 pub mod soften;
 pub mod sort;
-mod walk;
+pub mod walk;
 
 pub use walk::WalkKernels;
 
 use crate::gpu::{KernelDesc, Tier};
 
-/// Every kernel.
+/// Every kernel of maps and look-ups.
 pub const KERNELS: &[&KernelDesc] = &[
     &load::CASTERS,
     &load::GAUSSIANS,
@@ -80,59 +75,32 @@ pub const KERNELS: &[&KernelDesc] = &[
     &blur::CURVE_ROWS,
     &blur::CURVE_COLUMNS,
     &blur::FILTER_MIP,
-    &mask::SURFACES,
-    &mask::HALF_SURFACES,
     &mask::HOST_SURFACES,
     &mask::HALF_HOST_SURFACES,
     &mask::LOOK_UP,
     &mask::AREA_LOOK_UP,
     &mask::BLUR,
     &mask::ENLARGE,
-    &air::SCATTER,
-    &air::AREA_SCATTER,
-    &air::SUM,
     &levels::FIRST,
     &levels::NEXT,
     &simulate::START,
     &simulate::PARTICLES,
     &simulate::CASTERS,
-    &cluster::COUNT,
-    &cluster::SCAN,
-    &cluster::EMIT,
-    &shade::CLIP,
-    &shade::SEEN,
-    &shade::LAYERED,
-    &shade::LAYERS,
-    &shade::SURFACES,
-    &shade::CATCHING_SURFACES,
-    &shade::PANES,
-    &shade::CASTERS,
-    &shade::BRICKS,
-    &shade::LIGHT_POINTS,
-    &shade::LIGHT_SHARES,
-    &shade::AREA_LIGHT_POINTS,
-    &shade::AREA_LIGHT_SHARES,
-    &shade::THROWN_LIGHT_SHARES,
-    &shade::THROWN_AREA_LIGHT_SHARES,
-    &shade::THROWN_LIGHT_POINTS,
-    &shade::THROWN_AREA_LIGHT_POINTS,
-    &shade::THROWN_MASKED_LIGHT_POINTS,
-    &shade::THROWN_AREA_MASKED_LIGHT_POINTS,
+    &light_points::LIGHT_POINTS,
+    &light_points::LIGHT_SHARES,
+    &light_points::AREA_LIGHT_POINTS,
+    &light_points::AREA_LIGHT_SHARES,
+    &light_points::THROWN_LIGHT_SHARES,
+    &light_points::THROWN_AREA_LIGHT_SHARES,
+    &light_points::THROWN_LIGHT_POINTS,
+    &light_points::THROWN_AREA_LIGHT_POINTS,
+    &light_points::THROWN_MASKED_LIGHT_POINTS,
+    &light_points::THROWN_AREA_MASKED_LIGHT_POINTS,
     &caustics::DEPTHS,
     &caustics::OWNERS,
     &caustics::THROW,
-    &shade::MASKED_LIGHT_POINTS,
-    &shade::AREA_MASKED_LIGHT_POINTS,
-    &shade::COMPOSITE,
-    &shade::COMPOSITE_AMBIENT,
-    &shade::COMPOSITE_BEHIND,
-    &shade::COMPOSITE_BEHIND_AMBIENT,
-    &occlusion::SEARCH,
-    &occlusion::APPLY,
-    &refraction::APPLY,
-    &bloom::DOWN,
-    &bloom::UP,
-    &bloom::APPLY,
+    &light_points::MASKED_LIGHT_POINTS,
+    &light_points::AREA_MASKED_LIGHT_POINTS,
     &occlude::SMALL,
     &occlude::TILES,
     &occlude::TRIANGLE_TILES,
@@ -171,10 +139,12 @@ pub const KERNELS: &[&KernelDesc] = &[
     &curve::RESOLVE,
 ];
 
-/// Every kernel on each of its tiers, core first.
-pub fn variants() -> impl Iterator<Item = (&'static KernelDesc, Tier)> {
-    let on = |tier| {
-        let of_tier = KERNELS.iter().filter(move |desc| desc.tiers.contains(&tier));
+/// Kernels on each of their tiers, core first.
+pub fn on_tiers(
+    kernels: &[&'static KernelDesc],
+) -> impl Iterator<Item = (&'static KernelDesc, Tier)> {
+    let on = move |tier| {
+        let of_tier = kernels.iter().filter(move |desc| desc.tiers.contains(&tier));
         of_tier.map(move |&desc| (desc, tier))
     };
     Tier::ALL.iter().flat_map(move |&tier| on(tier))

@@ -15,14 +15,14 @@ pub struct WalkKernels {
 }
 
 /// Visits the footprints that may touch an invocation's texels, front to back.
-pub(super) const WALK: Choice = Choice::by_tier(
+pub const WALK: Choice = Choice::by_tier(
     "traversal",
     "traversal/uniform.wgsl",
     Tier::Subgroups,
     "traversal/subgroup.wgsl",
 );
 /// Pairs of the tiles' lists.
-pub(super) const PAIRS: Choice = Choice::new("pairs", "traversal/pairs_loaded.wgsl");
+pub const PAIRS: Choice = Choice::new("pairs", "traversal/pairs_loaded.wgsl");
 /// Sums of a batch's texels: textures where these have atomics, else buffers.
 pub(super) const SUMS: Choice =
     Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
@@ -34,9 +34,9 @@ pub(super) const SCAN: Choice = Choice::by_tier(
     "scan/prefix_subgroup.wgsl",
 );
 /// Lanes load and test any caster, and broadcast it.
-pub(super) const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
+pub const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
 /// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
-pub(super) const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
+pub const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
 /// Texels that an invocation holds where casters are all of one simple kind;

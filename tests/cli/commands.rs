@@ -151,7 +151,7 @@ pub(super) fn npy(path: &Path) -> Result<(Vec<usize>, Vec<f32>), String> {
 fn a_program_without_a_window_says_how_to_build_one() {
     let folder = Folder::new("view");
     let error = folder.fail(&["view", "scene.toml", "--beside", "--pick", "0.5", "0.5"], 2);
-    assert!(error.contains("cargo install --path . --features view"), "{error}");
+    assert!(error.contains("cargo install --path crates/gobo-cli --features view"), "{error}");
     let error = folder.fail(&["view", "scene.toml", "--orbit", "3"], 2);
     assert!(error.contains("--screenshot"), "{error}");
 }

@@ -25,7 +25,7 @@ fn export_writes_every_kernel_in_other_languages() {
 
 fn assert_exported(targets: &[&str]) {
     let folder = Folder::new(&format!("export-{}", targets[0]));
-    let variants: Vec<_> = gobo::stage::variants()
+    let variants: Vec<_> = gobo_picture::stage::variants()
         .map(|(desc, tier)| {
             let linked = desc.link(tier).unwrap();
             (desc, tier, linked.bindings().unwrap().len(), linked.overrides().count())

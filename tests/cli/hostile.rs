@@ -273,7 +273,7 @@ fn notes_reach_standard_error() {
 fn formats_that_adapters_are_asked_for_are_those_that_kernels_write() {
     use gobo::gpu::{BindingKind, STORAGE_FORMATS, Tier};
     let mut written = Vec::new();
-    for desc in gobo::stage::KERNELS {
+    for desc in gobo_picture::stage::kernels() {
         let Ok(linked) = desc.link(Tier::Core) else { continue };
         for binding in linked.bindings().unwrap() {
             if let BindingKind::StorageTexture { format, .. } = binding.kind {

@@ -31,6 +31,9 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 /// The repository.
 pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
+/// Folders of WGSL.
+pub(crate) const WGSL: [&str; 2] = ["wgsl", "crates/gobo-picture/wgsl"];
+
 /// The repository, or where `GOBO_ROOT` says: that of a packed test binary is elsewhere.
 pub(crate) fn root() -> PathBuf {
     std::env::var_os("GOBO_ROOT").map_or_else(|| ROOT.into(), PathBuf::from)
@@ -160,15 +163,16 @@ pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&wgsl, desc.name)))
 }
 
-/// Every file of `wgsl/`: its path there, and its text.
+/// Every file of the folders `wgsl/` of all crates: its path there, and its text.
 pub(crate) fn wgsl_files() -> Vec<(String, String)> {
-    let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../wgsl"));
-    let (mut pending, mut files) = (vec![root.to_owned()], Vec::new());
+    let roots = WGSL.map(|folder| std::path::Path::new(ROOT).join(folder));
+    let (mut pending, mut files) = (roots.to_vec(), Vec::new());
     while let Some(path) = pending.pop() {
         if path.is_dir() {
             pending.extend(path.read_dir().unwrap().map(|entry| entry.unwrap().path()));
         } else {
-            let name = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
+            let inside = roots.iter().find_map(|root| path.strip_prefix(root).ok()).unwrap();
+            let name = inside.to_str().unwrap().replace('\\', "/");
             files.push((name, std::fs::read_to_string(path).unwrap()));
         }
     }

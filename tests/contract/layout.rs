@@ -1,7 +1,7 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    gpu::{Access, Binding, BindingKind, Library, Linked, Tier},
+    gpu::{Access, Binding, BindingKind, Linked, Tier},
     records::{
         AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
         EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
@@ -13,14 +13,14 @@ use gobo::{
         blur::BlurParams,
         caustics::CausticParams,
         levels::LevelParams,
+        light_points::{PictureParams, PointBatch},
         project::{Chunk, ProjectParams},
-        shade::{Band, PictureParams, PointBatch},
         soften::SoftenParams,
         sort::{SERIAL_SCATTER, SortPass},
-        variants,
     },
     wgpu::{TextureSampleType, TextureViewDimension},
 };
+use gobo_picture::stage::{shade::Band, variants};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
 
 /// `Ok(false)`: the module does not declare the struct.
@@ -67,17 +67,17 @@ const STRUCTS: &[Check] = &[
 /// The list is complete: the sources are searched for `gpu_struct!`.
 #[test]
 fn every_shared_struct_is_checked() {
+    let folders = ["src", "crates/gobo-picture/src"];
     let mut pending =
-        vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../src"))];
+        folders.map(|folder| std::path::Path::new(crate::common::ROOT).join(folder)).to_vec();
     let mut count = 0;
     while let Some(path) = pending.pop() {
         if path.is_dir() {
             pending.extend(path.read_dir().unwrap().map(|entry| entry.unwrap().path()));
         } else {
-            count += std::fs::read_to_string(path)
-                .unwrap()
-                .matches("\ncrate::records::gpu_struct! {")
-                .count();
+            let text = std::fs::read_to_string(path).unwrap();
+            let starts = ["\ncrate::records::gpu_struct! {", "\ngobo::gpu_struct! {"];
+            count += starts.map(|start| text.matches(start).count()).iter().sum::<usize>();
         }
     }
     assert_eq!(count, STRUCTS.len());
@@ -205,7 +205,7 @@ fn structs_and_bindings_agree() {
 #[test]
 fn a_resource_has_one_number_and_one_place() {
     let mut numbers = std::collections::BTreeMap::new();
-    for item in Library::embedded().unwrap().items() {
+    for item in gobo_picture::stage::library().unwrap().items() {
         let Some((_, number)) = item.text.split_once("@binding(") else { continue };
         assert!(item.file.starts_with("bind/"), "{} is bound in {}", item.name, item.file);
         let number: u32 = number.split(')').next().unwrap().parse().unwrap();

@@ -1,7 +1,6 @@
 //! Constants that Rust and WGSL share are equal, and every constant of the WGSL is known: it has a mirror,
 //! or belongs to the kernels alone.
 use gobo::{
-    gpu::Library,
     model::{
         BRICK_SIZE, BRICK_VALUES, LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape,
         TILE_SIZE, Tone, Transfer, black_body,
@@ -27,12 +26,13 @@ use gobo::{
     stage::{
         accumulate::LARGEST_STEP,
         bin::{Dispatch, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES},
+        light_points,
         load::CULL_BLOCK,
         project::{self, CHUNK_SIZE},
-        shade,
         sort::{FEW_BITS, MAX_BITS, PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
     },
 };
+use gobo_picture::stage::shade;
 use gobo_reference::{
     FAINT, accumulate, air, bloom, brick, brick_light, capsule, caustics, coplanar,
     curve::{
@@ -115,8 +115,8 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SLOT_WIDTH", SLOT_SIZE.x),
         ("LAYERED_HEAD", shade::LAYERED_HEAD),
         ("LAYER_TEXELS", shade::LAYER_TEXELS),
-        ("LIST_COUNT", shade::LIST_COUNT),
-        ("LIST_HEAD", shade::LIST_HEAD),
+        ("LIST_COUNT", light_points::LIST_COUNT),
+        ("LIST_HEAD", light_points::LIST_HEAD),
         ("LIST_ROWS", shade::LIST_ROWS),
         ("LEAST_ON_PLANE", seen_plane::LEAST_ON_PLANE),
         ("LEVELED_TEXELS", LEVELED_TEXELS),
@@ -131,7 +131,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("MEDIUM_BIT", MEDIUM_BIT),
         ("NEUTRAL_BIT", NEUTRAL_BIT),
         ("MERGED_DISPATCH", Dispatch::Merged as u32),
-        ("NO_LIST", shade::NO_LIST),
+        ("NO_LIST", light_points::NO_LIST),
         ("NO_OWNER", u32::from(NO_OWNER)),
         ("NO_TEXTURE", NO_TEXTURE),
         ("OVERFLOW_DISPATCH", Dispatch::Overflow as u32),
@@ -139,7 +139,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("PAIR_ROW", PAIR_ROW),
         ("TILE_LANES", TILE_LANES),
         ("WAITING", WAITING as u32),
-        ("PANE_LIST", shade::PANE_LIST),
+        ("PANE_LIST", light_points::PANE_LIST),
         ("PART_COUNT_DISPATCH", Dispatch::PartCount as u32),
         ("PARTED_DISPATCH", Dispatch::Parted as u32),
         ("PART_DISPATCH", Dispatch::Part as u32),
@@ -154,8 +154,8 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("PATTERN_CHECKERBOARD", Pattern::Checkerboard as u32),
         ("PATTERN_HASHED", Pattern::Hashed as u32),
         ("PATTERN_IGN", Pattern::Ign as u32),
-        ("POINT_LANES", shade::POINT_LANES),
-        ("POINT_TEXELS", shade::POINT_TEXELS),
+        ("POINT_LANES", light_points::POINT_LANES),
+        ("POINT_TEXELS", light_points::POINT_TEXELS),
         ("PROFILE_FLAT", Profile::Flat as u32),
         ("PROFILE_SOFT", Profile::Soft as u32),
         ("REACH_TEXELS", REACH_TEXELS),
@@ -169,7 +169,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("RECEIVES_OPAQUE", Receives::Opaque as u32),
         ("RECEIVES_OTHERS", Receives::Others as u32),
         ("ROUGH_SIZE", ROUGH_SIZE),
-        ("ROUND_LENGTH", shade::ROUND_LENGTH),
+        ("ROUND_LENGTH", light_points::ROUND_LENGTH),
         ("ROW", ROW),
         ("RUN_PAIRS", RUN_PAIRS),
         ("SEGMENT_DISPATCH", Dispatch::Segment as u32),
@@ -205,7 +205,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("EMITTER_POINT", EmitterShape::Point as u32),
         ("EMITTER_SPHERE", EmitterShape::Sphere as u32),
         ("STEPS_AT_ONCE", STEPS_AT_ONCE),
-        ("SURFACE_LIST", shade::SURFACE_LIST),
+        ("SURFACE_LIST", light_points::SURFACE_LIST),
         ("TILE_SIZE", TILE_SIZE),
         ("CULL_BLOCK", CULL_BLOCK),
         ("LARGEST_STEP", LARGEST_STEP),
@@ -359,7 +359,7 @@ fn value(declaration: &str) -> Option<f64> {
 fn numbers_of_both_sides_are_the_same() {
     let mirrors = mirrors();
     let mut seen = BTreeSet::new();
-    let items = Library::embedded().unwrap().items();
+    let items = gobo_picture::stage::library().unwrap().items();
     for item in items.filter(|item| item.keyword == "const") {
         let place = format!("wgsl/{}:{} {}", item.file, item.line, item.name);
         // Blocks of the sort are as long as the product of two of the kernels' own.

@@ -7,14 +7,14 @@ use gobo::{
         words,
     },
     stage::{
-        KERNELS, bin, curve,
+        bin, curve,
         levels::{IN_REGISTERS, OF_AREA, OF_POINT},
         llvmpipe::{COLUMNS, LOADED},
         sort::SERIAL_SCATTER,
-        variants,
     },
     wgpu::{self, BufferUsages},
 };
+use gobo_picture::stage::{kernels, variants};
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
 use std::collections::HashSet;
 
@@ -66,7 +66,7 @@ fn kernels_of_software_adapters_are_valid() {
         bindings.iter().filter(is_stored).count()
     };
     let mut more = HashSet::new();
-    let all = KERNELS.iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)));
+    let all = kernels().iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)));
     for (desc, tier) in all.filter(|(desc, tier)| *tier >= desc.tiers[0]) {
         let of_software = [&COLUMNS[..], &[LOADED]].concat();
         let [own, loaded] =
@@ -100,7 +100,7 @@ fn kernels_of_a_tier_are_not_of_the_one_below() {
 #[test]
 fn variants_differ_from_those_below() {
     let wgsl = |desc: &KernelDesc, tier: Tier| desc.link(tier).unwrap().wgsl;
-    for desc in KERNELS {
+    for desc in kernels() {
         let from = Tier::ALL.windows(2).filter(|two| two[1] > desc.tiers[0]);
         let differing =
             from.filter(|two| wgsl(desc, two[0]) != wgsl(desc, two[1])).map(|two| two[1]);
@@ -117,19 +117,19 @@ const ENUMS: &[&str] =
 fn every_declaration_is_some_kernels() {
     let mut linked: Vec<_> = variants().map(|(desc, tier)| desc.link(tier).unwrap()).collect();
     // Code that hosts link into shaders of their own.
-    let library = Library::embedded().unwrap();
+    let library = gobo_picture::stage::library().unwrap();
     for source in [OF_POINT, OF_AREA] {
         let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
         linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
-    linked.extend(KERNELS.iter().map(|desc| desc.link_with(Tier::Native, &COLUMNS).unwrap()));
+    linked.extend(kernels().iter().map(|desc| desc.link_with(Tier::Native, &COLUMNS).unwrap()));
     let items = linked.iter().flat_map(|linked| &linked.items);
     let mut used: HashSet<_> = items.map(|item| (item.file, item.name)).collect();
     // Kernels of software adapters replace one by the other.
     let sampled = |(file, _): &(&str, _)| *file == "bind/sampled.wgsl";
     let names: Vec<_> = used.iter().copied().filter(sampled).collect();
     used.extend(names.into_iter().map(|(_, name)| (LOADED.files[0], name)));
-    let items = Library::embedded().unwrap().items();
+    let items = gobo_picture::stage::library().unwrap().items();
     let orphans: Vec<_> = items
         .filter(|item| !used.contains(&(item.file, item.name)))
         .filter(|item| !ENUMS.iter().any(|prefix| item.name.starts_with(prefix)))
@@ -140,12 +140,12 @@ fn every_declaration_is_some_kernels() {
 
 #[test]
 fn every_entry_point_is_a_kernel() {
-    let items = Library::embedded().unwrap().items();
+    let items = gobo_picture::stage::library().unwrap().items();
     let entries: HashSet<_> = items
         .filter(|item| item.text.contains("@compute"))
         .map(|item| (item.file, item.name))
         .collect();
-    let kernels: HashSet<_> = KERNELS.iter().map(|desc| (desc.root, desc.entry)).collect();
+    let kernels: HashSet<_> = kernels().iter().map(|desc| (desc.root, desc.entry)).collect();
     assert_eq!(entries, kernels);
 }
 
@@ -182,7 +182,7 @@ fn unsound_imports(path: &str, library: &Library) -> Vec<String> {
 
 #[test]
 fn every_import_is_used_and_every_foreign_name_imported() {
-    let library = Library::embedded().unwrap();
+    let library = gobo_picture::stage::library().unwrap();
     let paths: HashSet<_> = library.items().map(|item| item.file).collect();
     let bad: Vec<_> = paths.into_iter().flat_map(|path| unsound_imports(path, library)).collect();
     assert_eq!(bad, [""; 0]);
@@ -218,7 +218,7 @@ fn files_are_short() {
 #[test]
 fn loops_of_look_ups_end_with_their_test() {
     let files = ["receive", "shadow", "point_light"].map(|name| format!("shade/{name}.wgsl"));
-    let items = Library::embedded().unwrap().items();
+    let items = gobo_picture::stage::library().unwrap().items();
     let (mut loops, mut early) = (0, Vec::new());
     for item in items.filter(|item| files.iter().any(|file| file == item.file)) {
         loops += item.text.matches("loop {").count();
@@ -233,7 +233,7 @@ fn loops_of_look_ups_end_with_their_test() {
 /// As [`loops_of_look_ups_end_with_their_test`]: a look-up of an area light would take a third longer.
 #[test]
 fn loops_of_area_look_ups_end_with_their_test() {
-    let library = Library::embedded().unwrap();
+    let library = gobo_picture::stage::library().unwrap();
     let of = |source: Choice| {
         let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
         library.link("shade/light_through.wgsl", "light_at", &choices).unwrap().items

@@ -1,9 +1,7 @@
 //! Kernels with values for their overrides are valid, and hold nothing that these values leave unreached.
 use crate::common::scenes::Chance;
-use gobo::{
-    gpu::{Constant, ENABLED, KernelDesc, Tier, for_browsers},
-    stage::variants,
-};
+use gobo::gpu::{Constant, ENABLED, KernelDesc, Tier, for_browsers};
+use gobo_picture::stage::variants;
 use naga::{
     Block, Expression, Function, Literal, Module, Statement,
     front::wgsl::parse_str,

@@ -1,6 +1,7 @@
 //! No branch or loop of a kernel depends on uniform buffers and constants alone: lavapipe compiles
 //! such kernels anew for every uniform buffer that is bound, and keeps all of them.
-use gobo::stage::{llvmpipe::COLUMNS, variants};
+use gobo::stage::llvmpipe::COLUMNS;
+use gobo_picture::stage::variants;
 use naga::{
     AddressSpace, Block, Expression, Function, Handle, Module, Span, Statement, front::wgsl,
 };

@@ -4,7 +4,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const FOLDERS: [&str; 8] = ["src/", "crates/", "wgsl/", "tests/", "docs/", "benches/", "examples/", "tools/"];
+const FOLDERS: [&str; 8] =
+    ["src/", "crates/", "wgsl/", "tests/", "docs/", "benches/", "examples/", "tools/"];
 
 fn files(path: &Path) -> Vec<PathBuf> {
     if path.is_file() {
@@ -43,7 +44,8 @@ fn missing(root: &Path, name: &str, text: &str) -> Vec<String> {
 fn files_that_are_named_exist() {
     let root = Path::new(crate::common::ROOT);
     let mut found = Vec::new();
-    let crates = ["cli", "picture", "reference", "scene"].map(|name| format!("crates/gobo-{name}/src"));
+    let crates =
+        ["cli", "picture", "reference", "scene"].map(|name| format!("crates/gobo-{name}/src"));
     let parts = ["src", "wgsl", "docs", "benches", "examples", "README.md", "CONTRIBUTING.md"];
     for part in parts.into_iter().chain(crates.iter().map(String::as_str)) {
         for file in files(&root.join(part)) {

@@ -1,5 +1,5 @@
 //! docs/stages.md has a section for each stage, with all of its kernels.
-use gobo::stage::KERNELS;
+use gobo_picture::stage::kernels;
 use std::{collections::BTreeSet, fs, path::Path};
 
 const PARTS: [&str; 4] = ["**Principle.**", "**Formula.**", "**Kernels.**", "**Cost.**"];
@@ -9,11 +9,13 @@ fn sections(text: &str) -> Vec<(&str, &str)> {
     text.split("\n## ").skip(1).map(|section| section.split_once('\n').unwrap()).collect()
 }
 
-/// Stages: files of `src/stage/` with kernels of their own.
+/// Stages: files of the folders `stage/` with kernels of their own.
 fn stages() -> BTreeSet<String> {
-    let folder = Path::new(crate::common::ROOT).join("src/stage");
+    let folders = ["src/stage", "crates/gobo-picture/src/stage"];
+    let entries =
+        folders.map(|folder| Path::new(crate::common::ROOT).join(folder).read_dir().unwrap());
     let mut stages = BTreeSet::new();
-    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+    for path in entries.into_iter().flatten().map(|entry| entry.unwrap().path()) {
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
         let text =
             fs::read_to_string(if path.is_dir() { path.join("kernels.rs") } else { path }).unwrap();
@@ -38,8 +40,11 @@ fn faults(text: &str) -> Vec<String> {
         let missing = PARTS.iter().filter(|part| !section.contains(**part));
         faults.extend(missing.map(|part| format!("{name} has no {part}")));
     }
-    for desc in KERNELS {
-        if !text.contains(&format!("`wgsl/{}`", desc.root)) {
+    for desc in kernels() {
+        if !crate::common::WGSL
+            .iter()
+            .any(|folder| text.contains(&format!("`{folder}/{}`", desc.root)))
+        {
             faults.push(format!("{} is nowhere", desc.root));
         }
     }

@@ -13,7 +13,7 @@ use gobo::{
     stage::{
         features::Features,
         levels::{GROUP_SIZE, LevelParams, NEXT},
-        shade::PictureParams,
+        light_points::PictureParams,
     },
     view::shadow_views,
     wgpu::{BufferUsages, Texture, TextureFormat},

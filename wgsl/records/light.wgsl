@@ -1,5 +1,5 @@
 // Lights of the picture, records of the texture `lights`: all lights, then all shadow views. Rust:
-// `GpuLight` in src/records/light.rs, `PictureParams` in src/stage/shade.rs.
+// `GpuLight` in src/records/light.rs, `PictureParams` in crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::sampled::{clusters, lights};
 import package::bind::uniform::picture_params;

@@ -1,5 +1,5 @@
 // A receiver as data: records of the texture `points`. Kernels for visible surfaces write them,
-// `light_points` evaluates the light that they send to the eye. Rust: src/stage/shade.rs.
+// `light_points` evaluates the light that they send to the eye. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::sampled::points;
 import package::features::HAS_FAR_SIDES;
@@ -45,7 +45,7 @@ struct Point {
     far: vec3<f32>,       // of POINT_LEAF: share of the light from its far side that it scatters
 }
 
-// A batch of points that are evaluated together. Rust: src/stage/shade.rs.
+// A batch of points that are evaluated together. Rust: crates/gobo-picture/src/stage/shade.rs.
 struct PointBatch {
     first: u32,       // first entry of the list; without a list the first point of `lit`, or the first caster
     count: u32,       // of answers without a list

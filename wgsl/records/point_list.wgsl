@@ -1,6 +1,6 @@
 // Points of a band that are lit: its surfaces, and its panes. `point_lists` holds for each list the
 // workgroups of its dispatch in x, y and z and its length, and then the points of all lists. Rust:
-// src/stage/shade.rs.
+// crates/gobo-picture/src/stage/shade.rs.
 
 const SURFACE_LIST: u32 = 0u;
 const PANE_LIST: u32 = 1u;

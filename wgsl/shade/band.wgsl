@@ -1,5 +1,5 @@
 // Band: a rectangle of tiles of the picture that are shaded at a time. Its pixels are records of `seen`,
-// `layers`, `points` and `lit`. Rust: `Band` in src/stage/shade.rs.
+// `layers`, `points` and `lit`. Rust: `Band` in crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::uniform::band;
 import choice::order::tile_number;
@@ -13,7 +13,7 @@ struct Band {
     pixel_count: u32,  // pixel capacity of a band
 }
 
-const ROUND_LENGTH: u32 = 16384u; // pairs of a tile that one round walks; Rust: src/stage/shade.rs
+const ROUND_LENGTH: u32 = 16384u; // pairs of a tile that one round walks; Rust: crates/gobo-picture/src/stage/shade.rs
 
 const PIXELS_OF_TILE: u32 = TILE_SIZE * TILE_SIZE;
 

@@ -14,7 +14,7 @@ use std::{ops::Range, path::PathBuf};
 
 /// Coloured translucent shadows by compute shaders alone
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true)]
+#[command(name = "gobo", version, arg_required_else_help = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,

@@ -11,9 +11,9 @@ use super::{
 use gobo::{
     Error,
     gpu::{Access, Binding, BindingKind, Constant, FEW_TURNS, KernelDesc, Tier},
-    stage::variants,
     wgpu::{TextureFormat, TextureSampleType, TextureViewDimension},
 };
+use gobo_picture::stage::variants;
 use serde::Serialize;
 use std::{
     collections::{BTreeMap, HashMap},

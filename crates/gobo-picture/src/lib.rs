@@ -8,6 +8,7 @@ mod place_order;
 mod points;
 mod read_maps;
 mod relight;
+pub mod stage;
 mod work;
 
 use engine::GpuEngine;

@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/hit/coplanar.wgsl`: faces in one plane, whose depths differ by their rounding alone.
+//! CPU reference of `crates/gobo-picture/wgsl/hit/coplanar.wgsl`: faces in one plane, whose depths differ by their rounding alone.
 
 /// Largest difference of such depths, as a share of one.
 pub const COPLANAR: f32 = 1.0 / 65536.0;

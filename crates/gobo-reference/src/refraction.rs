@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind glass is seen aside, by the
+//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind glass is seen aside, by the
 //! refraction of the eye's ray where it enters a body, and blurred, by the roughness of panes.
 use super::{bloom::Level, shading::world_point};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};

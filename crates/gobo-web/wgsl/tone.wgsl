@@ -1,4 +1,4 @@
-// Linear light to the screen: the tone curves of wgsl/shade/tone.wgsl.
+// Linear light to the screen: the tone curves of crates/gobo-picture/wgsl/shade/tone.wgsl.
 
 struct Tone {
     exposure: f32,

@@ -3,7 +3,7 @@ use super::{Item, LinkError};
 use std::collections::HashMap;
 
 /// Imports and declarations of a file.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct File {
     pub imports: HashMap<&'static str, Import>,
     pub items: Vec<Item>,

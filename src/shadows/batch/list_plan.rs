@@ -12,9 +12,9 @@ use crate::{
     stage::{
         bin::{self, SEGMENT_LENGTH},
         features::{Features, Flags},
+        light_points::ROUND_LENGTH,
         profile::Profile,
         project::Chunk,
-        shade::ROUND_LENGTH,
         sort::Shape,
     },
 };

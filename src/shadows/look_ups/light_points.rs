@@ -8,7 +8,7 @@ use crate::{
     model::Light,
     stage::{
         features::{Features, Flags},
-        shade::{PointBatch, light_shares, point_grid},
+        light_points::{PointBatch, light_shares, point_grid},
     },
 };
 use wgpu::{Buffer, BufferUsages};

@@ -7,7 +7,7 @@ use crate::{
     gpu::{Allocator, Resources, Shelf, write_records},
     model::{Light, View},
     records::LightRecords,
-    stage::shade::PictureParams,
+    stage::light_points::PictureParams,
 };
 use bytemuck::Zeroable as _;
 use glam::Mat4;

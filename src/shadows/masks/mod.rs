@@ -7,7 +7,7 @@ pub use host::{LightMasks, MaskSlot, MaskView, ShadowFunction};
 use crate::{
     error::Error,
     frame::{Dispatch, HostBindings, Kernels},
-    gpu::{Allocator, KernelDesc, Memory, Resources, reused, write_records},
+    gpu::{Allocator, Memory, Resources, reused, write_records},
     model::MaskSettings,
     records::{MaskParams, MaskSlots, mask_size},
     stage::{
@@ -165,13 +165,9 @@ impl MaskMemory {
         &self.textures.memory
     }
 
-    fn is_half(&self) -> bool {
+    /// Whether masks are of half the picture's size.
+    pub fn is_half(&self) -> bool {
         self.settings.half
-    }
-
-    /// Kernel that stores the visible surfaces of a picture.
-    pub fn of_surfaces(&self) -> &'static KernelDesc {
-        if self.settings.half { &mask::HALF_SURFACES } else { &mask::SURFACES }
     }
 
     /// Makes the masks from `mask_surfaces`. `resources`: views, lights, clusters and maps; `features`: of

@@ -7,9 +7,10 @@ use crate::{
 use gobo::{
     gpu::Resources,
     records::{ALL_LIGHTS, ClusterCounters},
-    stage::{cluster, features::Features},
+    stage::features::Features,
     wgpu::{BufferUsages, TextureFormat as Format},
 };
+use gobo_picture::stage::cluster;
 use gobo_scene::Scene;
 
 #[test]

@@ -1,14 +1,12 @@
 //! Air of a picture: the volume that its other kernels read.
+use crate::stage::air::{GROUP_SIZE, SUM, scatter};
 use gobo::{
     Error,
     frame::{Commands, Kernels},
     gpu::{Allocator, Resources},
     model::Scene,
     records::{AirParams, air_columns},
-    stage::{
-        air::{GROUP_SIZE, SUM, scatter},
-        features::Features,
-    },
+    stage::features::Features,
 };
 use wgpu::{Texture, TextureFormat::Rgba32Float, TextureUsages};
 

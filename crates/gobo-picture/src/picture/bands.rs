@@ -1,10 +1,8 @@
 //! Partition of a picture: parts, whose tiles are binned at a time, and bands, whose pixels are shaded at a
 //! time, so that a pixel's intermediate data takes the same memory in any picture.
+use crate::stage::shade::{BAND_TILES, Band};
 use glam::UVec2;
-use gobo::{
-    model::TILE_SIZE,
-    stage::shade::{BAND_TILES, Band},
-};
+use gobo::model::TILE_SIZE;
 
 /// Most tiles of a picture with masks that is one band, so that visible surfaces are kept for shading: 1920
 /// x 1080 pixels.

@@ -1,4 +1,5 @@
 //! Lights of a picture on the GPU, and the light lists of its camera's clusters.
+use crate::stage::cluster;
 use gobo::{
     Error,
     frame::{Commands, Kernels},
@@ -9,7 +10,7 @@ use gobo::{
         REACH_TEXELS, Reach,
     },
     shadows::light_texture,
-    stage::{cluster, features::Features},
+    stage::features::Features,
 };
 use wgpu::{
     Buffer, BufferUsages, Texture,

@@ -1,4 +1,5 @@
 //! What is done to the whole picture behind its bands: refraction, occlusion of ambient light, and bloom.
+use crate::stage::{bloom, occlusion, refraction, shade::composite};
 use glam::UVec2;
 use gobo::{
     Error,
@@ -6,7 +7,7 @@ use gobo::{
     gpu::{Allocator, KernelDesc, Resource, Resources, level_view, view},
     model::{Material, Occlusion, Scene},
     records::{bloom_sizes, image_level_size, refraction_levels},
-    stage::{bloom, features::Features, occlusion, refraction, shade::composite},
+    stage::features::Features,
 };
 use wgpu::{
     Texture, TextureFormat,

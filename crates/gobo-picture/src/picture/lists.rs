@@ -1,5 +1,6 @@
 //! Camera list: visible casters of some classes, with memory of its own.
 use super::bands::TileRect;
+use crate::stage::shade::CLIP;
 use gobo::{
     Error,
     frame::{Commands, Dispatch},
@@ -10,7 +11,7 @@ use gobo::{
     },
     stage::{
         features::{Features, Flags},
-        shade::{CLIP, PointBatch, point_grid},
+        light_points::{PointBatch, point_grid},
         sort::PAIR_FORMAT,
     },
 };

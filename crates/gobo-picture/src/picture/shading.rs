@@ -1,4 +1,5 @@
 //! Shade kernels of a picture, for each band of tiles and for the particles.
+
 use super::{
     band_memory::BandMemory,
     bands::{TileRect, pixels_of},
@@ -7,15 +8,18 @@ use super::{
     lists::CameraList,
     prepared::Targets,
 };
+use crate::stage::{mask, shade};
 use gobo::{
     Error,
     frame::{Commands, Dispatch, Work},
     gpu::{Allocator, KernelDesc, Resources},
     model::{Material, Scene},
-    shadows::{Shadows, masks::MaskMemory},
+    shadows::Shadows,
     stage::{
         features::{Features, Flags},
-        shade::{self, PANE_LIST, PointBatch, SURFACE_LIST, list_offset, point_grid},
+        light_points::{
+            PANE_LIST, PointBatch, SURFACE_LIST, light_points, list_offset, point_grid,
+        },
     },
 };
 use wgpu::Buffer;
@@ -93,7 +97,7 @@ impl ShadeFeatures {
             // Panes read the maps, with or without masks.
             light: light.with(Flags::HAS_SHADOWS, shadows),
             casters: light,
-            masks: masks.map(MaskMemory::of_surfaces),
+            masks: masks.map(|memory| mask::surfaces(memory.is_half())),
             has_layers,
             has_panes: panes,
             of_composite: finish.composite(),
@@ -220,7 +224,7 @@ impl ToShade<'_, '_> {
                 .with("point_batch", &buffer);
             let groups = point_grid(count);
             runs.push(self.run(&shade::CASTERS, Features::NONE, &resources, groups)?);
-            runs.push(self.run(shade::light_points(features), features, &resources, groups)?);
+            runs.push(self.run(light_points(features), features, &resources, groups)?);
         }
         Ok(runs)
     }
@@ -248,7 +252,7 @@ impl ToShade<'_, '_> {
                     .with("point_batch", &buffer);
                 let groups = point_grid(count);
                 runs.push(self.run(&shade::BRICKS, features, &resources, groups)?);
-                runs.push(self.run(shade::light_points(features), features, &resources, groups)?);
+                runs.push(self.run(light_points(features), features, &resources, groups)?);
             }
         }
         Ok(runs)
@@ -271,7 +275,7 @@ impl Shading {
             if list == SURFACE_LIST || features.has_panes {
                 let listed = resources.clone().with("point_batch", batch);
                 let points = Work::indirect(&to.memory.point_lists, list_offset(list));
-                let kernel = shade::light_points(features.light);
+                let kernel = light_points(features.light);
                 light.push(to.run(kernel, features.light, &listed, points)?);
             }
         }

@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/shade/tone.wgsl`: tone curve from linear light to the screen.
+//! CPU reference of `crates/gobo-picture/wgsl/shade/tone.wgsl`: tone curve from linear light to the screen.
 use glam::Vec3;
 use gobo::model::Tone;
 

@@ -5,7 +5,7 @@ use gobo::{
     model::{Environment, Scene, View},
     records::{FormerSlots, Grid, ImageDetail, LightRecords, OcclusionRadius},
     shadows::{Prepared, masks::MaskTextures},
-    stage::shade::PictureParams,
+    stage::light_points::PictureParams,
 };
 use std::sync::Arc;
 use wgpu::Texture;

@@ -1,0 +1,34 @@
+//! cluster: light lists of the froxels of the camera.
+//!
+//! The frustum is cut into clusters: squares of pixels, and slices that grow with the distance
+//! (Olsson et al. 2012, "Clustered Deferred and Forward Shading", section 3).
+//!
+//! 1. `count` tests every light with every cluster, keeps one bit each and the sum of a cluster's.
+//! 2. `scan` places the lists of the clusters one after another.
+//! 3. `emit` writes the lists, in order of the lights' indices.
+//!
+//! A list that does not fit is not written: its cluster is shaded with all lights, and counted.
+//!
+//! Both deciding steps of the test are integer arithmetic on numbers made by correctly rounded operations,
+//! so every device finds the same bits. The test is conservative: it errs towards reaching.
+use super::kernel;
+use gobo::gpu::KernelDesc;
+
+/// Invocations of a workgroup of `count` and `emit`.
+pub const LANES: u32 = 64;
+/// Invocations of `scan`'s only workgroup.
+const SCAN_LANES: u32 = 256;
+pub const COUNT: KernelDesc = KernelDesc {
+    constants: &[("WORKGROUP_SIZE", LANES as f64)],
+    ..kernel("cluster_count", "cluster/cluster_count.wgsl")
+};
+
+pub const SCAN: KernelDesc = KernelDesc {
+    constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
+    ..kernel("cluster_scan", "cluster/cluster_scan.wgsl")
+};
+
+pub const EMIT: KernelDesc = KernelDesc {
+    constants: &[("WORKGROUP_SIZE", LANES as f64)],
+    ..kernel("cluster_emit", "cluster/cluster_emit.wgsl")
+};

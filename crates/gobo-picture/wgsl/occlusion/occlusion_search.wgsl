@@ -1,0 +1,119 @@
+// occlusion, search: the share of the ambient light that reaches a surface past what is seen around it, at half the
+// picture's size: a search for horizons (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect
+// Occlusion", section 4). Unlike the paper: horizons are angles above the surface's own plane, so that planes occlude
+// nothing of themselves, and the sum is divided by that without occluders. One invocation per 2x2 pixels. CPU
+// reference: crates/gobo-reference/src/occlusion.rs. Rust: crates/gobo-picture/src/stage/occlusion.rs.
+
+import package::bind::sampled::ambients;
+import package::bind::stored::occlusions;
+import package::bind::uniform::views;
+import package::occlusion::seen_point::{Screen, radius_at, screen, seen_normal, seen_point};
+import package::records::surroundings::unpack_surroundings;
+
+const PI: f32 = 3.1415927;
+// Directions of a pixel; the next three have others between them.
+const OCCLUDER_DIRECTIONS: u32 = 3u;
+// Places along a direction, to either side; 4x4 pixels have others between them, so that no two look at the same rings.
+const OCCLUDER_STEPS: u32 = 6u;
+// Where in its step a pixel's places are [quarters], of four pixels.
+const PLACES: u32 = 0x2431u;
+// Farthest of them [heights of the picture].
+const OCCLUDER_REACH: f32 = 0.25;
+// Length of a normal in a slice that it is across.
+const SLICE_FACING: f32 = 1e-3;
+// Distance of the sky, which is on no surface's plane [m].
+const SKY_DISTANCE: f32 = 1e20;
+// Square of the slope up to which what is around is flat: depths are rounded.
+const FLAT_SQUARE: f32 = 4e-6;
+// Instead of 0 in a divisor.
+const TINY: f32 = 1e-20;
+
+// The plane of a search: the eye's ray and a direction on the screen.
+struct Slice {
+    above: vec3<f32>,  // the surface's normal, over its length in the plane
+    along: vec3<f32>,  // across it, in the plane, unit
+    facing: f32,       // that length
+    tilt: f32,         // angle from the direction to the eye to the normal
+}
+
+// Integral of the cosine from the direction to the eye up to a horizon [radians].
+fn arc(tilt: f32, horizon: f32) -> f32 {
+    return 0.25 * (cos(tilt) - cos(2.0 * horizon - tilt) + 2.0 * horizon * sin(tilt));
+}
+
+fn slice_of(direction: vec2<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> Slice {
+    let flat = vec3(direction.x, -direction.y, 0.0);
+    let across = normalize(cross(flat, to_eye));
+    let inside = normal - across * dot(normal, across);
+    let facing = max(length(inside), SLICE_FACING);
+    let up = inside / facing;
+    let along = cross(up, across);
+    let tilt = atan2(-dot(along, to_eye), dot(up, to_eye));
+    return Slice(normal / facing, along, facing, tilt);
+}
+
+struct Around {
+    last: vec2<f32>, // pixel of the picture
+    reach: f32,      // [pixels]
+    per_square: f32, // 1 / radius^2 [1/m^2]
+    part: f32,       // of a step, at which its place is
+}
+
+// Angle above the surface's plane below which no light comes, on one side of a slice. Beyond its border the picture is as far as
+// at the border: what rises there goes on.
+fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec2<f32>, around: Around) -> f32 {
+    var least = 1.0; // cosine of the highest angle
+    for (var i = 0u; i < OCCLUDER_STEPS; i += 1u) {
+        let part = (f32(i) + around.part) / f32(OCCLUDER_STEPS);
+        let sample = pixel + round(step * max(part * part * around.reach, f32(i) + 1.0));
+        let inside = clamp(sample, vec2(0.0), around.last);
+        let depth = bitcast<f32>(textureLoad(ambients, vec2<i32>(inside), 0).x);
+        let away = seen_point(on, sample, depth) - point;
+        let above = dot(away, slice.above);
+        let along = dot(away, slice.along);
+        let cosine = along * inverseSqrt(max(along * along + above * above, TINY));
+        // Up to half the radius it counts in full, at the radius not at all.
+        let share = saturate((1.0 - dot(away, away) * around.per_square) * (4.0 / 3.0));
+        let seen = seen_point(on, inside, depth) - point;
+        let rises = dot(seen, slice.above) * slice.facing;
+        let is_flat = rises * abs(rises) <= FLAT_SQUARE * dot(seen, seen);
+        let counts = depth < 1.0 && !is_flat;
+        least = min(least, select(1.0, mix(1.0, cosine, share), counts));
+    }
+    return acos(clamp(least, -1.0, 1.0));
+}
+
+@compute @workgroup_size(8, 8)
+fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(occlusions)) {
+        return;
+    }
+    let view = views[0];
+    let on = screen();
+    let pixel = vec2<f32>(id.xy * 2u);
+    let around_pixel = unpack_surroundings(textureLoad(ambients, id.xy * 2u, 0));
+    let point = seen_point(on, pixel, around_pixel.depth);
+    let normal = seen_normal(around_pixel.normal, point);
+    let to_eye = -normalize(point);
+    let radius = radius_at(point);
+    let reach = min(radius * view.scale / -point.z, OCCLUDER_REACH * view.size.y);
+    // Two orthogonal Latin squares: in each row and column of four all directions and all places, in 4x4 each pair of them.
+    let turn = f32((id.x + id.y) & 3u) * 0.25;
+    let twice = (id.y << 1u) ^ (((id.y >> 1u) & 1u) * 7u);
+    let part = f32((PLACES >> (4u * ((id.x ^ twice) & 3u))) & 7u) * 0.25;
+    let around = Around(view.size - 1.0, reach, 1.0 / (radius * radius), part);
+    var seen = 0.0;
+    var whole = 0.0;
+    for (var i = 0u; i < OCCLUDER_DIRECTIONS && around_pixel.depth < 1.0; i += 1u) {
+        let angle = (f32(i) + turn) * (PI / f32(OCCLUDER_DIRECTIONS));
+        let step = vec2(cos(angle), sin(angle));
+        let slice = slice_of(step, normal, to_eye);
+        let right = max(slice.tilt + 0.5 * PI - risen(on, pixel, point, slice, step, around), 0.0);
+        let back = Slice(slice.above, -slice.along, slice.facing, slice.tilt);
+        let left = min(slice.tilt - 0.5 * PI + risen(on, pixel, point, back, -step, around), 0.0);
+        seen += slice.facing * max(arc(slice.tilt, left) + arc(slice.tilt, right), 0.0);
+        whole += slice.facing * (cos(slice.tilt) + slice.tilt * sin(slice.tilt));
+    }
+    let share = select(1.0, seen / whole, whole > 0.0);
+    textureStore(occlusions, id.xy, vec4(bitcast<u32>(share), bitcast<u32>(select(SKY_DISTANCE, -point.z, around_pixel.depth < 1.0)), 0u, 0u));
+}

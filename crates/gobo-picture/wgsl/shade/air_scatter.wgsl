@@ -1,0 +1,185 @@
+// air, scatter: light that the air of one slice of a column of pixels sends to the eye, per unit of
+// scattering optical depth. One invocation per column and slice. CPU reference: crates/gobo-reference/src/air.rs. Rust:
+// crates/gobo-picture/src/stage/air.rs.
+
+import choice::aside::{aside, lay_aside, open_asides};
+import package::bind::sampled::lights;
+import package::bind::stored::sources;
+import package::bind::uniform::{air_params, picture_params, views};
+import package::records::air_params::AIR_CELL;
+import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
+import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
+import package::shade::incoming::incoming;
+import package::shade::phase::phase;
+import package::shade::sample_offset::{air_shift, sample_offset};
+import package::shade::shadow::shadow;
+
+// Angle at a lamp between two samples [radians]: half a degree.
+const SAMPLE_ANGLE: f32 = 0.0087266;
+// Most samples of a light in a slice, and of all lights: the loops of an invocation share llvmpipe's 65,535
+// iterations.
+const MAX_AIR_SAMPLES: u32 = 16u;
+const MAX_LIT_SAMPLES: u32 = 256u;
+// Distance from a lamp below which its light does not rise [m]: that of `incoming`.
+const NEAREST: f32 = 0.01;
+// Laid aside: the slice, the light of a sample with its share, its samples' sum, and that of all lights.
+const ASIDE_SLICE: u32 = ASIDE_LOCAL;
+const ASIDE_ARRIVING: u32 = ASIDE_LOCAL + 1u;
+const ASIDE_RADIANCE: u32 = ASIDE_LOCAL + 2u;
+const ASIDE_ALL: u32 = ASIDE_LOCAL + 3u;
+const LOCAL_ASIDES: u32 = 4u;
+// Instead of 0 in a divisor.
+const TINY: f32 = 1e-20;
+
+// Part of the ray `origin + direction t` with t within `ends` that is in the cone of a spot at zero; empty
+// where x > y.
+fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<f32>) -> vec2<f32> {
+    // A point x is in it where dot(x, light.direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
+    let along = dot(direction, light.direction);
+    let start = dot(origin, light.direction);
+    let square = light.cone_outer * light.cone_outer;
+    let curved = along * along - square * dot(direction, direction);
+    let a = select(curved, TINY, abs(curved) < TINY);
+    let b = along * start - square * dot(direction, origin);
+    let c = start * start - square * dot(origin, origin);
+    let inner = b * b - a * c;
+    let root = sqrt(max(inner, 0.0));
+    let q = select(-(b + root), root - b, b < 0.0);
+    let first = q / a;
+    let second = c / select(q, TINY, abs(q) < TINY);
+    let low = min(first, second);
+    let high = max(first, second);
+    // Across the cone: between the roots, if they are not those of its mirror image. Along it: the ray
+    // leaves one of the two by one root, and enters the other by the other.
+    let is_across = a < 0.0;
+    let is_missed = is_across && (inner < 0.0 || start - along * b / a < 0.0);
+    let lit = vec2(
+        select(max(ends.x, low), select(ends.x, max(ends.x, high), along > 0.0), !is_across),
+        select(min(ends.y, high), select(min(ends.y, low), ends.y, along > 0.0), !is_across),
+    );
+    return select(lit, vec2(1.0, 0.0), is_missed);
+}
+
+// A column of pixels, and the part of it that a slice takes.
+struct Column {
+    direction: vec3<f32>, // of its ray, as long as a metre along the camera's axis is on it
+    ray: vec3<f32>,       // unit
+    ends: vec2<f32>,      // of the slice, distances along the camera's axis [m]
+}
+
+fn eye_position() -> vec3<f32> {
+    return picture_params.world_from_view[3].xyz;
+}
+
+fn column_of(id: vec3<u32>) -> Column {
+    let view = views[0];
+    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) + air_shift(view);
+    let slope = (pixel - view.size * 0.5) / view.scale;
+    let direction = (picture_params.world_from_view * vec4(slope.x, -slope.y, -1.0, 0.0)).xyz;
+    let parts = vec2(f32(id.z), f32(id.z) + 1.0) / f32(air_params.slices);
+    return Column(direction, normalize(direction), view.near + parts * (view.far - view.near));
+}
+
+// The part of a slice that a light reaches, and its samples: for a lamp at even angles seen from it (Kulla and
+// Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
+struct Stretch {
+    metres: f32,  // of the ray per metre along the camera's axis
+    nearest: f32, // along the ray, where it is nearest to the lamp [m]
+    low: f32,     // ends, from there [m]
+    high: f32,
+    apart: f32,   // distance of ray and lamp [m]
+    angle: f32,   // between the ends, seen from the lamp [radians]
+    count: u32,   // of samples
+}
+
+fn stretch_of(light: GpuLight, column: Column) -> Stretch {
+    let origin = eye_position() - light.position;
+    let metres = length(column.direction);
+    var lit = column.ends;
+    if light.kind == LIGHT_SPOT {
+        lit = in_cone(light, origin, column.direction, column.ends);
+    }
+    let nearest = dot(origin, column.ray);
+    let low = lit.x * metres + nearest;
+    let high = lit.y * metres + nearest;
+    let apart = max(length(origin - column.ray * nearest), NEAREST);
+    let is_local = light.kind != LIGHT_DIRECTIONAL;
+    let angle = select(0.0, atan2(apart * (high - low), apart * apart + low * high), is_local);
+    let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, air_params.samples, MAX_AIR_SAMPLES);
+    let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), air_params.samples, most);
+    let is_lit = high > low && (light.traits & SHAFTS_BIT) != 0u;
+    return Stretch(metres, nearest, low, high, apart, angle, select(0u, wanted, is_lit));
+}
+
+// Distance of sample `i` along the ray, from where that is nearest to the lamp [m], and the length of the ray that
+// it stands for, in slices. Samples are offset by -0.5 to 0.5 in their distances.
+fn sample_of(light: GpuLight, column: Column, stretch: Stretch, i: u32) -> vec2<f32> {
+    let is_local = light.kind != LIGHT_DIRECTIONAL;
+    let part = (f32(i) + 0.5 + sample_offset(views[0]).x) / f32(stretch.count);
+    let turn = vec2(cos(stretch.angle * part), sin(stretch.angle * part));
+    let turned = stretch.apart * dot(vec2(stretch.low, stretch.apart), turn) / dot(vec2(stretch.apart, -stretch.low), turn);
+    let at = select(mix(stretch.low, stretch.high, part), clamp(turned, stretch.low, stretch.high), is_local);
+    let share = select(stretch.high - stretch.low, (stretch.apart + at * at / stretch.apart) * stretch.angle, is_local)
+        / (stretch.metres * (column.ends.y - column.ends.x) * f32(stretch.count));
+    return vec2(at, share);
+}
+
+// Radiance that the air of a slice scatters back along the ray from a light, per unit of scattering optical depth:
+// the mean. What samples need is read anew for each.
+fn scattered(slice: vec3<u32>, number: u32) -> vec3<f32> {
+    let count = stretch_of(light_record(number), column_of(slice)).count;
+    lay_aside(ASIDE_SLICE, vec4(slice.x | (slice.y << 16u), slice.z, number, 0u));
+    lay_aside(ASIDE_RADIANCE, bits_of(vec3(0.0), bitcast<f32>(count)));
+    if count > 0u {
+        loop {
+            let kept = aside(ASIDE_SLICE);
+            let column = column_of(slice_of(kept));
+            let light = light_record(kept.z);
+            let stretch = stretch_of(light, column);
+            let along = sample_of(light, column, stretch, kept.w);
+            let point = eye_position() + column.ray * (along.x - stretch.nearest);
+            let arriving = incoming(light, point);
+            if any(arriving.color > vec3(0.0)) {
+                let share = along.y * phase(dot(arriving.toward, column.ray), air_params.anisotropy);
+                lay_aside(ASIDE_ARRIVING, bits_of(arriving.color, share));
+                let passed = shadow(light, kept.z, point, vec3(0.0), arriving.toward, 0.0);
+                let whole = floats_of(aside(ASIDE_ARRIVING));
+                let before = aside(ASIDE_RADIANCE);
+                let sum = floats_of(before).xyz + whole.xyz * passed * whole.w;
+                lay_aside(ASIDE_RADIANCE, vec4(bits_of(sum, 0.0).xyz, before.w));
+            }
+            let after = aside(ASIDE_SLICE);
+            lay_aside(ASIDE_SLICE, after + vec4(0u, 0u, 0u, 1u));
+            if after.w + 1u >= aside(ASIDE_RADIANCE).w {
+                break;
+            }
+        }
+    }
+    return floats_of(aside(ASIDE_RADIANCE)).xyz;
+}
+
+fn slice_of(kept: vec4<u32>) -> vec3<u32> {
+    return vec3(kept.x & 0xffffu, kept.x >> 16u, kept.y);
+}
+
+@compute @workgroup_size(8, 8)
+fn air_scatter(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let size = textureDimensions(sources);
+    if any(id.xy >= size) {
+        return;
+    }
+    open_asides(lane);
+    var slice = id;
+    lay_aside(ASIDE_ALL, bits_of(air_params.ambient, 0.0));
+    // The loop's end depends on more than the uniform: llvmpipe would recompile the kernel for its value.
+    let count = min(picture_params.light_count, textureDimensions(lights).x);
+    for (var i = 0u; i < count; i = aside(ASIDE_SLICE).z + 1u) {
+        let stretch = scattered(slice, i);
+        lay_aside(ASIDE_ALL, bits_of(floats_of(aside(ASIDE_ALL)).xyz + stretch, 0.0));
+        slice = slice_of(aside(ASIDE_SLICE));
+    }
+    textureStore(sources, slice.xy, slice.z, vec4(floats_of(aside(ASIDE_ALL)).xyz, 1.0));
+}

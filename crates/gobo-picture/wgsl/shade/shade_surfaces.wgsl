@@ -1,0 +1,160 @@
+// shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
+// invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+
+import choice::catcher::caught;
+import package::bind::sampled::{casters, seen_pixels};
+import package::bind::stored::lit;
+import package::bind::uniform::{materials, views};
+import package::features::{HAS_CAPSULES, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
+import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
+import package::records::capsule::capsule_of;
+import package::records::caster::{look_material, particle_object};
+import package::records::color::unpack_color;
+import package::records::light::cluster_of;
+import package::records::material::{
+    GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
+};
+import package::records::owner::owner_tag;
+import package::records::point::{POINT_LEAF, POINT_NONE, POINT_SOLID, Point, pixel_number};
+import package::records::point_list::SURFACE_LIST;
+import package::records::record::{TRIANGLE_BIT, record_texel};
+import package::records::setup::setup_texel;
+import package::records::view::GpuView;
+import package::shade::append_point::append_point;
+import package::shade::band::band_pixel;
+import package::shade::emission::emission_at;
+import package::shade::environment::from_around;
+import package::shade::far_side::far_side;
+import package::shade::irradiance::irradiance;
+import package::shade::shading::mirrored_solid;
+import package::shade::store_point::store_point;
+import package::shade::surface::{eye, normals_at, rounded, world_point};
+import package::traversal::lane::LANES;
+
+fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
+    let ray = normalize(world_point(view, pixel, 1.0) - eye());
+    var point: Point;
+    point.kind = POINT_NONE;
+    point.emission = from_around(ray, 0.0);
+    return point;
+}
+
+// Where the surroundings are two colours, only metal mirrors them.
+fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    if !HAS_ENVIRONMENT && material.metallic == 0.0 {
+        return vec3(0.0);
+    }
+    let share = mirrored_solid(albedo, material.metallic, dot(normal, to_eye), material.roughness);
+    let shown = select(material.metallic, 1.0, HAS_ENVIRONMENT);
+    return share * shown * from_around(reflect(-to_eye, normal), material.roughness);
+}
+
+fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> Point {
+    let weights = triangle_weights(setup, pixel).xyz;
+    let material = materials[setup_texel(setup, 4u).w];
+    var albedo = material.tint.rgb * triangle_color(setup, weights).rgb;
+    if HAS_TEXTURES && material.texture != NO_TEXTURE {
+        let all_colors = shows_clear(material.transfer);
+        let size = material.texture_size;
+        albedo *= triangle_image(material.texture, size, setup, pixel, weights, all_colors).rgba.rgb;
+    }
+    let position = world_point(view, pixel, depth);
+    let to_eye = normalize(eye() - position);
+    let normals = normals_at(id, setup, weights, to_eye);
+    let around = mirrored_around(material, albedo, normals.normal, to_eye);
+    let is_lit = !shows_color(material);
+    let far = far_side(material, setup, pixel, weights);
+    let emission = emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit);
+    let point = Point(
+        select(POINT_SOLID, POINT_LEAF, far.is_there),
+        // Light from the far side is looked up in front of the facet there.
+        select(rounded(id, weights, normals.face, position), position, far.is_there),
+        normals.face,
+        normals.normal,
+        0.0,
+        cluster_of(pixel, depth),
+        material.receives,
+        owner_tag(setup_texel(setup, 6u).w),
+        select(vec3(0.0), albedo * far.near, is_lit),
+        material.roughness,
+        0.0,
+        select(0.0, 1.0, is_lit),
+        emission + far.color * irradiance(-normals.normal),
+        material.metallic,
+        pixel_number(pixel),
+        0u,
+        far.color,
+    );
+    return caught(point, shows_surroundings(material), to_eye);
+}
+
+fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
+    let sphere = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
+    let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
+    let material = materials[look_material(look)];
+    let color = unpack_color(look.xy, material.transfer);
+    let position = world_point(view, pixel, depth);
+    // Sphere-impostor normal.
+    let aside = (position - sphere.xyz) / sphere.w;
+    let to_eye = normalize(eye() - position);
+    var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
+    var reach = sphere.w;
+    var object = look.w;
+    if HAS_CAPSULES && material.shape == SHAPE_CAPSULE {
+        let capsule = capsule_of(look.w);
+        let along = capsule.last - capsule.first;
+        let off = position - capsule.first;
+        let out = off - along * (dot(off, along) / max(dot(along, along), 1e-30));
+        reach = length(out);
+        normal = select(to_eye, out / reach, reach > 0.0);
+        object = particle_object(look.w);
+    }
+    let albedo = material.tint.rgb * color;
+    let point = Point(
+        POINT_SOLID,
+        position,
+        normal,
+        normal,
+        reach,
+        cluster_of(pixel, depth),
+        material.receives,
+        owner_tag(object),
+        albedo,
+        material.roughness,
+        0.0,
+        1.0,
+        material.emission + mirrored_around(material, albedo, normal, to_eye),
+        material.metallic,
+        pixel_number(pixel),
+        0u,
+        vec3(0.0),
+    );
+    return caught(point, shows_surroundings(material), to_eye);
+}
+
+@compute @workgroup_size(LANES)
+fn shade_surfaces(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let view = views[0];
+    let at = band_pixel(workgroup, workgroups, lane, view.tiles_x);
+    let pixel = vec2<f32>(at.pixel) + 0.5;
+    let found = textureLoad(seen_pixels, record_texel(at.index), 0);
+    let depth = bitcast<f32>(found.x);
+    var point = nothing(view, pixel);
+    if depth < 1.0 {
+        if HAS_TRIANGLES && (found.y & TRIANGLE_BIT) != 0u {
+            point = of_triangle(view, pixel, depth, found.y, found.z);
+        } else if HAS_PARTICLES {
+            point = of_particle(view, pixel, depth, found.y);
+        }
+    }
+    store_point(at.index, point);
+    if point.kind == POINT_NONE {
+        textureStore(lit, record_texel(at.index), vec4(point.emission, 1.0));
+    } else if all(at.pixel < vec2<u32>(view.size)) {
+        append_point(SURFACE_LIST, at.index);
+    }
+}

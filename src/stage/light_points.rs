@@ -1,0 +1,239 @@
+//! The light that reaches points: of a picture and of a host.
+//!
+//! In: `points`, the shadow maps. For a picture: the light that each sends to the eye. For the points of a host: the share of
+//! each light that reaches them.
+use super::{
+    caustics,
+    features::{Features, Flags},
+    levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
+    walk::IN_ORDER,
+};
+use crate::{
+    gpu::{Choice, Constant, KernelDesc},
+    model::IRRADIANCE,
+};
+use glam::{Mat4, UVec3, Vec3, Vec4};
+
+/// Workgroup size of kernels over points or footprints.
+pub const POINT_LANES: u32 = 64;
+/// Texels of a point. WGSL: `wgsl/records/point.wgsl`.
+pub const POINT_TEXELS: u32 = 4;
+/// Lists of the points of a band that are lit, in a buffer: for each list [`LIST_HEAD`] words, the
+/// workgroups of its dispatch and its length, and then the points. WGSL: `wgsl/records/point_list.wgsl`.
+pub const SURFACE_LIST: u32 = 0;
+/// List of the panes.
+pub const PANE_LIST: u32 = 1;
+/// Number of lists.
+pub const LIST_COUNT: u32 = 2;
+/// All points of a batch are evaluated.
+pub const NO_LIST: u32 = u32::MAX;
+/// Words of a list's head.
+pub const LIST_HEAD: u32 = 4;
+/// Pairs of a tile that one round walks: with the panes blended on the way an invocation stays below the
+/// 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
+pub const ROUND_LENGTH: u32 = 16384;
+
+pub const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
+const ROOT: &str = "shade/light_points.wgsl";
+const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
+const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
+const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
+const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
+
+/// A kernel over points or footprints, one invocation each.
+pub const fn of_points(kernel: KernelDesc) -> KernelDesc {
+    KernelDesc { shared: &[IN_ORDER], constants: LANES, ..kernel }
+}
+
+/// Light at the points that the picture shows.
+pub const LIGHT_POINTS: KernelDesc = KernelDesc {
+    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
+    ..of_points(KernelDesc::new("light_points", ROOT))
+};
+/// Share of each light that reaches the points of a host.
+pub const LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "light_shares",
+    entry: LIGHT_POINTS.entry,
+    with: &[SHARES, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
+    ..of_points(KernelDesc::new("light_points", ROOT))
+};
+/// [`LIGHT_POINTS`] with area lights.
+pub const AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "area_light_points",
+    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
+    ..LIGHT_POINTS
+};
+/// [`LIGHT_POINTS`] with shadow masks.
+pub const MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "masked_light_points",
+    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
+    ..LIGHT_POINTS
+};
+/// [`MASKED_LIGHT_POINTS`] with area lights.
+pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "area_masked_light_points",
+    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
+    ..LIGHT_POINTS
+};
+/// [`LIGHT_SHARES`] with area lights.
+pub const AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "area_light_shares",
+    with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
+    ..LIGHT_SHARES
+};
+/// [`LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_light_points",
+    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`AREA_LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_area_light_points",
+    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`MASKED_LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_masked_light_points",
+    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`AREA_MASKED_LIGHT_POINTS`] with light that glass throws.
+pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
+    name: "thrown_area_masked_light_points",
+    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, caustics::THROWN],
+    ..LIGHT_POINTS
+};
+/// [`LIGHT_SHARES`] with light that glass throws.
+pub const THROWN_LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "thrown_light_shares",
+    with: &[SHARES, OF_POINT, IN_REGISTERS, caustics::THROWN],
+    ..LIGHT_SHARES
+};
+/// [`AREA_LIGHT_SHARES`] with light that glass throws.
+pub const THROWN_AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
+    name: "thrown_area_light_shares",
+    with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::THROWN],
+    ..LIGHT_SHARES
+};
+
+/// The kernel that evaluates the light of a picture's points.
+pub fn light_points(features: Features) -> &'static KernelDesc {
+    let flags = [Flags::HAS_AREAS, Flags::HAS_MASKS, Flags::HAS_CAUSTICS];
+    match flags.map(|flag| features.has(flag)) {
+        [false, false, false] => &LIGHT_POINTS,
+        [false, true, false] => &MASKED_LIGHT_POINTS,
+        [true, false, false] => &AREA_LIGHT_POINTS,
+        [true, true, false] => &AREA_MASKED_LIGHT_POINTS,
+        [false, false, true] => &THROWN_LIGHT_POINTS,
+        [false, true, true] => &THROWN_MASKED_LIGHT_POINTS,
+        [true, false, true] => &THROWN_AREA_LIGHT_POINTS,
+        [true, true, true] => &THROWN_AREA_MASKED_LIGHT_POINTS,
+    }
+}
+
+/// The kernel that gives a host the share of each light.
+pub fn light_shares(area: bool, thrown: bool) -> &'static KernelDesc {
+    match [area, thrown] {
+        [false, false] => &LIGHT_SHARES,
+        [true, false] => &AREA_LIGHT_SHARES,
+        [false, true] => &THROWN_LIGHT_SHARES,
+        [true, true] => &THROWN_AREA_LIGHT_SHARES,
+    }
+}
+
+/// Workgroup grid for `count` points or footprints.
+pub fn point_grid(count: u32) -> [u32; 3] {
+    const ROW: u32 = 32768;
+    let groups = count.div_ceil(POINT_LANES);
+    [groups.min(ROW), groups.div_ceil(ROW), 1]
+}
+
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/point.wgsl`.
+    #[derive(Eq)]
+    pub struct PointBatch {
+        /// First entry of the list; without a list the first point of `lit`, or the first caster.
+        pub first: u32,
+        /// Number of answers without a list.
+        pub count: u32,
+        /// 1 if the host's points have normals, else 0.
+        pub has_normals: u32,
+        /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
+        pub list: u32,
+        /// Of points in bricks: first texel of their grid's record.
+        pub grid: u32,
+        /// 1 where their brick's own voxels shadow them.
+        pub own_shadow: u32,
+    }
+}
+
+impl PointBatch {
+    /// Points of a list of a band whose capacity is `pixel_count` pixels.
+    pub fn listed(list: u32, pixel_count: u32) -> Self {
+        Self { list, ..Self::of(LIST_COUNT * LIST_HEAD + list * pixel_count, 0) }
+    }
+
+    /// Points without a list.
+    pub fn of(first: u32, count: u32) -> Self {
+        Self { first, count, has_normals: 0, list: NO_LIST, grid: 0, own_shadow: 0 }
+    }
+}
+
+/// Offset of a list's workgroup counts \[bytes\].
+pub const fn list_offset(list: u32) -> u64 {
+    4 * (list * LIST_HEAD) as u64
+}
+
+crate::records::gpu_struct! {
+    /// WGSL: `wgsl/records/light.wgsl`.
+    pub struct PictureParams {
+        /// The camera's view to world.
+        pub world_from_view: Mat4,
+        pub ambient: Vec3,
+        pub light_count: u32,
+        pub background: Vec3,
+        /// Footprint of the first triangle with a setup.
+        pub first_setup: u32,
+        /// Factor of the light before the tone curve.
+        pub exposure: f32,
+        /// Texel of `lights` where areas begin.
+        pub first_area: u32,
+        /// Near plane of the camera \[m\].
+        pub near: f32,
+        /// Distance from the camera's near to its far plane \[m\].
+        pub depth_range: f32,
+        /// Number of clusters in x, y and depth.
+        pub cells: UVec3,
+        /// Edge of a cluster \[pixels\].
+        pub tile: u32,
+        /// End of the first slice \[m\].
+        pub first_slice: f32,
+        pub slices_per_doubling: f32,
+        /// 1: opaque depths are per channel.
+        pub colored: u32,
+        /// Slices of the air; 0 without air.
+        pub air_slices: u32,
+        /// [`Tone`](crate::model::Tone).
+        pub tone: u32,
+        /// Share of the light that spreads.
+        pub bloom: f32,
+        /// Radius of what occludes ambient light \[m\].
+        pub occlusion_radius: f32,
+        /// Added to it, times the distance along the axis.
+        pub occlusion_radius_per_distance: f32,
+        /// Extinction of the air \[1/m\].
+        pub extinction: Vec3,
+        /// Edge of the sharp level of the environment \[texels\].
+        pub environment_size: u32,
+        /// [`ImageDetail::reach`](crate::records::ImageDetail::reach).
+        pub image_reach: f32,
+        /// [`ImageDetail::threshold`](crate::records::ImageDetail::threshold).
+        pub cutout_threshold: f32,
+        pub pad_0: u32,
+        pub pad_1: u32,
+        /// Irradiance of the environment as spherical harmonics (rgb).
+        pub irradiance: [Vec4; IRRADIANCE],
+    }
+}

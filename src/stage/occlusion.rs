@@ -1,9 +1,0 @@
-//! occlusion: ambient light that what is seen around a surface keeps from it.
-//!
-//! In: `composited` and `ambients` of the whole picture, by `shade`'s `composite`. `search` -> `occlusions`: at half the
-//! size, the share of the ambient light that arrives. `apply` -> `radiance`, `pixels`.
-use crate::gpu::KernelDesc;
-
-pub const SEARCH: KernelDesc =
-    KernelDesc::new("occlusion_search", "occlusion/occlusion_search.wgsl");
-pub const APPLY: KernelDesc = KernelDesc::new("occlusion_apply", "occlusion/occlusion_apply.wgsl");

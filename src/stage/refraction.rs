@@ -1,8 +1,0 @@
-//! refraction: what is behind glass, seen aside and blurred.
-//!
-//! In: `composited`, without what is seen elsewhere, `bends` and `behinds` of the whole picture, by `shade`'s
-//! `composite`. `bloom`'s `down` makes the smaller levels of `behinds`. `apply` -> `radiance`, `pixels`.
-use crate::gpu::KernelDesc;
-
-pub const APPLY: KernelDesc =
-    KernelDesc::new("refraction_apply", "refraction/refraction_apply.wgsl");
