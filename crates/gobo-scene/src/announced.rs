@@ -5,8 +5,10 @@
 use super::{
     SceneError,
     document::{Document, ShapeTable, TextureSource, VolumeTable},
-    gltf_announced::{self, Announced},
-    gltf_file::File,
+    gltf::{
+        announced::{self, Announced},
+        file::File,
+    },
     images,
     limits::Limit,
     loader::Loader,
@@ -64,7 +66,7 @@ impl Loader<'_> {
         for table in &document.mesh {
             let path = self.folder.join(&table.get_ref().file);
             let model = *known.entry(path).or_insert_with_key(|path| {
-                File::open(path).map(|file| gltf_announced::announced(&file)).unwrap_or_default()
+                File::open(path).map(|file| announced::announced(&file)).unwrap_or_default()
             });
             let part = |count| Claim::new(table.span(), "file", count);
             triangles.push(part(model.triangles));

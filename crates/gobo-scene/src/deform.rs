@@ -1,8 +1,7 @@
 //! Skins and morph targets of glTF meshes: deformation of triangles.
 use super::{
     SceneError,
-    gltf_file::File,
-    gltf_items::Items,
+    gltf::{file::File, items::Items},
     limits::{self, Limit},
     track::Track,
 };

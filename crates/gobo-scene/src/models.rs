@@ -2,9 +2,7 @@
 use super::{
     SceneError,
     faces::Surface,
-    gltf::{self, Earlier, Model, Wanted},
-    gltf_file::File,
-    gltf_mesh::cofactors,
+    gltf::{self, Earlier, Model, Wanted, file::File, mesh::cofactors},
     limits::Limit,
     obj,
     particles::FARTHEST,

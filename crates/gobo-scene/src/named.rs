@@ -2,7 +2,7 @@
 use super::{
     SceneError, dense,
     document::{Document, TextureSource, VolumeTable},
-    gltf_file::File,
+    gltf::file::File,
     load::{document, scene_text},
     obj, read,
     source::SceneText,

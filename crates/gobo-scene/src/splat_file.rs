@@ -1,6 +1,8 @@
 //! Files of splats of any kind.
 use super::{
-    SceneError, gltf_splats, read,
+    SceneError,
+    gltf::splats,
+    read,
     splats::{Cloud, Kind, files, kind_of, read_kind},
 };
 use std::{
@@ -33,7 +35,7 @@ pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<Cloud, SceneEr
                     "remove it; a streamed SOG (lod-meta.json) has levels",
                 )));
             }
-            gltf_splats::read(path)
+            splats::read(path)
         }
         None => {
             let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the folder of a SOG";

@@ -2,22 +2,39 @@
 //!
 //! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones are
 //! radiometric, as exporters write both.
-use super::{
+pub(crate) mod animation;
+pub(crate) mod announced;
+mod diffuse;
+mod draco;
+pub(crate) mod file;
+pub(crate) mod film;
+mod ignored;
+pub(crate) mod items;
+pub(crate) mod json;
+mod material;
+pub(crate) mod mesh;
+mod meshopt;
+pub(crate) mod nodes;
+pub(crate) mod splat_json;
+pub(crate) mod splats;
+mod texture;
+pub(crate) mod variants;
+
+use crate::{
     SceneError,
     deform::Deform,
-    gltf_animation::{self, NodeTracks},
-    gltf_announced,
-    gltf_file::File,
-    gltf_material::Materials,
-    gltf_mesh::Meshes,
-    gltf_nodes::{PlacedNode, instances, placed_nodes},
     limits::Limit,
     rig::{Draw, Node, Rig},
     track::Track,
 };
 use ::gltf::khr_lights_punctual::Kind;
+use animation::NodeTracks;
+use file::File;
 use glam::{Mat4, UVec2, Vec3};
 use gobo::model::{Camera, Light, LightKind, Material, Skipped, Texture, Transfer, Triangle};
+use material::Materials;
+use mesh::Meshes;
+use nodes::{PlacedNode, instances, placed_nodes};
 use std::{collections::HashMap, path::Path, sync::Arc};
 
 /// Contents of one file, in world space.
@@ -38,30 +55,30 @@ pub struct Model {
     /// Features of the file that are ignored, a sentence each.
     pub notes: Vec<String>,
     /// Whether the file holds splats too.
-    pub(super) has_splats: bool,
+    pub(crate) has_splats: bool,
     /// Rig that moves the triangles, which are then in the spaces of their draws.
-    pub(super) rig: Option<Rig>,
+    pub(crate) rig: Option<Rig>,
 }
 
 /// Contents of a scene before a file is read into it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Earlier {
-    pub(super) materials: usize,
-    pub(super) textures: usize,
-    pub(super) texels: u64,
-    pub(super) triangles: usize,
-    pub(super) lights: usize,
+pub(crate) struct Earlier {
+    pub(crate) materials: usize,
+    pub(crate) textures: usize,
+    pub(crate) texels: u64,
+    pub(crate) triangles: usize,
+    pub(crate) lights: usize,
 }
 
 /// How a model is read.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Wanted<'a> {
+pub(crate) struct Wanted<'a> {
     /// Transfer of what is partly transparent (alphaMode BLEND), if not the usual one.
-    pub(super) blend: Option<Transfer>,
+    pub(crate) blend: Option<Transfer>,
     /// Whether the model will be moved as a whole.
-    pub(super) is_keyed: bool,
+    pub(crate) is_keyed: bool,
     /// Name of the materials' variant, of a file that has some.
-    pub(super) variant: Option<&'a str>,
+    pub(crate) variant: Option<&'a str>,
 }
 
 /// Intensity above which a light is photometric.
@@ -82,7 +99,7 @@ const FAR: f32 = 128.0;
 const PICTURE_HEIGHT: f32 = 540.0;
 
 /// Loads a file. World space = `transform` * glTF space; material and texture indices start at 0.
-pub(super) fn load(
+pub(crate) fn load(
     path: &Path,
     transform: Mat4,
     earlier: &Earlier,
@@ -90,7 +107,7 @@ pub(super) fn load(
 ) -> Result<Model, SceneError> {
     let Wanted { blend, is_keyed, variant } = wanted;
     let mut file = File::open_variant(path, variant)?;
-    let mut tracks = gltf_animation::tracks(&mut file)?;
+    let mut tracks = animation::tracks(&mut file)?;
     let has_targets = |mesh: gltf::Mesh<'_>| mesh.primitives().any(|p| p.morph_targets().len() > 0);
     let is_soft = file.document.skins().len() > 0 || file.document.meshes().any(has_targets);
     let moves = is_keyed || is_soft || !tracks.is_empty();
@@ -245,7 +262,7 @@ impl<'a> Nodes<'a> {
     /// Checks the images of all draws against the limits, before any is decoded.
     fn announce_images(&self) -> Result<(), SceneError> {
         let materials = self.draws.iter().map(|draw| draw.primitive.material());
-        let (textures, texels) = gltf_announced::images(self.file, materials);
+        let (textures, texels) = announced::images(self.file, materials);
         let path = &self.file.path;
         Limit::Textures.grown_in(path, self.earlier.textures as u64, textures)?;
         Limit::Texels.grown_in(path, self.earlier.texels, texels)?;

@@ -3,32 +3,31 @@
 //! Never more than [`super::gltf::load`] makes: a texture that is stored once for bodies and once for
 //! surfaces is counted once.
 use super::{
-    gltf_file::File,
-    gltf_mesh::{corners, triangle_count},
-    gltf_nodes,
-    gltf_texture::{IMAGES, MAX_SIDE, Product, transmission},
-    images,
-    limits::Limit,
+    file::File,
+    mesh::{corners, triangle_count},
+    nodes,
+    texture::{IMAGES, MAX_SIDE, Product, transmission},
 };
+use crate::{images, limits::Limit};
 use ::gltf::{Image, Material};
 use std::collections::{HashMap, HashSet};
 
 /// Counts of one use of a file.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Announced {
-    pub(super) triangles: u64,
-    pub(super) textures: u64,
-    pub(super) texels: u64,
+pub(crate) struct Announced {
+    pub(crate) triangles: u64,
+    pub(crate) textures: u64,
+    pub(crate) texels: u64,
 }
 
 /// Counts what the nodes of the file's scene name.
-pub(super) fn announced(file: &File) -> Announced {
+pub(crate) fn announced(file: &File) -> Announced {
     let mut triangles = 0_u64;
     let mut materials = Vec::new();
     let mut uses = 0_u64;
     let mut is_whole = HashMap::new();
     let mut seen = vec![false; file.document.nodes().len()];
-    let mut waiting = gltf_nodes::roots(&file.document);
+    let mut waiting = nodes::roots(&file.document);
     while let Some(node) = waiting.pop() {
         // A damaged file, or one past the limit of nodes, is refused when it is read.
         if std::mem::replace(&mut seen[node.index()], true) || uses > Limit::Nodes.most() {
@@ -38,7 +37,7 @@ pub(super) fn announced(file: &File) -> Announced {
             waiting.extend(node.children());
             continue;
         };
-        let instances = gltf_nodes::instances(file, &node).map_or(0, |places| places.len() as u64);
+        let instances = nodes::instances(file, &node).map_or(0, |places| places.len() as u64);
         uses += instances * mesh.primitives().len().max(1) as u64;
         for primitive in mesh.primitives() {
             let Some(corners) = corners(&primitive) else { continue };
@@ -58,7 +57,7 @@ pub(super) fn announced(file: &File) -> Announced {
 }
 
 /// Number of textures of these materials, and of their texels.
-pub(super) fn images<'a>(
+pub(crate) fn images<'a>(
     file: &'a File,
     materials: impl IntoIterator<Item = Material<'a>>,
 ) -> (u64, u64) {

@@ -4,20 +4,20 @@ use serde_json::Value;
 
 /// What of a material passes diffusely.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Diffuse {
+pub(crate) struct Diffuse {
     /// Share of the light that is not mirrored.
-    pub(super) factor: f32,
-    pub(super) color: Vec3,
+    pub(crate) factor: f32,
+    pub(crate) color: Vec3,
     /// Texture whose alpha multiplies the factor.
-    pub(super) share: Option<usize>,
+    pub(crate) share: Option<usize>,
     /// Texture whose rgb multiplies the colour.
-    pub(super) tint: Option<usize>,
+    pub(crate) tint: Option<usize>,
     /// Whether a texture has coordinates or a transform of its own.
-    pub(super) is_placed: bool,
+    pub(crate) is_placed: bool,
 }
 
 /// By material; `None` without.
-pub(super) fn all(root: &Value) -> Vec<Option<Diffuse>> {
+pub(crate) fn all(root: &Value) -> Vec<Option<Diffuse>> {
     let of_material = |material: &Value| {
         let table = material.get("extensions")?.get("KHR_materials_diffuse_transmission")?;
         let number = |value: &Value| value.as_f64().map(|number| number.clamp(0.0, 1.0) as f32);
@@ -48,7 +48,7 @@ pub(super) fn all(root: &Value) -> Vec<Option<Diffuse>> {
 
 impl Diffuse {
     /// Share that the near side does not scatter, beside that texture.
-    pub(super) fn lacks(&self) -> f32 {
+    pub(crate) fn lacks(&self) -> f32 {
         if self.share.is_some() { 0.0 } else { self.factor }
     }
 }

@@ -1,24 +1,24 @@
 //! Primitives of splats in the JSON of a glTF file: `KHR_gaussian_splatting`.
-use super::error::quoted;
+use crate::error::quoted;
 use serde_json::Value;
 
 const EXTENSION: &str = "KHR_gaussian_splatting";
 
 /// Extensions by which a view holds an SPZ file: a draft, and its later name.
-pub(super) const SPZ: [&str; 2] =
+pub(crate) const SPZ: [&str; 2] =
     ["KHR_gaussian_splatting_compression_spz_2", "KHR_gaussian_splatting_compression_spz"];
 
 /// A primitive of splats.
 #[derive(Clone, Debug)]
-pub(super) struct SplatPrimitive {
+pub(crate) struct SplatPrimitive {
     /// Index of the mesh.
-    pub(super) mesh: usize,
-    pub(super) stored: Stored,
+    pub(crate) mesh: usize,
+    pub(crate) stored: Stored,
 }
 
 /// Where a primitive's splats are.
 #[derive(Clone, Debug)]
-pub(super) enum Stored {
+pub(crate) enum Stored {
     /// In accessors.
     Attributes {
         position: usize,
@@ -34,7 +34,7 @@ pub(super) enum Stored {
 }
 
 /// Takes the primitives of splats out of the document: the `gltf` crate refuses the names of their attributes.
-pub(super) fn take(root: &mut Value) -> Result<Vec<SplatPrimitive>, (String, &'static str)> {
+pub(crate) fn take(root: &mut Value) -> Result<Vec<SplatPrimitive>, (String, &'static str)> {
     let mut taken = Vec::new();
     let meshes = root.get_mut("meshes").and_then(Value::as_array_mut);
     for (mesh, value) in meshes.into_iter().flatten().enumerate() {

@@ -1,21 +1,20 @@
 //! A glTF document and its bytes, validated before anything is read through them: the crate's readers trust
 //! offsets, counts and indices.
 use super::{
-    SceneError,
-    error::quoted,
-    gltf_diffuse::{self, Diffuse},
-    gltf_draco,
-    gltf_film::{self, Film},
-    gltf_json::{self, Instancing},
-    gltf_meshopt,
-    gltf_splat_json::{self, SplatPrimitive},
-    gltf_variants, limits, read,
+    diffuse::{self, Diffuse},
+    draco,
+    film::{self, Film},
+    json::{self, Instancing},
+    meshopt,
+    splat_json::{self, SplatPrimitive},
+    variants,
 };
+use crate::{SceneError, error::quoted, limits, read};
 use ::gltf::{
     Document,
     accessor::sparse::IndexType,
     buffer,
-    json::{self, camera::Type as CameraType, validation::Checked},
+    json::{Root, camera::Type as CameraType, validation::Checked},
 };
 use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
 use std::{
@@ -28,9 +27,9 @@ use std::{
 const FEW_ZEROS: usize = 1 << 16;
 
 #[derive(Debug)]
-pub(super) struct File {
-    pub(super) path: PathBuf,
-    pub(super) document: Document,
+pub(crate) struct File {
+    pub(crate) path: PathBuf,
+    pub(crate) document: Document,
     buffers: Vec<Vec<u8>>,
     /// Views that were compressed, by index.
     unpacked: HashMap<usize, Vec<u8>>,
@@ -38,38 +37,38 @@ pub(super) struct File {
     films: Vec<Option<Film>>,
     diffuse: Vec<Option<Diffuse>>,
     /// Primitives of splats, which the document has no more.
-    pub(super) splats: Vec<SplatPrimitive>,
+    pub(crate) splats: Vec<SplatPrimitive>,
     /// Features of the file that are ignored, a sentence each.
-    pub(super) notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 impl File {
-    pub(super) fn open(path: &Path) -> Result<Self, SceneError> {
+    pub(crate) fn open(path: &Path) -> Result<Self, SceneError> {
         Self::open_variant(path, None)
     }
 
     /// Like [`Self::open`], with a variant of the materials.
-    pub(super) fn open_variant(path: &Path, variant: Option<&str>) -> Result<Self, SceneError> {
+    pub(crate) fn open_variant(path: &Path, variant: Option<&str>) -> Result<Self, SceneError> {
         let invalid =
             |(message, help): (String, &'static str)| SceneError::invalid(path, message, help);
         let bytes = read::bytes(path)?;
         let (text, mut blob) = chunks(&bytes).map_err(invalid)?;
-        let (mut value, ignored, unread) = gltf_json::parse(text).map_err(invalid)?;
-        let variants = gltf_variants::choose(&mut value, path, variant)
+        let (mut value, ignored, unread) = json::parse(text).map_err(invalid)?;
+        let variants = variants::choose(&mut value, path, variant)
             .map_err(|(message, help)| SceneError::invalid(path, message, &help))?;
-        let hidden = gltf_variants::hide(&mut value);
-        let primitives = gltf_draco::packed(&mut value).map_err(invalid)?;
-        gltf_json::add_zeros(&mut value);
-        let splats = gltf_splat_json::take(&mut value).map_err(invalid)?;
-        let (instancing, films) = (gltf_json::instancing(&value), gltf_film::films(&value));
-        let diffuse = gltf_diffuse::all(&value);
-        let packed = gltf_meshopt::packed(&value).map_err(invalid)?;
-        let fallbacks = gltf_meshopt::fallbacks(&value);
+        let hidden = variants::hide(&mut value);
+        let primitives = draco::packed(&mut value).map_err(invalid)?;
+        json::add_zeros(&mut value);
+        let splats = splat_json::take(&mut value).map_err(invalid)?;
+        let (instancing, films) = (json::instancing(&value), film::films(&value));
+        let diffuse = diffuse::all(&value);
+        let packed = meshopt::packed(&value).map_err(invalid)?;
+        let fallbacks = meshopt::fallbacks(&value);
         let damaged = |error: &dyn std::fmt::Display| {
             let help = "check it with a glTF validator, or export it again";
             invalid((format!("not a valid glTF 2.0 file: {error}"), help))
         };
-        let root: json::Root = serde_json::from_value(value).map_err(|error| damaged(&error))?;
+        let root: Root = serde_json::from_value(value).map_err(|error| damaged(&error))?;
         check_json(&root).map_err(|message| invalid((message, "export the file again")))?;
         let document = Document::from_json(root).map_err(|error| damaged(&error))?;
         let mut notes = ignored.notes(path);
@@ -81,7 +80,7 @@ impl File {
             ));
         }
         if unread > 0 {
-            let help = gltf_json::OTHER_IMAGES;
+            let help = json::OTHER_IMAGES;
             notes.push(format!(
                 "{}: {unread} textures are white, as their images cannot be read: {help}",
                 path.display()
@@ -116,8 +115,8 @@ impl File {
             buffers.push(data);
         }
         file.buffers = buffers;
-        file.unpacked = gltf_meshopt::unpack(&file, &packed)?;
-        let decoded = gltf_draco::unpack(&file, &primitives)?;
+        file.unpacked = meshopt::unpack(&file, &packed)?;
+        let decoded = draco::unpack(&file, &primitives)?;
         file.unpacked.extend(decoded.views);
         file.recount(&decoded.counts).map_err(|error| damaged(&error))?;
         Ok(file)
@@ -136,27 +135,27 @@ impl File {
         Ok(())
     }
 
-    pub(super) fn invalid(&self, message: impl AsRef<str>, help: &str) -> SceneError {
+    pub(crate) fn invalid(&self, message: impl AsRef<str>, help: &str) -> SceneError {
         SceneError::invalid(&self.path, message, help)
     }
 
     /// Instances of a node.
-    pub(super) fn instancing(&self, node: usize) -> Option<Instancing> {
+    pub(crate) fn instancing(&self, node: usize) -> Option<Instancing> {
         self.instancing.get(node).copied().flatten()
     }
 
     /// Thin film on a material.
-    pub(super) fn film(&self, material: usize) -> Option<Film> {
+    pub(crate) fn film(&self, material: usize) -> Option<Film> {
         self.films.get(material).copied().flatten()
     }
 
     /// What a material passes diffusely.
-    pub(super) fn diffuse(&self, material: &gltf::Material<'_>) -> Option<Diffuse> {
+    pub(crate) fn diffuse(&self, material: &gltf::Material<'_>) -> Option<Diffuse> {
         self.diffuse.get(material.index()?).copied().flatten()
     }
 
     /// Bytes of a data URI, or of a file in the document's folder or below.
-    pub(super) fn read_uri(&self, uri: &str) -> Result<Vec<u8>, SceneError> {
+    pub(crate) fn read_uri(&self, uri: &str) -> Result<Vec<u8>, SceneError> {
         if let Some(data) = data_of(uri) {
             return self.decode(data);
         }
@@ -171,7 +170,7 @@ impl File {
     }
 
     /// Files of its buffers and images.
-    pub(super) fn named(&self) -> Result<Vec<PathBuf>, SceneError> {
+    pub(crate) fn named(&self) -> Result<Vec<PathBuf>, SceneError> {
         let json = self.document.as_json();
         // Buffers that stand in for compressed ones are not read.
         let is_read = |index: &usize| !self.buffers[*index].is_empty();
@@ -215,12 +214,12 @@ impl File {
     }
 
     /// Bytes of a buffer.
-    pub(super) fn bytes(&self, buffer: usize) -> Option<&[u8]> {
+    pub(crate) fn bytes(&self, buffer: usize) -> Option<&[u8]> {
         self.buffers.get(buffer).map(Vec::as_slice)
     }
 
     /// Bytes of a view, decompressed.
-    pub(super) fn view(&self, view: &buffer::View<'_>) -> Result<&[u8], SceneError> {
+    pub(crate) fn view(&self, view: &buffer::View<'_>) -> Result<&[u8], SceneError> {
         if let Some(bytes) = self.unpacked.get(&view.index()) {
             return Ok(bytes);
         }
@@ -232,7 +231,7 @@ impl File {
     }
 
     /// Bytes of an image as it is stored.
-    pub(super) fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, SceneError> {
+    pub(crate) fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, SceneError> {
         // Not `Image::source`, which panics if the file gives neither a type nor a position.
         let json = &self.document.as_json().images[image.index()];
         let view = json.buffer_view.and_then(|index| self.document.views().nth(index.value()));
@@ -249,7 +248,7 @@ impl File {
 
     /// Checks that reading `accessor` as items of `size` bytes stays within its buffers, and that its
     /// sparse items are among its own.
-    pub(super) fn check(
+    pub(crate) fn check(
         &self,
         accessor: &gltf::Accessor<'_>,
         size: usize,
@@ -319,7 +318,7 @@ fn copied(bytes: &[u8], path: &Path) -> Result<Vec<u8>, SceneError> {
 }
 
 /// JSON and binary chunk of a `.glb`, or a `.gltf` alone.
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), gltf_json::Fault> {
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), json::Fault> {
     let damaged = || ("the file is cut off or damaged".to_owned(), "export it again");
     let Some(rest) = bytes.strip_prefix(b"glTF") else { return Ok((bytes, None)) };
     let number = |at: usize| {
@@ -350,7 +349,7 @@ fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4]) -> Option<(&'a [u8], &'a [u8])> {
 }
 
 /// Checks for errors that the crate's own validation misses or panics at.
-fn check_json(json: &json::Root) -> Result<(), String> {
+fn check_json(json: &Root) -> Result<(), String> {
     for (index, camera) in json.cameras.iter().enumerate() {
         let is_perspective = camera.type_ == Checked::Valid(CameraType::Perspective);
         let has_lens = if is_perspective {

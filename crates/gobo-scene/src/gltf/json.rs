@@ -1,10 +1,11 @@
 //! The JSON of a glTF file, adapted to the `gltf` crate, which refuses some valid files and ignores some
 //! relevant parts.
-use super::{error::quoted, gltf_ignored::Ignored, limits};
+use super::ignored::Ignored;
+use crate::{error::quoted, limits};
 use serde_json::{Map, Value, json};
 
 /// Extensions that are supported here or by the crate.
-pub(super) const EXTENSIONS: [&str; 21] = [
+pub(crate) const EXTENSIONS: [&str; 21] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -29,13 +30,13 @@ pub(super) const EXTENSIONS: [&str; 21] = [
 ];
 
 /// The problem and the remedy.
-pub(super) type Fault = (String, &'static str);
+pub(crate) type Fault = (String, &'static str);
 
 const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 
 /// Parses and adapts the JSON; also returns what of it is ignored, and the number of textures whose only image is
 /// of a kind that is not read.
-pub(super) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     if !limits::has_memory(parsed_size(bytes)) {
         let message = format!("no memory for {} MiB of JSON", bytes.len() >> 20);
         return Err((message, "use a smaller file, or a machine with more memory"));
@@ -67,7 +68,7 @@ fn parsed_size(text: &[u8]) -> u64 {
 }
 
 /// Gives accessors without any data, whose items are zeros, a sparse item of zeros: the crate refuses them.
-pub(super) fn add_zeros(root: &mut Value) {
+pub(crate) fn add_zeros(root: &mut Value) {
     let Some(accessors) = list(root, "accessors") else { return };
     let has_data =
         |accessor: &Value| accessor.get("bufferView").is_some() || accessor.get("sparse").is_some();
@@ -152,10 +153,10 @@ fn check_required(root: &mut Value) -> Result<(), Fault> {
 }
 
 /// What to do about images that are not read.
-pub(super) const OTHER_IMAGES: &str = "export with PNG, JPEG, WebP or KTX2 textures";
+pub(crate) const OTHER_IMAGES: &str = "export with PNG, JPEG, WebP or KTX2 textures";
 
 /// What to do about an extension that is not read.
-pub(super) fn remedy(name: &str) -> &'static str {
+pub(crate) fn remedy(name: &str) -> &'static str {
     match name {
         _ if name.starts_with("EXT_texture_") => OTHER_IMAGES,
         _ if name.starts_with("KHR_gaussian_splatting") => "export the splats without compression",
@@ -209,14 +210,14 @@ const WHITE: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAA
 
 /// Indices of the accessors that `EXT_mesh_gpu_instancing` gives a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Instancing {
-    pub(super) translation: Option<usize>,
-    pub(super) rotation: Option<usize>,
-    pub(super) scale: Option<usize>,
+pub(crate) struct Instancing {
+    pub(crate) translation: Option<usize>,
+    pub(crate) rotation: Option<usize>,
+    pub(crate) scale: Option<usize>,
 }
 
 /// Instancing of each node; empty if no node has instances.
-pub(super) fn instancing(root: &Value) -> Vec<Option<Instancing>> {
+pub(crate) fn instancing(root: &Value) -> Vec<Option<Instancing>> {
     let of_node = |node: &Value| {
         let attributes =
             node.get("extensions")?.get("EXT_mesh_gpu_instancing")?.get("attributes")?;

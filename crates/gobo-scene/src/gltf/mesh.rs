@@ -1,9 +1,11 @@
 //! glTF primitives as triangles in world space.
 use super::{
+    file::File,
+    items::Items,
+    material::{Materials, Uses},
+};
+use crate::{
     SceneError,
-    gltf_file::File,
-    gltf_items::Items,
-    gltf_material::{Materials, Uses},
     limits::{self, Limit},
     particles::FARTHEST,
 };
@@ -17,13 +19,13 @@ use gobo::model::{Skipped, Triangle, VertexColor, volume};
 use std::collections::HashSet;
 
 #[derive(Debug, Default)]
-pub(super) struct Meshes {
-    pub(super) triangles: Vec<Triangle>,
+pub(crate) struct Meshes {
+    pub(crate) triangles: Vec<Triangle>,
     /// Vertices of the triangles of the last primitive.
-    pub(super) kept: Vec<[usize; 3]>,
+    pub(crate) kept: Vec<[usize; 3]>,
     /// Primitives so far: object ids of their triangles.
     objects: u32,
-    pub(super) skipped: Skipped,
+    pub(crate) skipped: Skipped,
     /// Triangles of the scene plus those announced by this file, including degenerate ones: a small file
     /// can name one mesh many times.
     promised: u64,
@@ -41,12 +43,12 @@ struct Vertices<'a> {
 
 impl Meshes {
     /// `earlier`: triangles that the scene has already.
-    pub(super) fn new(earlier: u64) -> Self {
+    pub(crate) fn new(earlier: u64) -> Self {
         Self { promised: earlier, ..Self::default() }
     }
 
     /// Counts the triangles that [`Self::add`] will make of a primitive, before any of them is made.
-    pub(super) fn promise(
+    pub(crate) fn promise(
         &mut self,
         file: &File,
         primitive: &gltf::Primitive<'_>,
@@ -60,7 +62,7 @@ impl Meshes {
     }
 
     /// Adds the triangles of a primitive in world space, or, if it moves, in the mesh's own space.
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         file: &File,
         materials: &mut Materials<'_>,
@@ -211,12 +213,12 @@ impl Meshes {
 }
 
 /// Accessor with one item per corner, of triangles, strips and fans.
-pub(super) fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
+pub(crate) fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
     primitive.indices().or_else(|| primitive.get(&Semantic::Positions))
 }
 
 /// Number of triangles that the file announces, including degenerate ones.
-pub(super) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
+pub(crate) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     let corners = corners(primitive).map_or(0, |accessor| accessor.count());
     match primitive.mode() {
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
@@ -276,7 +278,7 @@ fn triangle(
 
 /// Inverse transpose times |determinant|: normals of a flattened mesh stay correct where the inverse does
 /// not exist.
-pub(super) fn cofactors(m: Mat3) -> Mat3 {
+pub(crate) fn cofactors(m: Mat3) -> Mat3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign

@@ -1,11 +1,13 @@
 //! Splats in glTF: `KHR_gaussian_splatting`, in accessors or in an SPZ file in a view, whose coordinates are taken as
 //! they are, as `CesiumJS` takes them.
 use super::{
+    file::File,
+    items::Items,
+    nodes::{PlacedNode, instances, placed_nodes},
+    splat_json::{SplatPrimitive, Stored},
+};
+use crate::{
     SceneError,
-    gltf_file::File,
-    gltf_items::Items,
-    gltf_nodes::{PlacedNode, instances, placed_nodes},
-    gltf_splat_json::{SplatPrimitive, Stored},
     limits::Limit,
     splats::{Cloud, HARMONIC, Spz},
 };
@@ -18,7 +20,7 @@ use std::{
 };
 
 /// Reads the splats of a file, placed by its nodes as they rest.
-pub(super) fn read(path: &Path) -> Result<Cloud, SceneError> {
+pub(crate) fn read(path: &Path) -> Result<Cloud, SceneError> {
     let file = File::open(path)?;
     let fault = |(message, help): (String, &'static str)| file.invalid(message, help);
     if file.splats.is_empty() {

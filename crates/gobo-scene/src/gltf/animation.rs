@@ -1,7 +1,7 @@
 //! Keys of glTF nodes.
-use super::{
+use super::file::File;
+use crate::{
     SceneError,
-    gltf_file::File,
     limits::Limit,
     track::{Mode, Track},
 };
@@ -15,15 +15,15 @@ use std::collections::HashMap;
 
 /// Tracks of a node.
 #[derive(Debug, Default)]
-pub(super) struct NodeTracks {
+pub(crate) struct NodeTracks {
     /// Tracks of translation, rotation and scale.
-    pub(super) transform: [Option<Track>; 3],
+    pub(crate) transform: [Option<Track>; 3],
     /// Weights of the mesh's morph targets.
-    pub(super) weights: Vec<Track>,
+    pub(crate) weights: Vec<Track>,
 }
 
 /// Tracks of the file's first animation, by node.
-pub(super) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, SceneError> {
+pub(crate) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, SceneError> {
     let mut tracks: HashMap<usize, NodeTracks> = HashMap::new();
     let Some(animation) = file.document.animations().next() else { return Ok(tracks) };
     let mut keys = 0;

@@ -1,20 +1,21 @@
 //! Nodes of a glTF file's scene, and the instances of their meshes.
-use super::{SceneError, gltf_file::File, gltf_json::Instancing, limits::Limit};
+use super::{file::File, json::Instancing};
+use crate::{SceneError, limits::Limit};
 use ::gltf::accessor::{DataType, Dimensions};
 use glam::{Mat4, Quat, Vec3};
 
 /// A node of the scene.
-pub(super) struct PlacedNode<'a> {
-    pub(super) node: gltf::Node<'a>,
+pub(crate) struct PlacedNode<'a> {
+    pub(crate) node: gltf::Node<'a>,
     /// Transform in the parent's space.
-    pub(super) local: Mat4,
-    pub(super) world: Mat4,
+    pub(crate) local: Mat4,
+    pub(crate) world: Mat4,
     /// Index of the parent, which comes before it.
-    pub(super) parent: Option<usize>,
+    pub(crate) parent: Option<usize>,
 }
 
 /// All nodes of the scene, parents before their children. World space = `transform` * glTF space.
-pub(super) fn placed_nodes(
+pub(crate) fn placed_nodes(
     file: &File,
     transform: Mat4,
 ) -> Result<Vec<PlacedNode<'_>>, SceneError> {
@@ -41,7 +42,7 @@ pub(super) fn placed_nodes(
 }
 
 /// Transforms of the instances of a node's mesh, in the node's space (`EXT_mesh_gpu_instancing`).
-pub(super) fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
+pub(crate) fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
     let Some(instancing) = file.instancing(node.index()) else { return Ok(vec![Mat4::IDENTITY]) };
     let Instancing { translation, rotation, scale } = instancing;
     let damaged = |problem: &str| {
@@ -82,7 +83,7 @@ pub(super) fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>,
 }
 
 /// Root nodes of the default scene, else of the first, else of the whole document.
-pub(super) fn roots(document: &gltf::Document) -> Vec<gltf::Node<'_>> {
+pub(crate) fn roots(document: &gltf::Document) -> Vec<gltf::Node<'_>> {
     if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
         return scene.nodes().collect();
     }

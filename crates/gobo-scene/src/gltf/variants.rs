@@ -1,6 +1,6 @@
 //! Variants of the materials of a glTF file (`KHR_materials_variants`) and nodes that are not shown
 //! (`KHR_node_visibility`), resolved in its JSON.
-use super::{error::quoted, plain::nearest};
+use crate::{error::quoted, plain::nearest};
 use serde_json::Value;
 use std::{collections::BTreeSet, path::Path};
 
@@ -20,7 +20,7 @@ fn names(root: &Value) -> Vec<&str> {
 
 /// Gives primitives the materials of a variant; without a name they keep their own. Returns a note about variants that
 /// are not taken, or the problem and the remedy.
-pub(super) fn choose(
+pub(crate) fn choose(
     root: &mut Value,
     path: &Path,
     variant: Option<&str>,
@@ -55,7 +55,7 @@ pub(super) fn choose(
 }
 
 /// Takes meshes and lights from nodes that are not shown, and those below them; returns their number.
-pub(super) fn hide(root: &mut Value) -> usize {
+pub(crate) fn hide(root: &mut Value) -> usize {
     let nodes = list(root, "nodes");
     let is_hidden = |node: &Value| {
         let own = node.get("extensions").and_then(|all| all.get("KHR_node_visibility"));

@@ -1,37 +1,35 @@
 //! glTF images as textures of casters: base colour, with transmission and metal multiplied in.
-use super::{
-    SceneError, gltf_diffuse::Diffuse, gltf_file::File, images, limits::Limit,
-    particles::linear_from_srgb,
-};
+use super::{diffuse::Diffuse, file::File};
+use crate::{SceneError, images, limits::Limit, particles::linear_from_srgb};
 use ::gltf::{Document, Image, Material, material::AlphaMode, texture::Info};
 use gobo::model::Texture;
 use image::{Rgba32FImage, RgbaImage, imageops::FilterType};
 use std::collections::HashMap;
 
 /// Longest side of an image [texels].
-pub(super) const MAX_SIDE: u32 = 16384;
+pub(crate) const MAX_SIDE: u32 = 16384;
 
 /// A texture as a product of images.
 #[derive(Clone, Default)]
-pub(super) struct Product<'a> {
-    pub(super) base: Option<Image<'a>>,
+pub(crate) struct Product<'a> {
+    pub(crate) base: Option<Image<'a>>,
     /// Its red channel multiplies the colour.
-    pub(super) transmission: Option<Image<'a>>,
+    pub(crate) transmission: Option<Image<'a>>,
     /// Its blue channel, times the factor, is the share of metal, which transmits nothing.
-    pub(super) metal: Option<(Image<'a>, f32)>,
+    pub(crate) metal: Option<(Image<'a>, f32)>,
     /// Its alpha is the share of light that passes diffusely.
-    pub(super) spreads: Option<(Image<'a>, Spreads)>,
+    pub(crate) spreads: Option<(Image<'a>, Spreads)>,
     /// Its alpha is that of the product.
-    pub(super) covers: Option<(Image<'a>, Covers)>,
+    pub(crate) covers: Option<(Image<'a>, Covers)>,
     /// Whether alpha is one.
-    pub(super) is_opaque: bool,
+    pub(crate) is_opaque: bool,
     /// Whether it is that of one of the two faces of a body: the square root of the colour.
-    pub(super) is_face: bool,
+    pub(crate) is_face: bool,
 }
 
 /// What of the light that a texture spreads diffusely a product has.
 #[derive(Clone, Copy)]
-pub(super) enum Spreads {
+pub(crate) enum Spreads {
     /// What passes.
     Passes,
     /// What does not, with the factor of what passes.
@@ -40,21 +38,21 @@ pub(super) enum Spreads {
 
 /// Where a product is by the alpha of another image.
 #[derive(Clone, Copy)]
-pub(super) enum Covers {
+pub(crate) enum Covers {
     AsItIs,
     /// Where alpha is at least this.
     From(f32),
 }
 
 /// Images of a product.
-pub(super) const IMAGES: usize = 5;
+pub(crate) const IMAGES: usize = 5;
 
 /// Images, and the bits of the numbers and choices that go with them.
 type Key = ([Option<usize>; IMAGES], [u32; 3], bool, bool);
 
 impl<'a> Product<'a> {
     /// The texture of a material's colour and, if it `transmits`, transmission.
-    pub(super) fn of(source: &Material<'a>, transmits: bool, is_face: bool) -> Self {
+    pub(crate) fn of(source: &Material<'a>, transmits: bool, is_face: bool) -> Self {
         let image = |info: Info<'a>| info.texture().source();
         let surface = source.pbr_metallic_roughness();
         let transmission = source.transmission().filter(|_| transmits);
@@ -71,13 +69,13 @@ impl<'a> Product<'a> {
     }
 
     /// The texture of a near side's colour, `self` without what passes diffusely.
-    pub(super) fn near(self, document: &'a Document, diffuse: &Diffuse) -> Self {
+    pub(crate) fn near(self, document: &'a Document, diffuse: &Diffuse) -> Self {
         let passes = image(document, diffuse.share);
         Self { spreads: passes.map(|image| (image, Spreads::Stays(diffuse.factor))), ..self }
     }
 
     /// The texture of what passes diffusely, and of where it is.
-    pub(super) fn far(document: &'a Document, diffuse: &Diffuse, source: &Material<'a>) -> Self {
+    pub(crate) fn far(document: &'a Document, diffuse: &Diffuse, source: &Material<'a>) -> Self {
         let surface = source.pbr_metallic_roughness();
         let [.., alpha] = surface.base_color_factor();
         let covers = surface.base_color_texture();
@@ -98,7 +96,7 @@ impl<'a> Product<'a> {
     }
 
     /// Its images: what is stored of them has the larger size.
-    pub(super) fn images(&self) -> [Option<&Image<'a>>; IMAGES] {
+    pub(crate) fn images(&self) -> [Option<&Image<'a>>; IMAGES] {
         let metal = self.metal.as_ref().map(|(image, _)| image);
         let spreads = self.spreads.as_ref().map(|(image, _)| image);
         let covers = self.covers.as_ref().map(|(image, _)| image);
@@ -125,9 +123,9 @@ fn image(document: &Document, texture: Option<usize>) -> Option<Image<'_>> {
 }
 
 #[derive(Debug)]
-pub(super) struct Textures<'a> {
+pub(crate) struct Textures<'a> {
     file: &'a File,
-    pub(super) textures: Vec<Texture>,
+    pub(crate) textures: Vec<Texture>,
     known: HashMap<Key, u32>,
     means: HashMap<usize, [f32; 4]>,
     /// Textures that the scene had before.
@@ -138,13 +136,13 @@ pub(super) struct Textures<'a> {
 
 impl<'a> Textures<'a> {
     /// `earlier` and `texels`: textures that the scene has already.
-    pub(super) fn new(file: &'a File, earlier: usize, texels: u64) -> Self {
+    pub(crate) fn new(file: &'a File, earlier: usize, texels: u64) -> Self {
         let (textures, known, means) = (Vec::new(), HashMap::new(), HashMap::new());
         Self { file, textures, known, means, earlier, texels }
     }
 
     /// Index of the texture of a product; `None` without images.
-    pub(super) fn add(&mut self, product: &Product<'_>) -> Result<Option<u32>, SceneError> {
+    pub(crate) fn add(&mut self, product: &Product<'_>) -> Result<Option<u32>, SceneError> {
         let Some(first) = product.images().into_iter().flatten().next() else { return Ok(None) };
         let key = product.key();
         if let Some(known) = self.known.get(&key) {
@@ -223,7 +221,7 @@ impl<'a> Textures<'a> {
     }
 
     /// Mean of each channel as stored, 0..=1.
-    pub(super) fn means(&mut self, image: &Image<'_>) -> Result<[f32; 4], SceneError> {
+    pub(crate) fn means(&mut self, image: &Image<'_>) -> Result<[f32; 4], SceneError> {
         if let Some(known) = self.means.get(&image.index()) {
             return Ok(*known);
         }
@@ -297,7 +295,7 @@ fn srgb_byte(c: f32) -> u8 {
 
 /// Share of light that it transmits without its textures. Metal transmits nothing; where a texture says what is metal,
 /// that multiplies the texture.
-pub(super) fn transmission(source: &Material<'_>) -> f32 {
+pub(crate) fn transmission(source: &Material<'_>) -> f32 {
     let surface = source.pbr_metallic_roughness();
     let metal = match surface.metallic_roughness_texture() {
         Some(_) => 0.0,
@@ -307,6 +305,6 @@ pub(super) fn transmission(source: &Material<'_>) -> f32 {
 }
 
 /// A factor of 0 to 1; 1 if it is not finite.
-pub(super) fn share(factor: f32) -> f32 {
+pub(crate) fn share(factor: f32) -> f32 {
     if factor.is_finite() { factor.clamp(0.0, 1.0) } else { 1.0 }
 }

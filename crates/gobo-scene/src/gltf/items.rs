@@ -1,15 +1,16 @@
 //! Items of an accessor, read in place: unused items cost nothing, however often a file names them.
-use super::{SceneError, gltf_file::File};
+use super::file::File;
+use crate::SceneError;
 use ::gltf::accessor::DataType;
 
 /// An accessor whose items are all within its buffers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Items<'a> {
+pub(crate) struct Items<'a> {
     /// Base items; zeros if there are none.
     base: Option<Rows<'a>>,
     /// Sorted indices, and the items that replace those.
     sparse: Option<(Rows<'a>, Rows<'a>)>,
-    pub(super) count: usize,
+    pub(crate) count: usize,
     data_type: DataType,
     is_normalized: bool,
 }
@@ -36,7 +37,7 @@ impl<'a> Rows<'a> {
 
 impl File {
     /// Items of `accessor`, which must have been checked.
-    pub(super) fn items(&self, accessor: &gltf::Accessor<'_>) -> Result<Items<'_>, SceneError> {
+    pub(crate) fn items(&self, accessor: &gltf::Accessor<'_>) -> Result<Items<'_>, SceneError> {
         let (size, count) = (accessor.size(), accessor.count());
         let rows = |view: &gltf::buffer::View<'_>, offset: usize, size: usize, count: usize| {
             let bytes = &self.view(view)?[offset..];
@@ -73,7 +74,7 @@ impl<'a> Items<'a> {
     }
 
     /// First components of item `i`; integers are scaled to -1..=1 if the accessor says so.
-    pub(super) fn floats<const N: usize>(&self, i: usize) -> [f32; N] {
+    pub(crate) fn floats<const N: usize>(&self, i: usize) -> [f32; N] {
         let Some(bytes) = self.bytes(i) else { return [0.0; N] };
         let scaled = |number: f32, most: f32| {
             if self.is_normalized { (number / most).max(-1.0) } else { number }
@@ -89,7 +90,7 @@ impl<'a> Items<'a> {
     }
 
     /// First components of item `i`, an integer vector.
-    pub(super) fn wholes<const N: usize>(&self, i: usize) -> [usize; N] {
+    pub(crate) fn wholes<const N: usize>(&self, i: usize) -> [usize; N] {
         let Some(bytes) = self.bytes(i) else { return [0; N] };
         std::array::from_fn(|c| match self.data_type {
             DataType::U8 | DataType::I8 => usize::from(bytes[c]),
@@ -99,7 +100,7 @@ impl<'a> Items<'a> {
     }
 
     /// Item `i`, an integer.
-    pub(super) fn whole(&self, i: usize) -> usize {
+    pub(crate) fn whole(&self, i: usize) -> usize {
         let bytes = self.bytes(i).unwrap_or_default();
         bytes.iter().rev().fold(0, |number, &byte| number << 8 | usize::from(byte))
     }

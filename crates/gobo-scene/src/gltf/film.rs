@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 /// Thin film on a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Film {
+pub(crate) struct Film {
     /// Share of the surface that it covers.
     factor: f32,
     /// Index of refraction.
@@ -20,7 +20,7 @@ const WAVELENGTHS: [f32; 3] = [650.0, 550.0, 450.0];
 const BARE: f32 = 0.04;
 
 /// Films by material; `None` without one.
-pub(super) fn films(root: &Value) -> Vec<Option<Film>> {
+pub(crate) fn films(root: &Value) -> Vec<Option<Film>> {
     let of_material = |material: &Value| {
         let film = material.get("extensions")?.get("KHR_materials_iridescence")?;
         let number = |key: &str, usual: f32, range: std::ops::RangeInclusive<f32>| {
@@ -42,7 +42,7 @@ pub(super) fn films(root: &Value) -> Vec<Option<Film>> {
 
 impl Film {
     /// Reflectivity of a material of index `base` in air: the film's reflectance beyond that of polish.
-    pub(super) fn reflectivity(&self, base: f32) -> f32 {
+    pub(crate) fn reflectivity(&self, base: f32) -> f32 {
         let all = WAVELENGTHS.map(|wavelength| self.mirrored(base, wavelength));
         let mean = all.iter().sum::<f32>() / all.len() as f32;
         self.factor * ((mean - BARE) / (1.0 - BARE)).clamp(0.0, 1.0)
@@ -50,7 +50,7 @@ impl Film {
 
     /// Reflectance at a wavelength [nm] and normal incidence: the sum over all paths between the film's two
     /// faces (Airy 1833).
-    pub(super) fn mirrored(&self, base: f32, wavelength: f32) -> f32 {
+    pub(crate) fn mirrored(&self, base: f32, wavelength: f32) -> f32 {
         let amplitude = |from: f32, to: f32| (from - to) / (from + to);
         let (top, bottom) = (amplitude(1.0, self.ior), amplitude(self.ior, base));
         let phase = 4.0 * PI * self.ior * self.thickness / wavelength;

@@ -7,13 +7,11 @@
 //! takes all where it is crossed, and each face of another mesh the square root. Thickness is in the mesh's own
 //! units, so the node's scale multiplies it in that material.
 use super::{
-    SceneError,
-    far_sides::far_side,
-    gltf::Earlier,
-    gltf_file::File,
-    gltf_texture::{Product, Textures, share, transmission},
-    limits::Limit,
+    Earlier,
+    file::File,
+    texture::{Product, Textures, share, transmission},
 };
+use crate::{SceneError, far_sides::far_side, limits::Limit};
 use ::gltf::material::{AlphaMode, PbrMetallicRoughness, Volume};
 use glam::{Mat4, Vec2, Vec3};
 use gobo::model::{Fresnel, Material, Skipped, Texture, Transfer};
@@ -23,7 +21,7 @@ use std::collections::HashMap;
 const MAX_EMISSION: f32 = 1e4;
 
 #[derive(Debug)]
-pub(super) struct Materials<'a> {
+pub(crate) struct Materials<'a> {
     materials: Vec<Material>,
     textures: Textures<'a>,
     file: &'a File,
@@ -50,10 +48,10 @@ struct Inside {
 
 /// How a primitive uses its material.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Uses {
+pub(crate) struct Uses {
     /// Index into the model's materials.
-    pub(super) material: u32,
-    pub(super) uv_set: u32,
+    pub(crate) material: u32,
+    pub(crate) uv_set: u32,
     offset: Vec2,
     rotation: f32,
     scale: Vec2,
@@ -61,7 +59,7 @@ pub(super) struct Uses {
 
 impl Uses {
     /// `KHR_texture_transform`: scale, then rotation (counterclockwise, v points down), then offset.
-    pub(super) fn transform_uv(&self, uv: Vec2) -> Vec2 {
+    pub(crate) fn transform_uv(&self, uv: Vec2) -> Vec2 {
         let (uv, (sin, cos)) = (uv * self.scale, self.rotation.sin_cos());
         self.offset + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
     }
@@ -89,7 +87,7 @@ impl Uses {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(file: &'a File, earlier: &Earlier, blend: Option<Transfer>) -> Self {
+    pub(crate) fn new(file: &'a File, earlier: &Earlier, blend: Option<Transfer>) -> Self {
         Self {
             materials: Vec::new(),
             textures: Textures::new(file, earlier.textures, earlier.texels),
@@ -103,13 +101,13 @@ impl<'a> Materials<'a> {
         }
     }
 
-    pub(super) fn is_volume(&self, material: u32) -> bool {
+    pub(crate) fn is_volume(&self, material: u32) -> bool {
         self.volumes.contains_key(&material)
     }
 
     /// Material for a mesh that is not closed, in place of a volume's. `is_sheet`: whether a ray crosses one face of it
     /// and not two.
-    pub(super) fn open(
+    pub(crate) fn open(
         &mut self,
         material: u32,
         source: &gltf::Material<'_>,
@@ -147,11 +145,11 @@ impl<'a> Materials<'a> {
         Ok(id)
     }
 
-    pub(super) fn finish(self) -> (Vec<Material>, Vec<Texture>, Skipped) {
+    pub(crate) fn finish(self) -> (Vec<Material>, Vec<Texture>, Skipped) {
         (self.materials, self.textures.textures, self.skipped)
     }
 
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         source: &gltf::Material<'_>,
         world: Mat4,

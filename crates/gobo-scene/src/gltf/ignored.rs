@@ -1,11 +1,12 @@
 //! What of a glTF file is not read: named once.
-use super::{error::quoted, gltf_json::EXTENSIONS};
+use super::json::EXTENSIONS;
+use crate::error::quoted;
 use serde_json::{Map, Value};
 use std::{collections::BTreeSet, path::Path};
 
 /// What of a document is not read.
 #[derive(Debug, Default)]
-pub(super) struct Ignored {
+pub(crate) struct Ignored {
     extensions: BTreeSet<String>,
     attributes: BTreeSet<String>,
     /// Properties, in words.
@@ -22,7 +23,7 @@ const NEAREST: u64 = 9728;
 
 impl Ignored {
     /// Finds what is not read, and takes attributes that the crate refuses out of the document.
-    pub(super) fn take(root: &mut Value) -> Self {
+    pub(crate) fn take(root: &mut Value) -> Self {
         let mut ignored = Self::default();
         ignored.extensions(root);
         let used = root.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
@@ -98,7 +99,7 @@ impl Ignored {
     }
 
     /// Sentences that name it.
-    pub(super) fn notes(&self, path: &Path) -> Vec<String> {
+    pub(crate) fn notes(&self, path: &Path) -> Vec<String> {
         let quotes = |names: &BTreeSet<String>| names.iter().map(|name| quoted(name)).collect();
         let words = self.properties.iter().map(|&words| words.to_owned()).collect();
         let kinds: [(&str, Vec<String>); 3] = [

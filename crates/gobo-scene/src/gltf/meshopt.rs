@@ -1,5 +1,6 @@
 //! Compressed buffer views of glTF files: `EXT_meshopt_compression` and `KHR_meshopt_compression`.
-use super::{SceneError, gltf_file::File, gltf_json::Fault, limits::Limit};
+use super::{file::File, json::Fault};
+use crate::{SceneError, limits::Limit};
 use meshoptimizer_rs::{Error, Limits, Workspace, codec};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -10,7 +11,7 @@ const DAMAGED: &str = "check it with a glTF validator, or compress it again";
 
 /// A compressed view: which bytes of which buffer it is decompressed from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Packed {
+pub(crate) struct Packed {
     view: usize,
     buffer: usize,
     offset: usize,
@@ -43,7 +44,7 @@ fn extension(of: &Value) -> Option<&Value> {
 }
 
 /// The file's compressed views.
-pub(super) fn packed(root: &Value) -> Result<Vec<Packed>, Fault> {
+pub(crate) fn packed(root: &Value) -> Result<Vec<Packed>, Fault> {
     let views = root.get("bufferViews").and_then(Value::as_array).into_iter().flatten();
     let packed =
         views.enumerate().filter_map(|(view, value)| Some(of_view(view, extension(value)?)));
@@ -85,7 +86,7 @@ fn of_view(view: usize, value: &Value) -> Result<Packed, Fault> {
 }
 
 /// Buffers that hold uncompressed copies for other readers, or nothing at all.
-pub(super) fn fallbacks(root: &Value) -> Vec<bool> {
+pub(crate) fn fallbacks(root: &Value) -> Vec<bool> {
     let buffers = root.get("buffers").and_then(Value::as_array).into_iter().flatten();
     let is_fallback = |buffer: &Value| {
         let fallback = extension(buffer).and_then(|decoded| decoded.get("fallback"));
@@ -95,7 +96,7 @@ pub(super) fn fallbacks(root: &Value) -> Vec<bool> {
 }
 
 /// Decompresses views, by their indices.
-pub(super) fn unpack(
+pub(crate) fn unpack(
     file: &File,
     packed: &[Packed],
 ) -> Result<HashMap<usize, Vec<u8>>, SceneError> {

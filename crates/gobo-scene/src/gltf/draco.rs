@@ -1,16 +1,17 @@
 //! Compressed primitives of glTF files: `KHR_draco_mesh_compression`.
-use super::{SceneError, gltf_file::File, gltf_json::Fault, limits::Limit};
+use super::{file::File, json::Fault};
+use crate::{SceneError, limits::Limit};
 use draco_core::{DecodeLimits, DecoderBuffer, FaceIndex, Mesh, MeshDecoder};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 
-pub(super) const EXTENSION: &str = "KHR_draco_mesh_compression";
+pub(crate) const EXTENSION: &str = "KHR_draco_mesh_compression";
 
 const DAMAGED: &str = "check it with a glTF validator, or compress it again";
 
 /// A compressed primitive: the view that holds its stream, and the views that accessors read it from.
 #[derive(Debug)]
-pub(super) struct Packed {
+pub(crate) struct Packed {
     /// As messages name it.
     name: String,
     stream: usize,
@@ -42,7 +43,7 @@ enum Number {
 
 /// The file's compressed primitives. Their accessors get views of their own, whose bytes [`unpack`] makes; those that
 /// have a view keep it, as it holds the same without compression.
-pub(super) fn packed(root: &mut Value) -> Result<Vec<Packed>, Fault> {
+pub(crate) fn packed(root: &mut Value) -> Result<Vec<Packed>, Fault> {
     let mut found = Vec::new();
     for (mesh, value) in list(root, "meshes").iter().enumerate() {
         for (index, primitive) in list(value, "primitives").iter().enumerate() {
@@ -127,15 +128,15 @@ fn decoded(root: &mut Value, index_of: usize, buffer: &Value) -> Option<Option<D
 
 /// What compressed primitives hold.
 #[derive(Debug, Default)]
-pub(super) struct Unpacked {
+pub(crate) struct Unpacked {
     /// Bytes of the views of their accessors.
-    pub(super) views: HashMap<usize, Vec<u8>>,
+    pub(crate) views: HashMap<usize, Vec<u8>>,
     /// Counts of accessors that announce another one than their stream has.
-    pub(super) counts: HashMap<usize, usize>,
+    pub(crate) counts: HashMap<usize, usize>,
 }
 
 /// Decompresses primitives to the views of their accessors.
-pub(super) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneError> {
+pub(crate) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneError> {
     let mut unpacked = Unpacked::default();
     let mut bytes = 0;
     for primitive in packed {
