@@ -45,6 +45,7 @@
 //! # Features
 //! - `device`: opens adapters by itself (`Gpu`).
 //! - `webgpu`: runs in browsers, on their WebGPU.
+#![warn(missing_docs)]
 // A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 

@@ -9,26 +9,56 @@ use wgpu::{TexelCopyBufferLayout, TexelCopyTextureInfoBase};
 #[derive(Clone)]
 pub enum Command {
     /// Dispatches of one compute pass, in order: each sees the writes of those before.
-    Pass { label: &'static str, dispatches: Vec<Dispatch> },
-    /// Sets a buffer to zero.
-    Clear { label: &'static str, buffer: Buffer },
-    /// Copies bytes; each buffer with an offset \[bytes\].
-    CopyBuffer { label: &'static str, from: (Buffer, u64), to: (Buffer, u64), size: u64 },
-    CopyBufferToTexture {
+    Pass {
+        /// Label of its stage.
         label: &'static str,
+        /// The dispatches.
+        dispatches: Vec<Dispatch>,
+    },
+    /// Sets a buffer to zero.
+    Clear {
+        /// Label of its stage.
+        label: &'static str,
+        /// The buffer.
+        buffer: Buffer,
+    },
+    /// Copies bytes; each buffer with an offset \[bytes\].
+    CopyBuffer {
+        /// Label of its stage.
+        label: &'static str,
+        /// Source.
+        from: (Buffer, u64),
+        /// Destination.
+        to: (Buffer, u64),
+        /// Size \[bytes\].
+        size: u64,
+    },
+    /// Copies texels from a buffer.
+    CopyBufferToTexture {
+        /// Label of its stage.
+        label: &'static str,
+        /// Source.
         from: (Buffer, TexelCopyBufferLayout),
+        /// Destination.
         to: TexelCopyTextureInfoBase<Texture>,
+        /// Size \[texels\].
         size: Extent3d,
     },
+    /// Copies texels between textures.
     CopyTexture {
+        /// Label of its stage.
         label: &'static str,
+        /// Source.
         from: TexelCopyTextureInfoBase<Texture>,
+        /// Destination.
         to: TexelCopyTextureInfoBase<Texture>,
+        /// Size \[texels\].
         size: Extent3d,
     },
 }
 
 impl Command {
+    /// Label of the stage that it belongs to.
     pub fn label(&self) -> &'static str {
         match self {
             Self::Pass { label, .. }
@@ -53,6 +83,7 @@ impl Command {
 pub struct Commands(Vec<Command>);
 
 impl Commands {
+    /// No commands.
     pub fn new() -> Self {
         Self::default()
     }
@@ -81,6 +112,7 @@ impl Commands {
         self.0.push(Command::CopyBuffer { label, from, to, size });
     }
 
+    /// Adds a copy of texels from a buffer, with the layout there.
     pub fn copy_buffer_to_texture(
         &mut self,
         label: &'static str,
@@ -92,6 +124,7 @@ impl Commands {
         self.0.push(Command::CopyBufferToTexture { label, from, to: owned(to), size });
     }
 
+    /// Adds a copy of texels between textures.
     pub fn copy_texture(
         &mut self,
         label: &'static str,
@@ -115,10 +148,12 @@ impl Commands {
         (0..self.0.len()).filter(|&i| begins(i)).count()
     }
 
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
+    /// The commands, in order.
     pub fn iter(&self) -> impl Iterator<Item = &Command> {
         self.0.iter()
     }

@@ -8,6 +8,7 @@ use std::{
 /// Workgroups of a dispatch.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Work {
+    /// Workgroups in x, y and z.
     Groups([u32; 3]),
     /// Three `u32` in a buffer at an offset \[bytes\].
     Indirect(wgpu::Buffer, u64),
@@ -20,6 +21,7 @@ impl From<[u32; 3]> for Work {
 }
 
 impl Work {
+    /// The workgroups that `counts` has at `offset` \[bytes\] when the frame runs.
     pub fn indirect(counts: &wgpu::Buffer, offset: u64) -> Self {
         Self::Indirect(counts.clone(), offset)
     }
@@ -38,6 +40,7 @@ pub struct Bound {
 pub struct HostBindings(Arc<Mutex<[wgpu::BindGroup; 2]>>);
 
 impl HostBindings {
+    /// The bindings of group 1.
     pub fn new(bindings: &wgpu::BindGroup) -> Self {
         Self(Arc::new(Mutex::new([bindings.clone(), bindings.clone()])))
     }
@@ -46,6 +49,7 @@ impl HostBindings {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Binds other resources of the same layout from the next recording on.
     pub fn replace(&self, bindings: &wgpu::BindGroup) {
         let mut known = self.last_two();
         if known[0] != *bindings {
@@ -58,9 +62,13 @@ impl HostBindings {
 /// A kernel with its resources and its work. A clone shares the bind group.
 #[derive(Clone)]
 pub struct Dispatch {
+    /// The kernel.
     pub kernel: Kernel,
+    /// Resources of group 0.
     pub bound: Arc<Bound>,
+    /// Resources of the host, which its part of the kernel reads.
     pub host: Option<HostBindings>,
+    /// The workgroups.
     pub work: Work,
 }
 

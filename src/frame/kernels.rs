@@ -37,18 +37,22 @@ impl Kernels {
         Self { shelf: Some(shelf.clone()), ..self.clone() }
     }
 
+    /// Objects of the last frame, if it takes them over.
     pub fn shelf(&self) -> Option<&Shelf> {
         self.shelf.as_ref()
     }
 
+    /// The device.
     pub fn device(&self) -> &wgpu::Device {
         &self.device
     }
 
+    /// The tier of all kernels.
     pub fn tier(&self) -> Tier {
         self.tier
     }
 
+    /// The profile of the adapter.
     pub fn profile(&self) -> Profile {
         self.profile
     }
@@ -135,6 +139,7 @@ impl Kernels {
         self.cache.finish()
     }
 
+    /// The compiled kernels, by source.
     pub fn cache(&self) -> &KernelCache {
         &self.cache
     }

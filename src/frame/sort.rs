@@ -17,7 +17,14 @@ pub enum SortCount<'a> {
     /// This many.
     Known(u32),
     /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
-    FromBuffer { counts: &'a Buffer, index: u32, capacity: u32 },
+    FromBuffer {
+        /// The buffer.
+        counts: &'a Buffer,
+        /// Element of it.
+        index: u32,
+        /// Most pairs.
+        capacity: u32,
+    },
 }
 
 /// The dispatches of a sort, and its scratch.

@@ -44,14 +44,18 @@ const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY
 /// A tier, the reason for it, and the features and limits to request for it.
 #[derive(Clone, Debug)]
 pub struct TierChoice {
+    /// The highest tier that the adapter has, or the one that was asked for.
     pub tier: Tier,
     /// `native: TEXTURE_ATOMIC, SUBGROUP` or `subgroups: the adapter lacks ...`
     pub reason: String,
+    /// Features to open the device with.
     pub features: Features,
+    /// Limits to open the device with.
     pub limits: Limits,
 }
 
 impl TierChoice {
+    /// The choice for an adapter.
     pub fn new(selection: &Selection, adapter: &wgpu::Adapter) -> Self {
         let (most, asked) = highest(selection);
         let tier = Tier::of(adapter).min(most);

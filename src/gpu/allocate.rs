@@ -44,7 +44,9 @@ pub fn reused<T, E>(
 /// Allocates for `prepare`; never for `record`.
 #[derive(Debug)]
 pub struct Allocator<'a> {
+    /// The device.
     pub device: &'a wgpu::Device,
+    /// What was allocated, by name.
     pub memory: &'a mut Memory,
     /// Objects of the last frame, for what only lasts a frame.
     pub shelf: Option<&'a Shelf>,

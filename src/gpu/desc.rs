@@ -41,12 +41,14 @@ pub struct KernelDesc {
 /// The file of `wgsl/` that an import from `choice::` stands for.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
+    /// Name behind `choice::`.
     pub name: &'static str,
     /// Files by tier, core first.
     pub files: [&'static str; Tier::ALL.len()],
 }
 
 impl Choice {
+    /// One file on all tiers.
     pub const fn new(name: &'static str, file: &'static str) -> Self {
         Self { name, files: [file; Tier::ALL.len()] }
     }
@@ -126,12 +128,14 @@ impl fmt::Write for Hashed {
 /// A kernel with values of its overrides.
 #[derive(Debug)]
 pub struct Specialised {
+    /// The source with its overrides.
     pub linked: Linked,
     /// Source with constants in place of overrides, and the lines of `linked`.
     pub wgsl: String,
     /// `wgsl` without what the constants leave unreached. `None` in browsers, whose `wgsl` that is, and if it is no WGSL,
     /// which a device reports.
     pub module: Option<Module>,
+    /// What the kernel reads and writes.
     pub bindings: Vec<Binding>,
 }
 

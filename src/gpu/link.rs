@@ -55,8 +55,11 @@ pub(super) const HOST_TEXT: &str = "";
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("wgsl/{file}:{line}: {reason}")]
 pub struct LinkError {
+    /// File of a folder `wgsl/`.
     pub file: &'static str,
+    /// Line, counted from 1.
     pub line: usize,
+    /// What is wrong.
     pub reason: String,
 }
 
@@ -67,10 +70,13 @@ pub struct Library(HashMap<&'static str, File>);
 /// A declaration, with the comment before it.
 #[derive(Clone, Debug)]
 pub struct Item {
+    /// The declared name.
     pub name: &'static str,
     /// `fn`, `struct`, `const`, `override`, `var` or `alias`.
     pub keyword: &'static str,
+    /// Comment and declaration.
     pub text: &'static str,
+    /// File of a folder `wgsl/`.
     pub file: &'static str,
     /// Line of the file where the declaration begins.
     pub line: usize,
@@ -79,6 +85,7 @@ pub struct Item {
 /// A kernel's source.
 #[derive(Debug)]
 pub struct Linked {
+    /// The source.
     pub wgsl: String,
     /// Declarations in the order of `wgsl`.
     pub items: Vec<Item>,
@@ -92,6 +99,10 @@ impl Library {
         LIBRARY.as_ref().map_err(Clone::clone)
     }
 
+    /// A library of files.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
     pub fn new(sources: &[SourceFile]) -> Result<Self, LinkError> {
         Self(HashMap::new()).with(sources)
     }

@@ -10,8 +10,11 @@ use wgpu::{TextureFormat, TextureSampleType, TextureViewDimension};
 /// Access of a shader to a storage buffer or storage texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
+    /// Read.
     Read,
+    /// Written.
     Write,
+    /// Read and written.
     ReadWrite,
     /// Atomics on a storage texture, native tier only.
     Atomic,
@@ -20,18 +23,27 @@ pub enum Access {
 /// Type of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
+    /// A uniform buffer.
     Uniform,
+    /// A storage buffer.
     Storage {
+        /// What the kernel does with it.
         access: Access,
     },
+    /// A storage texture.
     StorageTexture {
+        /// What the kernel does with it.
         access: Access,
+        /// Format of its texels.
         format: TextureFormat,
+        /// Dimension of the view.
         dimension: TextureViewDimension,
     },
     /// Read with `textureLoad`: never filtered, so no sampler.
     Texture {
+        /// Kind of its texels.
         sample: TextureSampleType,
+        /// Dimension of the view.
         dimension: TextureViewDimension,
     },
 }
@@ -39,9 +51,11 @@ pub enum BindingKind {
 /// A resource of group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Binding {
+    /// Name in WGSL.
     pub name: &'static str,
     /// `@binding` number, the same in every kernel.
     pub number: u32,
+    /// Kind of the resource.
     pub kind: BindingKind,
 }
 
@@ -210,9 +224,11 @@ impl BindingKind {
 /// A resource that a kernel may bind. A clone is the same resource.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Resource {
+    /// A whole buffer.
     Buffer(wgpu::Buffer),
     /// The whole texture but its smaller mip levels, as an array if the kernel reads one.
     Texture(wgpu::Texture),
+    /// A view of a texture.
     View(wgpu::TextureView),
 }
 
@@ -283,6 +299,7 @@ impl From<&wgpu::TextureView> for Resource {
 pub struct Resources(HashMap<&'static str, Resource>);
 
 impl Resources {
+    /// No resources.
     pub fn new() -> Self {
         Self::default()
     }
@@ -310,6 +327,7 @@ impl Resources {
         self
     }
 
+    /// The resource of a name.
     pub fn get(&self, name: &str) -> Option<&Resource> {
         self.0.get(name)
     }

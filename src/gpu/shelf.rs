@@ -87,6 +87,7 @@ impl<K: Eq + Hash, V> Rows<K, V> {
 }
 
 impl Shelf {
+    /// An empty shelf.
     pub fn new(queue: &wgpu::Queue) -> Self {
         Self { queue: queue.clone(), contents: Arc::default() }
     }

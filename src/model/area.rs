@@ -135,6 +135,7 @@ impl Source {
         }
     }
 
+    /// Why a light of this kind and source cannot be cut into `count` parts; `None` if it can.
     pub fn parts_problem(&self, kind: &LightKind, count: u32) -> Option<&'static str> {
         let is_round = !matches!(self, Self::Rect { .. });
         match (kind, count) {

@@ -144,9 +144,12 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
 
 /// Reasons in [`Scene::skipped`] of what motions leave out at the present time.
 pub mod moved {
+    /// Of a particle.
     pub const PARTICLE: &str = "particle moved too far";
     pub(crate) const TRIANGLE: &str = "triangle moved too far";
+    /// Of a Gaussian.
     pub const GAUSSIAN: &str = "gaussian moved too far";
+    /// Of a strand.
     pub const STRAND: &str = "strand moved too far";
     /// Of a light or the camera.
     pub const NODE: &str = "light or camera moved too far";

@@ -32,7 +32,9 @@ pub const MAX_AREAS: usize = 64;
 
 /// Numbers of [`Source`] in [`GpuArea::kind`].
 pub const AREA_SPHERE: u32 = 0;
+/// Kind of a rectangle or disc.
 pub const AREA_FLAT: u32 = 1;
+/// Kind of a sun's disc.
 pub const AREA_SUN: u32 = 2;
 
 crate::records::gpu_struct! {
@@ -67,9 +69,11 @@ pub struct LeveledView {
     pub first_blocks: [u32; MAX_LEVELS],
     /// Index among the shadow views.
     pub view: u32,
+    /// Number of levels.
     pub level_count: u32,
     /// First face of its cube, an index among the leveled views; itself where there is no cube.
     pub first_face: u32,
+    /// Not read.
     pub pad: u32,
 }
 
@@ -87,9 +91,13 @@ pub fn level_count(size: UVec2) -> u32 {
 /// The lights of a look-up, their shadow views, and the levels of area lights.
 #[derive(Clone, Debug, Default)]
 pub struct LightRecords {
+    /// The lights.
     pub lights: Vec<GpuLight>,
+    /// Their shadow views.
     pub views: Vec<GpuView>,
+    /// Sources of lights with a size.
     pub areas: Vec<GpuArea>,
+    /// Views whose maps have levels.
     pub leveled: Vec<LeveledView>,
     /// End of each level in blocks: whole rows of records.
     pub level_ends: Vec<u32>,

@@ -29,6 +29,7 @@ crate::records::texel_struct! {
 }
 
 impl CapsuleRecord {
+    /// The record of a capsule; `id` of its strand.
     pub fn new(capsule: &Capsule, id: u32) -> Self {
         let [first, last] = capsule.ends;
         let [first_radius, last_radius] = capsule.radii;
@@ -41,12 +42,14 @@ impl CapsuleRecord {
 /// All capsules of a scene: their records, and the particles that stand for them in the lists of casters.
 #[derive(Clone, Debug, Default)]
 pub struct Capsules {
+    /// Records of all capsules.
     pub records: Vec<CapsuleRecord>,
     /// The sphere around each, with its index as id.
     pub particles: Vec<Particle>,
 }
 
 impl Capsules {
+    /// The capsules of strands.
     pub fn new(strands: &[Strand]) -> Self {
         let mut all = Self::default();
         for strand in strands {

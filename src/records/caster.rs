@@ -24,6 +24,7 @@ crate::records::texel_struct! {
 }
 
 impl Caster {
+    /// The record of a particle.
     pub fn new(particle: &Particle, material: &Material) -> Self {
         let is_gain = material.transfer == Transfer::Gain;
         let color = particle.color.truncate() / material.transfer.max_color();
@@ -40,6 +41,7 @@ impl Caster {
         }
     }
 
+    /// Number of its material.
     pub fn material(&self) -> u32 {
         self.material_rotation & 0xffff
     }

@@ -49,6 +49,7 @@ pub struct Grid {
     pub tile: u32,
     /// End of the first slice \[m\].
     pub first_slice: f32,
+    /// Slices from a distance to twice that.
     pub slices_per_doubling: f32,
     /// Near plane of the camera \[m\].
     pub near: f32,
@@ -112,6 +113,7 @@ impl Grid {
         Self { cells, tile, first_slice, slices_per_doubling, near, depth_range, bounds }
     }
 
+    /// Number of clusters.
     pub fn cluster_count(&self) -> u32 {
         self.cells.element_product()
     }
@@ -146,6 +148,7 @@ impl Grid {
         most.min(u64::from(settings.budget)) as u32
     }
 
+    /// Parameters of the kernels.
     pub fn params(&self, settings: &ClusterSettings, light_count: usize) -> ClusterParams {
         ClusterParams {
             cells: self.cells,
@@ -185,6 +188,7 @@ pub const REACH_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<Reach>() == REACH_TEXELS as usize * 16);
 
 impl Reach {
+    /// The reach of a light, seen by the camera.
     pub fn new(light: &Light, camera: &View) -> Self {
         let everywhere = Self { center: Vec3::ZERO, per_radius: 0.0, planes: [[0; 4]; PLANES] };
         let (position, cone) = match light.kind.with_unit_direction() {

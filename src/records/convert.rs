@@ -3,7 +3,9 @@ use glam::{Mat4, UVec2, Vec2};
 
 /// Numbers of the host's formats.
 pub const FORMAT_RGBA16FLOAT: u32 = 0;
+/// `rgba8unorm`.
 pub const FORMAT_RGBA8UNORM: u32 = 1;
+/// `rg11b10ufloat`.
 pub const FORMAT_RG11B10UFLOAT: u32 = 2;
 
 crate::records::gpu_struct! {

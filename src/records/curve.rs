@@ -9,6 +9,7 @@ pub const DEPTHS: f32 = 65535.0;
 pub const LEVELS: f32 = 4095.0;
 /// Of nodes that may amplify: the level of 1, and levels of an octave.
 pub const EVEN: f32 = 2048.0;
+/// Levels of an octave of nodes that may amplify.
 pub const OCTAVE: f32 = 204.8;
 /// Least light of such a curve.
 pub const LEAST: f32 = 1.0 / 1024.0;
@@ -77,6 +78,7 @@ impl CurveMap {
         self.packed.len() / self.nodes.max(1)
     }
 
+    /// Nodes of texel number `texel`, used or not.
     pub fn nodes_of(&self, texel: usize) -> &[PackedNode] {
         &self.packed[texel * self.nodes..][..self.nodes]
     }

@@ -105,6 +105,7 @@ pub struct TileRect {
 }
 
 impl TileRect {
+    /// No tiles.
     pub const EMPTY: Self = Self { corners: 0, mask_view: 0 };
     /// Mask of a larger rectangle than 4x4 whose tiles are all touched.
     pub const WHOLE: u32 = 0xffff;
@@ -114,18 +115,22 @@ impl TileRect {
         Self { corners: u32::MAX, mask_view: view << 16 }
     }
 
+    /// Whether the caster is scattered, not binned.
     pub fn is_scattered(&self) -> bool {
         self.corners == u32::MAX && self.mask_view & 0xffff == 0
     }
 
+    /// Columns of tiles, both ends inside.
     pub fn x(&self) -> std::ops::RangeInclusive<u32> {
         (self.corners & 255)..=(self.corners >> 16 & 255)
     }
 
+    /// Rows of tiles, both ends inside.
     pub fn y(&self) -> std::ops::RangeInclusive<u32> {
         (self.corners >> 8 & 255)..=(self.corners >> 24)
     }
 
+    /// Number of the view.
     pub fn view(&self) -> u32 {
         self.mask_view >> 16
     }

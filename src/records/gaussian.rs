@@ -30,6 +30,7 @@ crate::records::texel_struct! {
 }
 
 impl GaussianAxes {
+    /// The axes of a Gaussian.
     pub fn new(gaussian: &Gaussian) -> Self {
         let Gaussian { rotation, sigma, id, .. } = *gaussian;
         // A step of Newton's to unit length, which it has within 1e-4. One that is unit up to rounding keeps its bits, so
@@ -112,6 +113,7 @@ impl GaussianSetup {
         Vec3::from(words.map(|word| from_color_bits(word, transfer == Transfer::Gain as u32)))
     }
 
+    /// Opacity that is added up as optical depth.
     pub fn thin(&self) -> f32 {
         from_opacity(self.blue_thin >> 16)
     }

@@ -51,6 +51,7 @@ crate::records::gpu_struct! {
 }
 
 impl GaussianLook {
+    /// The look of Gaussians of a material.
     pub fn new(material: &Material) -> Self {
         let density = match material.gaussian {
             GaussianOpacity::Splat => 0.0,

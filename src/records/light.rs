@@ -18,13 +18,18 @@ const _: () = assert!(size_of::<GpuView>() == VIEW_TEXELS as usize * 16);
 
 /// Numbers of [`LightKind`] in [`GpuLight::kind`].
 pub const LIGHT_DIRECTIONAL: u32 = 0;
+/// Kind of a spot.
 pub const LIGHT_SPOT: u32 = 1;
+/// Kind of a point light.
 pub const LIGHT_POINT: u32 = 2;
 
 /// Numbers of [`ShadowFilter`] in [`GpuLight::taps`].
 pub const FILTER_NONE: u32 = 0;
+/// Percentage closer filtering over a square.
 pub const FILTER_BOX: u32 = 1;
+/// A spline over a square.
 pub const FILTER_SPLINE: u32 = 2;
+/// Taps on a Vogel disc.
 pub const FILTER_DISC: u32 = 3;
 /// Fixed-point steps of a disc's radius per texel. WGSL: `wgsl/shade/taps.wgsl`.
 pub const RADIUS_STEPS: f32 = 256.0;
@@ -36,12 +41,19 @@ pub const MAX_TAPS: u32 = 40_960;
 
 /// Fields of [`GpuLight::traits`].
 pub const SHAFTS_BIT: u32 = 1;
+/// First bit of the number of the light's area, from 1; 0 without one.
 pub const AREA_SHIFT: u32 = 1;
+/// Mask of that number.
 pub const AREA_MASK: u32 = 0xff;
+/// First bit of the number of viewpoints.
 pub const VIEWPOINTS_SHIFT: u32 = 9;
+/// Mask of that number.
 pub const VIEWPOINTS_MASK: u32 = 0xf;
+/// A spot's light falls off within its cone.
 pub const INNER_BIT: u32 = 1 << 13;
+/// The light ends at a distance.
 pub const END_BIT: u32 = 1 << 14;
+/// The bias is in texels, not in metres.
 pub const TEXELS_BIT: u32 = 1 << 15;
 
 /// Depth bias where none is stated \[texels\]; of a light with a size, whose spots may cross the planes of what they shade.
@@ -49,6 +61,7 @@ const BIAS_TEXELS: f32 = 0.25;
 const SOFT_BIAS_TEXELS: f32 = 4.0;
 /// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
 pub const LEAST_BIAS: f32 = 1.0 / 32768.0;
+/// See [`LEAST_BIAS`].
 pub const LARGEST_BIAS: f32 = 1.0 / 512.0;
 /// Least bias of a caster as a receiver, whose neighbours overlap it \[texels\].
 pub const CASTER_BIAS: f32 = 4.0;

@@ -42,6 +42,7 @@ crate::records::gpu_struct! {
     }
 }
 
+/// Number in place of a texture's.
 pub const NO_TEXTURE: u32 = u32::MAX;
 
 /// Flag of [`GpuMaterial::shows`]: the surroundings behind it.
@@ -55,6 +56,7 @@ pub const FAR_SIDE_SHIFT: u32 = 8;
 pub const MAX_MATERIALS: usize = 512;
 
 impl GpuMaterial {
+    /// The record of a material.
     pub fn new(material: &Material, textures: &[Texture]) -> Self {
         let select = |is: bool, flag: u32| if is { flag } else { 0 };
         let image = |index: Option<u32>| {

@@ -3,6 +3,7 @@
 
 /// Tag of a texel without a translucent hit, or of one that was scattered.
 pub const NO_OWNER: u16 = 0;
+/// Bits of the depth in a stored tag.
 pub const DEPTH_TAG_BITS: u32 = 5;
 
 /// 16 bits of an object's id, never 0.

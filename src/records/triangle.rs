@@ -17,17 +17,21 @@ crate::records::texel_struct! {
         /// Three world-space positions \[m\], each followed by the vertex's u.
         pub positions_u: [Vec4; 3],
         pub v: Vec3,
+        /// Number of the material.
         pub material: u32,
         /// Octahedral normals, snorm16 pairs.
         pub normals: [u32; 3],
+        /// Identity, of which owner tags and dithering are made.
         pub id: u32,
         /// [`VertexColor`](crate::model::VertexColor) of the corners.
         pub colors: [u32; 3],
+        /// Not read.
         pub pad: u32,
     }
 }
 
 impl TriangleRecord {
+    /// The record of a triangle.
     pub fn new(triangle: &Triangle) -> Self {
         let [a, b, c] = triangle.uvs;
         Self {
@@ -56,12 +60,16 @@ pub struct TriangleSetup {
     pub ties: u32,
     /// Light depths of the corners.
     pub depths: Vec3,
+    /// Number of the material.
     pub material: u32,
+    /// Texture coordinates of the corners.
     pub uvs: [Vec2; 3],
     /// World-space face normal, octahedral.
     pub normal: u32,
+    /// Identity, of which owner tags and dithering are made.
     pub id: u32,
     /// Colours of the corners as in [`TriangleRecord`].
     pub colors: [u32; 3],
+    /// Not read.
     pub pad: u32,
 }

@@ -10,6 +10,7 @@ pub struct Config {
     pub profile: Profile,
     /// The host's; the pair budget within what the device has.
     pub settings: ShadowSettings,
+    /// Those of tests and the renderer.
     pub toggles: Toggles,
 }
 
@@ -36,6 +37,7 @@ pub struct Toggles {
 }
 
 impl Config {
+    /// The usual configuration on an adapter.
     pub fn new(tier: Tier, adapter: &wgpu::AdapterInfo) -> Self {
         let profile = Profile::of(adapter);
         let toggles = Toggles {

@@ -156,6 +156,10 @@ impl<'a> HostCasters<'a> {
         Self { version: Some(version), ..self }
     }
 
+    /// Checks the set, the `index`th of the frame.\
+    /// \
+    /// # Errors\
+    /// What is wrong with it.
     pub fn check(&self, index: usize) -> Result<(), Error> {
         let invalid = |problem| Err(Input::HostCasters.invalid(index, problem));
         let is_box =

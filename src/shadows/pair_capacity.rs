@@ -13,6 +13,7 @@ pub struct PairCapacity {
 }
 
 impl PairCapacity {
+    /// Room for pairs within a budget.
     pub fn new(budget: u32) -> Self {
         Self { pairs: None, budget, seen: None }
     }

@@ -123,10 +123,12 @@ impl Shadows {
         Self::of(&self.queue, self.kernels.clone(), self.config)
     }
 
+    /// The queue that uploads go to.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
 
+    /// The kernels of the device.
     pub fn kernels(&self) -> &Kernels {
         &self.kernels
     }

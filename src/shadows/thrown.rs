@@ -13,6 +13,7 @@ pub struct Caustics {
     /// First texel of each view, 0 for those without.
     pub firsts: Vec<u32>,
     pub(super) commands: Commands,
+    /// What it allocated, by name.
     pub memory: Memory,
 }
 

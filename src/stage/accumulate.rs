@@ -47,9 +47,11 @@ pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");
 pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/ordered.wgsl");
 const STORED: Choice = Choice::new("maps", "accumulator/maps_stored.wgsl");
 
+/// Filters of tiles that are one segment.
 pub const TILES: KernelDesc =
     walk::tiles("accumulate_tiles", &[FILTER, INVOCATION_ROWS, MAPS, STORED]);
 
+/// Filters of segments of longer tiles.
 pub const SEGMENTS: KernelDesc =
     walk::segments("accumulate_segments", &[FILTER, INVOCATION_ROWS, MAPS]);
 
@@ -61,6 +63,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
     ..walk::segments("accumulate_ordered", &[FILTER, INVOCATION_ROWS, ORDERED_MAPS])
 };
 
+/// Scatters particles below a texel.
 pub const TINY: KernelDesc = KernelDesc {
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
@@ -68,20 +71,25 @@ pub const TINY: KernelDesc = KernelDesc {
     ..KernelDesc::new("accumulate_tiny", "entry/tiny.wgsl")
 };
 
+/// Casters whose pairs did not fit.
 pub const OVERFLOW: KernelDesc = walk::overflow("accumulate_overflow", &[MAPS]);
 
+/// [`TILES`] of discs alone.
 pub const DISC_TILES: KernelDesc =
     walk::tiles("accumulate_disc_tiles", &[PLAIN, DISCS, MAPS, STORED, PLAIN_LANE_CASTER]);
 
+/// [`SEGMENTS`] of discs alone.
 pub const DISC_SEGMENTS: KernelDesc =
     walk::segments("accumulate_disc_segments", &[PLAIN, DISCS, MAPS, PLAIN_LANE_CASTER]);
 
+/// [`TILES`] of splats alone.
 pub const SPLAT_TILES: KernelDesc = KernelDesc {
     name: "accumulate_splat_tiles",
     with: &[PLAIN, SPLATS, MAPS, STORED, PLAIN_LANE_CASTER],
     ..DISC_TILES
 };
 
+/// [`SEGMENTS`] of splats alone.
 pub const SPLAT_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_segments",
     with: &[PLAIN, SPLATS, MAPS, PLAIN_LANE_CASTER],

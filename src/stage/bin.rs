@@ -29,11 +29,13 @@ const WIDE_LANES: &[Constant] = &[("SCAN_LANES", 64.0)];
 /// Invocations of a workgroup of `clear` and `tiles`.
 pub const TILE_LANES: u32 = 64;
 
+/// Clears what the others add to.
 pub const CLEAR: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
     ..KernelDesc::new("bin_clear", "bin/bin_clear.wgsl")
 };
 
+/// Counts the pairs of each block of footprints.
 pub const COUNT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: &[("SCAN_LANES", SERIAL_LANES as f64)],
@@ -49,6 +51,7 @@ pub const WIDE_COUNT: KernelDesc = KernelDesc {
     ..KernelDesc::new("bin_count_wide", "bin/bin_count_wide.wgsl")
 };
 
+/// Sums the counts up to each block.
 pub const SCAN: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: &[("SCAN_LANES", SCAN_LANES as f64)],
@@ -56,6 +59,7 @@ pub const SCAN: KernelDesc = KernelDesc {
     ..KernelDesc::new("bin_scan", "bin/bin_scan.wgsl")
 };
 
+/// Writes the pairs.
 pub const EMIT: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
     ..KernelDesc::new("bin_emit", "bin/bin_emit.wgsl")
@@ -69,6 +73,7 @@ pub const WIDE_EMIT: KernelDesc = KernelDesc {
     ..KernelDesc::new("bin_emit_wide", "bin/bin_emit_wide.wgsl")
 };
 
+/// First pair and number of pairs of each tile.
 pub const TILES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
     ..KernelDesc::new("bin_tiles", "bin/bin_tiles.wgsl")
@@ -80,28 +85,40 @@ pub const PART_CLEAR: KernelDesc = KernelDesc {
     ..KernelDesc::new("part_clear", "bin/part_clear.wgsl")
 };
 
+/// Counts the pairs of each tile of a list that does not fit.
 pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/part_count.wgsl");
 
+/// Cuts the tiles into parts that fit.
 pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/part_plan.wgsl");
 
+/// Begins with the first part.
 pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/part_first.wgsl");
 
+/// Goes on to the next part.
 pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/part_next.wgsl");
 
+/// Writes the pairs of a part.
 pub const PART_GATHER: KernelDesc = KernelDesc::new("part_gather", "bin/part_gather.wgsl");
 
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum Dispatch {
+    /// Casters whose pairs did not fit.
     Overflow,
+    /// Segments of long tiles.
     Segment,
+    /// Tiles of several segments.
     Merged,
+    /// Blocks of footprints of a list in parts.
     PartCount,
+    /// Tiles of the present part.
     Part,
+    /// Footprints of a list in parts.
     Parted,
 }
 
 impl Dispatch {
+    /// Number of entries.
     pub const COUNT: u64 = 6;
 
     /// Offset in the buffer [bytes].

@@ -19,24 +19,30 @@ pub(super) const fn separable(
 const WINDOW: Choice = Choice::new("window", "blur/window.wgsl");
 const COLUMN: &[Constant] = &[("COLUMN", 1.0)];
 
+/// Nearest depths, along rows.
 pub const NEAR_ROWS: KernelDesc =
     separable("blur_near_rows", &[Choice::new("accumulator", "blur/near_rows.wgsl"), WINDOW], &[]);
+/// Nearest depths, along columns.
 pub const NEAR_COLUMNS: KernelDesc = separable(
     "blur_near_columns",
     &[Choice::new("accumulator", "blur/near_columns.wgsl"), WINDOW],
     COLUMN,
 );
+/// Filters, along rows.
 pub const ROWS: KernelDesc =
     separable("blur_rows", &[Choice::new("accumulator", "blur/rows.wgsl"), WINDOW], &[]);
+/// Filters, along columns.
 pub const COLUMNS: KernelDesc =
     separable("blur_columns", &[Choice::new("accumulator", "blur/columns.wgsl"), WINDOW], COLUMN);
 
+/// Curves, along rows.
 pub const CURVE_ROWS: KernelDesc = KernelDesc {
     entry: "blur_curves",
     with: &[Choice::new("below", "blur/curves.wgsl")],
     constants: &[("NODES", 8.0)],
     ..KernelDesc::new("blur_curve_rows", "blur/curves.wgsl")
 };
+/// Curves, along columns.
 pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
     name: "blur_curve_columns",
     constants: &[("NODES", 8.0), ("COLUMN", 1.0)],

@@ -10,14 +10,18 @@ use crate::gpu::{Choice, KernelDesc};
 const COLORED: Choice = Choice::new("accumulator", "accumulator/colored.wgsl");
 const COLORED_DEPTHS: Choice = Choice::new("output", "accumulator/colored.wgsl");
 
+/// Depths per channel of tiles that are one segment.
 pub const TILES: KernelDesc =
     walk::tiles("colored_tiles", &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS]);
 
+/// Depths per channel of segments of longer tiles.
 pub const SEGMENTS: KernelDesc =
     walk::segments("colored_segments", &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS]);
 
+/// Casters whose pairs did not fit.
 pub const OVERFLOW: KernelDesc = walk::overflow("colored_overflow", &[COLORED_DEPTHS]);
 
+/// Tiles of several segments.
 pub const RESOLVE: KernelDesc =
     walk::resolve("colored_resolve", &[COLORED, INVOCATION_ROWS, COLORED_DEPTHS]);
 

@@ -80,6 +80,7 @@ const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 pub(super) const CURVED: &[Choice] =
     &[IN_ORDER, CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, PAIRS, WALK, LANE_CASTER, SUMS];
 
+/// Lists of hits of tiles that are one segment.
 pub const TILES: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
@@ -87,12 +88,14 @@ pub const TILES: KernelDesc = KernelDesc {
     ..walk::tiles("accumulate_curve_tiles", &[TILE])
 };
 
+/// Lists of hits of segments of longer tiles.
 pub const SEGMENTS: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     ..walk::segments("accumulate_curve_segments", &[SEGMENT])
 };
 
+/// Two walks of tiles that are one segment.
 pub const RAY_TILES: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
@@ -100,30 +103,35 @@ pub const RAY_TILES: KernelDesc = KernelDesc {
     ..walk::tiles("accumulate_curve_ray_tiles", &[RAY_TILE])
 };
 
+/// Two walks of segments of longer tiles.
 pub const RAY_SEGMENTS: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
     ..walk::segments("accumulate_curve_ray_segments", &[RAY_SEGMENT])
 };
 
+/// [`RAY_TILES`] of discs alone.
 pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_tiles",
     with: &[RAY_DISCS[0], RAY_DISCS[1], RAY_TILE],
     ..RAY_TILES
 };
 
+/// [`RAY_SEGMENTS`] of discs alone.
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_segments",
     with: &[RAY_DISCS[0], RAY_DISCS[1], RAY_SEGMENT],
     ..RAY_SEGMENTS
 };
 
+/// Curves of tiles of several segments, by two walks.
 pub const RAY_RESOLVE: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
     ..walk::resolve("resolve_curve_rays", &[RAY_RESOLVED])
 };
 
+/// Curves of tiles of several segments, of lists.
 pub const RESOLVE: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0)],

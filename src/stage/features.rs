@@ -5,11 +5,17 @@ bitflags::bitflags! {
     /// Kinds of casters, views and pictures. Most have the name of their override in `wgsl/features.wgsl`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
     pub struct Flags: u64 {
+        /// Some casters are particles, bricks or capsules.
         const HAS_PARTICLES = 1 << 0;
+        /// Some casters are triangles.
         const HAS_TRIANGLES = 1 << 1;
+        /// Some material has a texture.
         const HAS_TEXTURES = 1 << 2;
+        /// Some particles are puffs.
         const HAS_PUFFS = 1 << 3;
+        /// Some particles are quads.
         const HAS_QUADS = 1 << 4;
+        /// Some caster may amplify light.
         const HAS_GAIN = 1 << 5;
         /// Blending is order-dependent.
         const HAS_OVER = 1 << 6;
@@ -19,6 +25,7 @@ bitflags::bitflags! {
         const HAS_VOLUMES = 1 << 8;
         /// Maps hold owner tags of the nearest depth.
         const HAS_OWNERS = 1 << 9;
+        /// Some material is dithered.
         const HAS_DITHER = 1 << 10;
         /// Some casters are no soft discs of the `filter` transfer.
         const NOT_PLAIN = 1 << 11;
@@ -44,6 +51,7 @@ bitflags::bitflags! {
         const HAS_SOFTENING = 1 << 18;
         /// Kernels of the picture count the cost of each pixel.
         const COUNT_COST = 1 << 19;
+        /// The picture has air.
         const HAS_AIR = 1 << 20;
         /// The picture has an environment of its own.
         const HAS_ENVIRONMENT = 1 << 21;
@@ -67,6 +75,7 @@ bitflags::bitflags! {
         const HAS_MASKS = 1 << 26;
         /// Some light of the picture reads maps.
         const HAS_SHADOWS = 1 << 27;
+        /// Some casters are bricks of voxels.
         const HAS_BRICKS = 1 << 31;
         /// Some triangles have colours at their corners.
         const HAS_VERTEX_COLORS = 1 << 34;
@@ -86,6 +95,7 @@ bitflags::bitflags! {
 /// Kinds of casters and views of a batch, to which kernels are specialised. Hash key of the pipelines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Features {
+    /// Kinds of casters and views.
     pub flags: Flags,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
@@ -96,7 +106,9 @@ pub struct Features {
 /// Casters that have kernels of their own, where there are no others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Simple {
+    /// Soft discs.
     Discs,
+    /// Gaussians.
     Splats,
 }
 
@@ -109,6 +121,7 @@ impl Features {
         Self { nodes, ..Self::NONE }.with(Flags::HAS_GAIN, has_gain)
     }
 
+    /// Whether it has all of these.
     pub fn has(self, flags: Flags) -> bool {
         self.flags.contains(flags)
     }

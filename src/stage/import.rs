@@ -8,11 +8,13 @@ use crate::gpu::KernelDesc;
 /// Edge of a workgroup [texels].
 const EDGE: u32 = 8;
 
+/// Takes depth maps of the host over.
 pub const DEPTHS: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_EDGE", EDGE as f64)],
     ..KernelDesc::new("import_depths", "import/import_depths.wgsl")
 };
 
+/// Converts maps to the host's formats.
 pub const MAPS: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_EDGE", EDGE as f64)],
     ..KernelDesc::new("convert_maps", "import/convert_maps.wgsl")

@@ -33,6 +33,7 @@ pub const LIST_HEAD: u32 = 4;
 /// 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
 pub const ROUND_LENGTH: u32 = 16384;
 
+/// Constants of kernels over points.
 pub const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 const ROOT: &str = "shade/light_points.wgsl";
 const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");

@@ -12,16 +12,19 @@ use crate::gpu::{Choice, KernelDesc, Tier};
 /// Name of the import that a host's text implements.
 pub const LOADER: &str = "loader";
 
+/// Records of the host's particles.
 pub const CASTERS: KernelDesc = KernelDesc {
     with: &[Choice::new(LOADER, "load/load_plain.wgsl")],
     ..KernelDesc::new("load_casters", "load/load_casters.wgsl")
 };
 
+/// Records of the host's Gaussians.
 pub const GAUSSIANS: KernelDesc = KernelDesc {
     with: &[Choice::new(LOADER, "load/load_plain_gaussian.wgsl")],
     ..KernelDesc::new("load_gaussians", "load/load_gaussians.wgsl")
 };
 
+/// Records of bricks that hold voxels.
 pub const BRICKS: KernelDesc = KernelDesc {
     entry: "load_casters",
     with: &[Choice::new(LOADER, "load/load_bricks.wgsl")],
@@ -31,6 +34,7 @@ pub const BRICKS: KernelDesc = KernelDesc {
 /// Invocations for the 729 voxels of a brick.
 const VOXEL_LANES: u32 = 128;
 
+/// Voxels of the host's grids.
 pub const VOXELS: KernelDesc = KernelDesc {
     with: &[Choice::new(LOADER, "load/load_texture.wgsl")],
     constants: &[("WORKGROUP_SIZE", VOXEL_LANES as f64)],
@@ -42,6 +46,7 @@ pub const CULL_BLOCK: u32 = 128;
 /// Invocations of `cull_scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 
+/// Tests groups of the host's casters with each view.
 pub const CULL_GROUPS: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: &[("SCAN_LANES", CULL_BLOCK as f64)],
@@ -49,6 +54,7 @@ pub const CULL_GROUPS: KernelDesc = KernelDesc {
     ..KernelDesc::new("cull_groups", "load/cull_groups.wgsl")
 };
 
+/// Places the visible groups of each view.
 pub const CULL_SCAN: KernelDesc = KernelDesc {
     name: "cull_scan",
     entry: "cull_scan",
@@ -57,6 +63,7 @@ pub const CULL_SCAN: KernelDesc = KernelDesc {
     ..CULL_GROUPS
 };
 
+/// Lists the visible casters of each view.
 pub const CULL_LIST: KernelDesc = KernelDesc {
     name: "cull_list",
     entry: "cull_list",

@@ -18,7 +18,9 @@ pub fn masks_at_once(count: u32) -> u32 {
     count.next_power_of_two().min(4)
 }
 
+/// Surfaces of all pixels.
 pub const KEEP_WHOLE: Choice = Choice::new("keep", "mask/keep_whole.wgsl");
+/// Surfaces of all pixels, and one of each 2 x 2.
 pub const KEEP_HALF: Choice = Choice::new("keep", "mask/keep_half.wgsl");
 
 /// Surfaces of a host's depths, for masks of the picture's size.
@@ -34,6 +36,7 @@ pub const HALF_HOST_SURFACES: KernelDesc =
 pub const JOINED: &str = "joined";
 const NOT_JOINED: Choice = Choice::new(JOINED, "mask/joined_none.wgsl");
 
+/// Reads the maps.
 pub const LOOK_UP: KernelDesc = KernelDesc {
     with: &[OF_POINT, IN_REGISTERS, NOT_JOINED],
     ..KernelDesc::new("mask_look_up", "mask/mask_look_up.wgsl")
@@ -46,5 +49,7 @@ pub fn look_up(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }
 }
 
+/// Filters across the pixels of a surface.
 pub const BLUR: KernelDesc = KernelDesc::new("mask_blur", "mask/mask_blur.wgsl");
+/// Makes masks of the picture's size of those of half of it.
 pub const ENLARGE: KernelDesc = KernelDesc::new("mask_enlarge", "mask/mask_enlarge.wgsl");

@@ -23,15 +23,18 @@ pub const SMALL: KernelDesc = KernelDesc {
     ..KernelDesc::new("occlude_small", "entry/small.wgsl")
 };
 
+/// Opaque depths of tiles that are one segment.
 pub const TILES: KernelDesc = walk::tiles("occlude_tiles", &[DEPTH, INVOCATION_ROWS, DEPTHS]);
 
 /// Tiles of opaque triangles only.
 pub const TRIANGLE_TILES: KernelDesc =
     walk::tiles("occlude_triangle_tiles", &[TRIANGLES, DEPTHS, TRIANGLE_LANE_CASTER]);
 
+/// Opaque depths of segments of longer tiles.
 pub const SEGMENTS: KernelDesc =
     walk::segments("occlude_segments", &[DEPTH, INVOCATION_ROWS, DEPTHS]);
 
+/// Casters whose pairs did not fit.
 pub const OVERFLOW: KernelDesc = walk::overflow("occlude_overflow", &[DEPTHS]);
 
 /// Kernels for casters that block light.

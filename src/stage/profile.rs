@@ -42,6 +42,7 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// The profile of an adapter.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
         let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
         let is_swiftshader = adapter.driver.starts_with("SwiftShader")

@@ -7,16 +7,19 @@ use crate::gpu::KernelDesc;
 /// Casters of a chunk: invocations of a workgroup.
 pub const CHUNK_SIZE: u32 = 256;
 
+/// Footprints of particles, bricks and capsules.
 pub const PARTICLES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     ..KernelDesc::new("project_particles", "project/project_particles.wgsl")
 };
 
+/// Footprints of Gaussians.
 pub const GAUSSIANS: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     ..KernelDesc::new("project_gaussians", "project/project_gaussians.wgsl")
 };
 
+/// Footprints and setups of triangles.
 pub const TRIANGLES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     ..KernelDesc::new("project_triangles", "project/project_triangles.wgsl")

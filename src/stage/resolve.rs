@@ -9,6 +9,7 @@ use crate::gpu::{Choice, KernelDesc};
 
 const KEPT_SUMS: Choice = Choice::new("output", "accumulator/kept_sums.wgsl");
 
+/// Filters of tiles that several workgroups added to.
 pub const TILES: KernelDesc = walk::resolve("resolve_tiles", &[FILTER, INVOCATION_ROWS, MAPS]);
 
 /// Replaces [`TILES`] where segments are composed one by one.
@@ -21,4 +22,5 @@ pub const ORDERED: KernelDesc = KernelDesc {
 pub const SUMS_ALONE: KernelDesc =
     walk::resolve("resolve_sums", &[FILTER, INVOCATION_ROWS, KEPT_SUMS]);
 
+/// Opaque depths of such tiles.
 pub const OPAQUE: KernelDesc = walk::resolve("resolve_opaque", &[DEPTH, INVOCATION_ROWS, DEPTHS]);

@@ -6,11 +6,14 @@
 use super::load;
 use crate::gpu::{Choice, KernelDesc};
 
+/// Places the particles of an emitter at the start.
 pub const START: KernelDesc = KernelDesc::new("start_particles", "simulate/start_particles.wgsl");
 
+/// Moves them by a step.
 pub const PARTICLES: KernelDesc =
     KernelDesc::new("simulate_particles", "simulate/simulate_particles.wgsl");
 
+/// Records of the particles that live.
 pub const CASTERS: KernelDesc = KernelDesc {
     entry: "load_casters",
     with: &[Choice::new(load::LOADER, "simulate/load_emitted.wgsl")],

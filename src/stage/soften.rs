@@ -10,7 +10,9 @@ const WINDOW: Choice = Choice::new("window", "soften/run.wgsl");
 const OF_ROWS: &[Choice] = &[Choice::new("accumulator", "soften/rows.wgsl"), WINDOW];
 const OF_COLUMNS: &[Choice] = &[Choice::new("accumulator", "soften/columns.wgsl"), WINDOW];
 
+/// Opaque depths, along rows.
 pub const ROWS: KernelDesc = separable("soften_rows", OF_ROWS, &[]);
+/// Opaque depths, along columns.
 pub const COLUMNS: KernelDesc = separable("soften_columns", OF_COLUMNS, &[("COLUMN", 1.0)]);
 
 /// [`ROWS`] of depths per channel.

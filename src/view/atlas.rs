@@ -18,6 +18,7 @@ pub struct MapSlot {
 pub struct AtlasLimits {
     /// Longest edge of a layer \[texels\].
     pub edge: u32,
+    /// Layers.
     pub layers: u32,
     /// Texels of all layers together.
     pub texels: u64,
@@ -27,11 +28,13 @@ impl AtlasLimits {
     /// The limits of every WebGPU device.
     pub const CORE: Self = Self { edge: 8192, layers: 256, texels: u64::MAX };
 
+    /// The same, of at most so many texels in all.
     #[must_use]
     pub fn within(self, texels: u64) -> Self {
         Self { texels, ..self }
     }
 
+    /// The limits of a device.
     pub fn of(limits: &wgpu::Limits) -> Self {
         // Longer edges bring nothing, and the allocator counts in 16 bits.
         let edge = limits.max_texture_dimension_2d.min(16384);
@@ -44,6 +47,7 @@ impl AtlasLimits {
 pub struct Atlas {
     /// Size of a layer \[texels\].
     pub size: UVec2,
+    /// Layers.
     pub layers: u32,
     /// Position of each map, in the maps' order.
     pub slots: Vec<MapSlot>,

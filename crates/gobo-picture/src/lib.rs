@@ -1,4 +1,5 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
+#![warn(missing_docs)]
 mod emitters;
 mod engine;
 mod estimate;

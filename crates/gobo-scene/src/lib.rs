@@ -1,4 +1,5 @@
 //! Scene files, for the command line, tests and benches.
+#![warn(missing_docs)]
 mod animate;
 mod announced;
 mod chest;

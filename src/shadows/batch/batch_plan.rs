@@ -34,7 +34,9 @@ const DENSE: u32 = 16;
 /// Plan of a batch, made on the CPU.
 #[derive(Clone, Debug)]
 pub struct BatchPlan {
+    /// The views.
     pub views: Vec<GpuView>,
+    /// Tiles of all views.
     pub tile_count: u32,
     /// Lists as in [`Class::LISTS`]; for the camera, opaque and blended casters.
     pub lists: [ListPlan; 2],

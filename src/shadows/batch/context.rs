@@ -21,11 +21,17 @@ use wgpu::{Buffer, BufferUsages};
 /// Context of `prepare`.
 #[derive(Debug)]
 pub struct Context<'a, 'd> {
+    /// Allocates buffers and textures.
     pub allocator: &'a mut Allocator<'d>,
+    /// Uploads.
     pub queue: &'a wgpu::Queue,
+    /// The kernels.
     pub kernels: &'a Kernels,
+    /// The configuration of the frame.
     pub config: &'a Config,
+    /// The casters.
     pub casters: &'a CasterSet,
+    /// Memory that batches share.
     pub scratch: &'a Arc<Scratch>,
     /// Whether the lists are the camera's: everything is visible, in order.
     pub camera: bool,

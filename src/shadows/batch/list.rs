@@ -25,6 +25,7 @@ const KINDS: Flags = Flags::HAS_BRICKS
 pub type ListCounters = BatchCounters;
 
 impl ListCounters {
+    /// Adds the counts of another list.
     pub fn add(&mut self, other: &Self) {
         self.pairs_needed = self.pairs_needed.max(other.pairs_needed);
         self.pair_count += other.pair_count;
@@ -41,6 +42,7 @@ impl ListCounters {
 /// The commands of one list, stage by stage. Without casters all but `clear` and `tiles` are empty.
 #[derive(Debug)]
 pub struct List {
+    /// Footprints of the list.
     pub footprint_count: u32,
     /// Resets counters and workgroup counts.
     pub clear: Commands,
@@ -57,10 +59,12 @@ pub struct List {
     /// The parts of its tiles, where the pairs may not fit.
     pub(crate) parts: Option<Parts>,
     pub(crate) chunks: Chunks,
+    /// Counts that the frame writes.
     pub counters: Buffer,
 }
 
 impl List {
+    /// A list of casters by plan.
     pub fn new(
         context: &mut Context<'_, '_>,
         plan: &ListPlan,

@@ -26,15 +26,22 @@ const FREE_PAIRS: u64 = 1 << 20;
 pub struct Scratch {
     /// Resources of it that kernels of every list use.
     pub resources: Resources,
+    /// Keys and footprints of a sort, before and after a pass.
     pub keys: [TextureView; 2],
+    /// Tiles of each footprint.
     pub rects: TextureView,
+    /// Pairs of a tile and a footprint.
     pub pairs: [TextureView; 2],
+    /// Room for pairs.
     pub pair_capacity: u32,
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
     pub part_room: u32,
     pub(crate) parts: Option<PartBuffers>,
+    /// First pair and number of pairs of each tile.
     pub tiles: TextureView,
+    /// Tiles that scattered casters touch.
     pub scattered_tiles: Buffer,
+    /// Workgroup counts that the frame writes.
     pub dispatches: Buffer,
     /// Curves of segments.
     pub partials: Buffer,
@@ -191,6 +198,7 @@ impl SmallDepths {
 }
 
 impl Scratch {
+    /// Memory of batches.
     pub fn new(
         allocator: &mut Allocator<'_>,
         queue: &wgpu::Queue,

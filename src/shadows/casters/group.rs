@@ -11,8 +11,11 @@ use std::ops::Range;
 /// A run of casters in upload order, at most [`crate::stage::project::CHUNK_SIZE`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
+    /// Class of its casters.
     pub class: Class,
+    /// Their records.
     pub casters: Range<u32>,
+    /// Box around them.
     pub extent: Extent,
     /// Extent of its triangles; `None` for particles and Gaussians.
     pub triangles: Option<TriangleExtent>,
@@ -136,6 +139,7 @@ impl Group {
         self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
     }
 
+    /// Whether they are triangles.
     pub fn is_triangles(&self) -> bool {
         self.triangles.is_some()
     }

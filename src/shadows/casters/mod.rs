@@ -56,11 +56,14 @@ use wgpu::BufferUsages;
 pub struct Span {
     /// Indices in upload order, of particles and Gaussians.
     pub particles: Range<u32>,
+    /// Records of triangles.
     pub triangles: Range<u32>,
+    /// Kinds among them.
     pub features: Features,
 }
 
 impl Span {
+    /// Number of casters.
     pub fn count(&self) -> usize {
         self.particles.len() + self.triangles.len()
     }
@@ -71,9 +74,13 @@ impl Span {
 /// the order; otherwise they are sorted in space.
 #[derive(Debug)]
 pub struct CasterSet {
+    /// Records of particles, Gaussians, bricks and capsules.
     pub casters: wgpu::Texture,
+    /// Records of triangles.
     pub triangles: wgpu::Texture,
+    /// All textures, one a layer.
     pub images: wgpu::Texture,
+    /// Records of the materials.
     pub materials: wgpu::Buffer,
     bricks: UploadedBricks,
     particle_ranges: [Range<u32>; CLASSES],
@@ -102,6 +109,7 @@ pub struct CasterSet {
 }
 
 impl CasterSet {
+    /// What kernels read of the set.
     pub fn resources(&self) -> Resources {
         Resources::new()
             .with("casters", &self.casters)
@@ -112,6 +120,10 @@ impl CasterSet {
             .with("voxels", &self.bricks.voxels)
     }
 
+    /// Uploads a scene's casters.
+    ///
+    /// # Errors
+    /// If the device has no room.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,

@@ -8,6 +8,7 @@ pub const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
 /// Tolerance of a view's axes for being unit and orthogonal; and the enlargement of boxes for it, as a
 /// share of their size.
 const SKEW: f64 = 1e-5;
+/// Enlargement of boxes for the tolerance of a view's axes, as a share of their size.
 pub const SKEWED: f32 = 2e-5;
 
 /// Four planes as structure of arrays; inside is where `x n.x + y n.y + z n.z + d >= 0`.

@@ -150,6 +150,7 @@ pub struct Occluders {
 }
 
 impl Occluders {
+    /// The polygons as a view sees them.
     pub fn new(polygons: &OccluderPolygons, view: &GpuView) -> Self {
         let Some(frame) = Frame::new(view) else { return Self::default() };
         let mut occluders: Vec<Occluder> =
@@ -165,6 +166,7 @@ impl Occluders {
         }
     }
 
+    /// Whether nothing can be hidden behind them.
     pub fn is_empty(&self) -> bool {
         self.occluders.is_empty()
     }

@@ -35,6 +35,7 @@ impl PairBound {
 pub struct Reach {
     /// \[m\]
     pub most: f32,
+    /// Sum over all tiles.
     pub sum: f64,
     /// \[m²\]
     pub sum_of_squares: f64,
@@ -79,6 +80,7 @@ pub struct TileLoadBound {
 }
 
 impl TileLoadBound {
+    /// No load on the tiles of a view.
     pub fn new(view: &GpuView) -> Self {
         let tiles = (view.size.max_element() as u32).div_ceil(TILE_SIZE);
         let edge = tiles.div_ceil(CELLS as u32).max(1) * TILE_SIZE;

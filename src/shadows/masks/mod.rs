@@ -113,12 +113,14 @@ impl MaskTextures {
 /// Resources of a frame's masks.
 #[derive(Debug)]
 pub struct MaskMemory {
+    /// Masks of each light.
     pub slots: MaskSlots,
     settings: MaskSettings,
     textures: Arc<MaskTextures>,
 }
 
 impl MaskMemory {
+    /// Memory of the masks of a picture.
     pub fn new(
         queue: &wgpu::Queue,
         settings: &MaskSettings,
@@ -161,6 +163,7 @@ impl MaskMemory {
             .with_any("half_surfaces", half_surfaces.as_ref())
     }
 
+    /// Textures by name.
     pub fn memory(&self) -> &Memory {
         &self.textures.memory
     }

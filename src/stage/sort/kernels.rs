@@ -15,23 +15,27 @@ const RANKS: Choice =
     Choice::by_tier("ranks", "sort/ranks_shared.wgsl", Tier::Subgroups, "sort/ranks_subgroup.wgsl");
 /// Replaces `RANKS` where subgroups have more lanes than it reads.
 pub const SHARED_RANKS: Choice = Choice::new("ranks", "sort/ranks_shared.wgsl");
+/// Digits of a block, counted by one lane a block.
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
     ..KernelDesc::new("sort_serial_count", "sort/sort_serial_count.wgsl")
 };
 
+/// Places of the digits of each block.
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     constants: SERIAL_CONSTANTS,
     ..KernelDesc::new("sort_serial_scan", "sort/sort_serial_scan.wgsl")
 };
 
+/// Pairs to their places, by one lane a block.
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
     ..KernelDesc::new("sort_serial_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
+/// [`SERIAL_COUNT`] of long blocks.
 pub const LONG_COUNT: KernelDesc = KernelDesc {
     entry: "sort_serial_count",
     with: &[DIGITS_256],
@@ -39,6 +43,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_long_count", "sort/sort_serial_count.wgsl")
 };
 
+/// [`SERIAL_SCATTER`] of long blocks.
 pub const LONG_SCATTER: KernelDesc = KernelDesc {
     entry: "sort_serial_scatter",
     with: &[DIGITS_256],
@@ -46,8 +51,10 @@ pub const LONG_SCATTER: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_long_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
+/// Digits of a block, counted by a workgroup.
 pub const WIDE_COUNT: KernelDesc = KernelDesc::new("sort_wide_count", "sort/sort_wide_count.wgsl");
 
+/// Places of the digits of each block.
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: WIDE_CONSTANTS,
@@ -55,6 +62,7 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_wide_scan", "sort/sort_wide_scan.wgsl")
 };
 
+/// Pairs to their places, by a workgroup.
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     with: &[RANKS, SCAN],
     constants: WIDE_CONSTANTS,

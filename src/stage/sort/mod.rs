@@ -26,6 +26,7 @@ use wgpu::TextureFormat::Rg32Uint;
 pub const PAIR_ROW: u32 = 4096;
 // The largest texture of any known device.
 const _: () = assert!(MAX_PAIRS == PAIR_ROW * 16384);
+/// Format of pairs: a key and a value.
 pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 
 /// Subgroup size of llvmpipe; more lanes would only lengthen the tail.

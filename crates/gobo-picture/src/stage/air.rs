@@ -16,6 +16,7 @@ use gobo::{
 /// Edge of a workgroup \[columns\].
 pub const GROUP_SIZE: u32 = 8;
 
+/// Light that each slice of a column scatters to the eye.
 pub const SCATTER: KernelDesc = KernelDesc {
     with: &[OF_POINT, IN_REGISTERS],
     ..kernel("air_scatter", "shade/air_scatter.wgsl")
@@ -30,4 +31,5 @@ pub fn scatter(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_SCATTER } else { &SCATTER }
 }
 
+/// Its sum from the eye on.
 pub const SUM: KernelDesc = kernel("air_sum", "shade/air_sum.wgsl");

@@ -8,6 +8,9 @@ use gobo::gpu::KernelDesc;
 /// Edge of a workgroup of passes over the whole picture \[texels\].
 pub const GROUP_SIZE: u32 = 8;
 
+/// The next smaller level.
 pub const DOWN: KernelDesc = kernel("bloom_down", "bloom/bloom_down.wgsl");
+/// Adds the share of the next smaller level.
 pub const UP: KernelDesc = kernel("bloom_up", "bloom/bloom_up.wgsl");
+/// Adds what has spread to the picture.
 pub const APPLY: KernelDesc = kernel("bloom_apply", "bloom/bloom_apply.wgsl");

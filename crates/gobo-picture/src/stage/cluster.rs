@@ -18,16 +18,19 @@ use gobo::gpu::KernelDesc;
 pub const LANES: u32 = 64;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
+/// Tests lights with clusters.
 pub const COUNT: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
     ..kernel("cluster_count", "cluster/cluster_count.wgsl")
 };
 
+/// Places the lists.
 pub const SCAN: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
     ..kernel("cluster_scan", "cluster/cluster_scan.wgsl")
 };
 
+/// Writes the lists of lights.
 pub const EMIT: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
     ..kernel("cluster_emit", "cluster/cluster_emit.wgsl")

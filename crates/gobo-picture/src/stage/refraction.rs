@@ -5,4 +5,5 @@
 use super::kernel;
 use gobo::gpu::KernelDesc;
 
+/// Adds what is seen aside through glass.
 pub const APPLY: KernelDesc = kernel("refraction_apply", "refraction/refraction_apply.wgsl");

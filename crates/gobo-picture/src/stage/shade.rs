@@ -42,6 +42,7 @@ const REFRACTED: Choice = Choice::new("refraction", "shade/refraction_kept.wgsl"
 const NO_CATCHERS: Choice = Choice::new("catcher", "shade/catcher_none.wgsl");
 const CATCHERS: Choice = Choice::new("catcher", "shade/catcher_shown.wgsl");
 
+/// The opaque surface of each pixel.
 pub const SEEN: KernelDesc = KernelDesc {
     with: &[IN_ORDER, SEEN_STATE, WALK, PAIRS, LANE_CASTER],
     constants: &[FILTERS_IMAGES],
@@ -49,6 +50,7 @@ pub const SEEN: KernelDesc = KernelDesc {
     ..kernel("shade_seen", "shade/shade_seen.wgsl")
 };
 
+/// Translucent layers in front of each pixel's surface.
 pub const LAYERS: KernelDesc = KernelDesc {
     with: &[IN_ORDER, LAYER_STATE, WALK, PAIRS, LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
@@ -61,6 +63,7 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
     KernelDesc { shared: &[IN_ORDER, SEEN_STATE], ..kernel(name, root) }
 }
 
+/// Points of opaque surfaces.
 pub const SURFACES: KernelDesc =
     KernelDesc { with: &[NO_CATCHERS], ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl") };
 /// [`SURFACES`], some of which show the surroundings behind them.
@@ -71,6 +74,7 @@ pub fn surfaces(catches: bool) -> &'static KernelDesc {
     if catches { &CATCHING_SURFACES } else { &SURFACES }
 }
 
+/// Blends the picture.
 pub const COMPOSITE: KernelDesc = KernelDesc {
     with: &[AMBIENT_NONE, STRAIGHT],
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")
@@ -98,15 +102,19 @@ pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc
     }
 }
 
+/// Points of the two nearest panes.
 pub const PANES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", POINT_LANES as f64), FILTERS_IMAGES],
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
 /// One invocation per tile of a band.
 pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/shade_layered.wgsl"));
+/// Points of particles and Gaussians.
 pub const CASTERS: KernelDesc = of_points(kernel("shade_casters", "shade/shade_casters.wgsl"));
+/// Points of the lattices in bricks of voxels.
 pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_bricks.wgsl"));
 
+/// Tiles of a part of the picture that each footprint touches.
 pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
 
 gobo::gpu_struct! {

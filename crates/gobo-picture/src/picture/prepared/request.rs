@@ -13,11 +13,13 @@ use wgpu::Texture;
 /// Inputs of a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureRequest<'a> {
+    /// The scene.
     pub scene: &'a Scene,
     /// The scene's camera, through a sample position of its pixels.
     pub camera: &'a View,
     /// Maps of the scene's casters and lights, of the last frame.
     pub prepared: &'a Prepared,
+    /// Room that the picture has.
     pub capacity: PictureCapacity,
 }
 
