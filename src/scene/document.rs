@@ -18,7 +18,7 @@ use crate::model::{
     Air, ClusterSettings, Lens, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky,
     Tone, Transfer, emission::Emitter,
 };
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 use serde::Deserialize;
 use std::path::PathBuf;
 use toml::Spanned;
@@ -62,6 +62,8 @@ pub(super) struct CameraTable {
     pub exposure: f32,
     /// Samples per pixel.
     pub samples: u32,
+    /// How far right of and below its middle the axis meets the picture [pixels].
+    pub shift: Vec2,
     pub occlusion: Occlusion,
     /// Share of the light that spreads.
     pub bloom: f32,
