@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check bevy fuzz soak doc deny \
+.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check bevy fuzz soak doc deny \
 	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -26,6 +26,13 @@ gallery: setup
 # The program that the checks below run: built, unless GOBO names one.
 program: setup
 	@[ -n "$(GOBO)" ] || cargo build --release --quiet
+
+# The pictures of the documents, each by the command beside it (docs/pictures.toml): those that differ are made anew. CHECK=1 lists them,
+# with status 1, and writes none; ONLY="soft_ glass": those whose path has one of the words. Pillow and numpy come from PyPI.
+pictures: program
+	@[ -x target/pictures/bin/python ] || python3 -m venv target/pictures
+	@target/pictures/bin/python -m pip install --quiet --disable-pip-version-check 'pillow>=10.1' numpy
+	@target/pictures/bin/python tools/pictures.py
 
 # Eight frames by two farm engines on this machine (tools/farm): after lost, damaged and killed ones the
 # same files. Fetches the engines from PyPI.
@@ -146,12 +153,15 @@ doc:
 release-check:
 	sh tools/release_check.sh
 
-# Licences, sources and, as far as they can be read, advisories of what we depend on: deny.toml.
+# Licences, sources and, as far as they can be read, advisories of what each workspace depends on: deny.toml.
 deny:
 	@command -v cargo-deny >/dev/null || cargo install --debug --locked --quiet cargo-deny
-	cargo deny --all-features check licenses bans sources
-	cargo deny --all-features check advisories || \
-		echo "deny: the advisories above, or their database cannot be read here" >&2
+	@for manifest in $$(git ls-files '*Cargo.lock' | sed 's/lock$$/toml/'); do \
+		echo $$manifest; \
+		cargo deny --manifest-path $$manifest --all-features check --config $$PWD/deny.toml licenses bans sources || exit; \
+		cargo deny --manifest-path $$manifest --all-features check --config $$PWD/deny.toml advisories || \
+			echo "deny: the advisories above, or their database cannot be read here" >&2; \
+	done
 
 # Shadow maps beside the raster pipeline: a quick table, and a page with plots.
 bench: setup

@@ -1,8 +1,8 @@
-"""Makes the pictures of docs/gallery from those of `make gallery`: small ones, with words, and those of the README.
+"""Makes pictures of docs/gallery of one that `gobo render` wrote: a small one, with words, and where the README has it a large one.
 
-python3 tools/small_pictures.py out/gallery docs/gallery [NAME]...
+python3 tools/small_pictures.py out/frame_0000.png docs/gallery NAME [MASKS.png]
 
-Needs Pillow.
+MASKS is what `--debug masks` wrote; the first of them is set into the corner. Needs Pillow.
 """
 import pathlib
 import sys
@@ -22,19 +22,25 @@ WORDS = {
 }
 
 
-def main(source, target, *names):
-    for file in sorted(pathlib.Path(source).glob("*.png")):
-        name = file.stem
-        if name == "sheet" or names and name not in names:
-            continue
-        picture = Image.open(file).convert("RGB")
-        places = [(picture.resize(SMALL, Image.Resampling.LANCZOS), pathlib.Path(target, "small", file.name))]
-        if name in LARGE:
-            places.append((picture, pathlib.Path(target, file.name)))
-        for image, path in places:
-            image.save(path, optimize=True)
-            if name in WORDS:
-                label.main(path, path, *WORDS[name])
+def inset(picture, masks):
+    """The mask at the left of a debug picture, in the lower left corner."""
+    size = (picture.width // 4, picture.height // 4)
+    mask = masks.crop((0, 0, picture.width, picture.height)).resize(size, Image.Resampling.LANCZOS)
+    picture.paste((20, 20, 20), (16, picture.height - size[1] - 20, size[0] + 20, picture.height - 16))
+    picture.paste(mask, (18, picture.height - size[1] - 18))
+
+
+def main(source, target, name, masks=None):
+    picture = Image.open(source).convert("RGB")
+    if masks:
+        inset(picture, Image.open(masks).convert("RGB"))
+    places = [(picture.resize(SMALL, Image.Resampling.LANCZOS), pathlib.Path(target, "small", f"{name}.png"))]
+    if name in LARGE:
+        places.append((picture, pathlib.Path(target, f"{name}.png")))
+    for image, path in places:
+        image.save(path, optimize=True)
+        if name in WORDS:
+            label.main(path, path, *WORDS[name])
 
 
 if __name__ == "__main__":

@@ -23,6 +23,8 @@ pub struct Scene {
     pub exposure: f32,
     /// Samples per pixel of the picture, clamped to 1..=[`MAX_SAMPLES`].
     pub samples: u32,
+    /// How far right of and below its middle the camera's axis meets the picture \[pixels\], at most a pixel.
+    pub shift: Vec2,
     /// Lens of the camera, each of whose samples has its own place on it.
     pub lens: Lens,
     /// Share of the time between two frames for which the camera's shutter is open, 0..=1:
@@ -162,13 +164,14 @@ pub mod moved {
 
 impl Scene {
     /// Sample offsets from the pixel's centre \[pixels\]: the R2 sequence (Roberts 2018), with its mean at
-    /// the centre.
+    /// the centre, and [`Self::shift`] the other way.
     pub fn sample_offsets(&self) -> impl Iterator<Item = Vec2> {
         const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
         let count = self.samples.clamp(1, MAX_SAMPLES);
         let offset = |i| (0.5 + STEP * f64::from(i)).fract() - 0.5;
         let mean = (0..count).map(offset).sum::<DVec2>() / f64::from(count);
-        (0..count).map(move |i| (offset(i) - mean).as_vec2())
+        let shift = self.shift.clamp(Vec2::NEG_ONE, Vec2::ONE);
+        (0..count).map(move |i| (offset(i) - mean).as_vec2() - shift)
     }
 
     /// Places of the samples on the lens \[m\], to the right and up: a spiral of equal areas around its middle (Vogel 1979).
@@ -299,6 +302,7 @@ impl Default for Scene {
             camera: Camera::default(),
             exposure: 0.0,
             samples: 1,
+            shift: Vec2::ZERO,
             occlusion: Occlusion::None,
             lens: Lens::default(),
             shutter: 0.0,

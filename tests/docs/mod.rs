@@ -4,5 +4,6 @@ mod embedding;
 mod export;
 mod links;
 mod paths;
+mod pictures;
 mod results;
 mod stages;

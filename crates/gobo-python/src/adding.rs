@@ -10,7 +10,7 @@ use crate::{
 };
 use gobo::{Texture, glam::Mat4};
 use gobo_scene::Limit;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyReadonlyArray4};
 use pyo3::{Bound, FromPyObject, PyAny, PyResult, Python, pymethods, types::PyDict};
 
 /// A material as Python gives it: a name, or a dictionary and the index of an image.
@@ -154,12 +154,12 @@ impl Scene {
         self.change(py, |state| state.add_shape(shape, &material))
     }
 
-    /// `matrix`: world from index, rows.
+    /// `density`: x, y, z and one channel or three; `matrix`: world from index, rows.
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn add_volume<'py>(
         &self,
         py: Python<'py>,
-        density: PyReadonlyArray3<'py, f32>,
+        density: PyReadonlyArray4<'py, f32>,
         matrix: [[f32; 4]; 4],
         factor: f32,
         color: [f32; 3],
@@ -169,9 +169,11 @@ impl Scene {
         visible: bool,
     ) -> Counted<'py> {
         let values = density.as_slice().map_err(|_| Fault::not_contiguous("density").raised(py))?;
+        let (x, y, z, channels) = density.as_array().dim();
         let voxels = Voxels {
             values,
-            size: density.as_array().dim().into(),
+            size: [x, y, z],
+            channels,
             world_from_index: Mat4::from_cols_array_2d(&matrix).transpose(),
             factor,
             color: color.into(),

@@ -6,6 +6,7 @@ use crate::{
 };
 use gobo::{
     Camera, Receiver, ShadowSettings,
+    glam::Vec2,
     model::{Lens, Occlusion, Tone},
 };
 use gobo_scene::Scene;
@@ -17,6 +18,7 @@ pub(crate) struct Look {
     camera: Camera,
     exposure: f32,
     samples: u32,
+    shift: Vec2,
     occlusion: Occlusion,
     bloom: f32,
     lens: Lens,
@@ -31,6 +33,7 @@ impl Look {
             camera: scene.camera,
             exposure: scene.exposure,
             samples: scene.samples,
+            shift: scene.shift,
             occlusion: scene.occlusion,
             bloom: scene.bloom,
             lens: scene.lens,
@@ -41,9 +44,20 @@ impl Look {
     }
 
     fn put(self, scene: &mut Scene) {
-        let Self { camera, exposure, samples, occlusion, bloom, lens, shutter, tone, shadow } =
-            self;
+        let Self {
+            camera,
+            exposure,
+            samples,
+            shift,
+            occlusion,
+            bloom,
+            lens,
+            shutter,
+            tone,
+            shadow,
+        } = self;
         (scene.camera, scene.exposure, scene.samples) = (camera, exposure, samples);
+        scene.shift = shift;
         (scene.occlusion, scene.bloom, scene.lens) = (occlusion, bloom, lens);
         (scene.shutter, scene.tone, scene.shadow) = (shutter, tone, shadow);
     }
@@ -62,6 +76,7 @@ impl Look {
             match key.as_str() {
                 "exposure" => self.exposure = given.exposure,
                 "samples" => self.samples = given.samples,
+                "shift" => self.shift = given.shift,
                 "occlusion" => self.occlusion = given.occlusion,
                 "bloom" => self.bloom = given.bloom,
                 "lens" | "focus" => self.lens = given.lens,

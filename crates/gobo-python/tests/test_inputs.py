@@ -181,7 +181,7 @@ def test_textures_are_arrays(down):
 
 def test_volumes_refuse(down):
     cube = np.ones((4, 4, 4))
-    for density in (np.ones(4), np.ones((4, 4)), np.ones((4, 4, 4, 1)), np.ones((2, 2, 2), complex)):
+    for density in (np.ones(4), np.ones((4, 4)), np.ones((4, 4, 4, 1)), np.ones((4, 4, 4, 3, 1)), np.ones((2, 2, 2), complex)):
         with pytest.raises(gobo.InputError):
             down.add_volume(density)
     for change in (
@@ -296,6 +296,8 @@ class Tensor:
         self.device = "cuda:0" if kind == 2 else "cpu"
 
     def __dlpack_device__(self):
+        if self.kind is None:
+            raise ValueError("Unknown device type meta for Dlpack")
         return (self.kind, 0)
 
     def __dlpack__(self, **keys):
@@ -311,6 +313,23 @@ def test_tensors(down):
     with pytest.raises(gobo.InputError, match="gradients") as caught:
         down.light(Tensor(positions, requires_grad=True))
     assert "detach" in caught.value.remedy
+    with pytest.raises(gobo.InputError, match="no memory"):
+        down.add_particles(Tensor(positions, kind=None), 1.0)
+
+
+def test_tensors_of_torch():
+    """Where it is installed."""
+    torch = pytest.importorskip("torch")
+    rng = np.random.default_rng(3)
+    given = [rng.uniform(0, 1, shape).astype(np.float32) for shape in ((200, 3), (200,), (200, 3), (200,))]
+    found = []
+    for parts in (given, [torch.from_numpy(part) for part in given]):
+        scene = gobo.Scene(shadow={"size": 64, "receiver": "curve"})
+        scene.add_light(direction=(0, -1, 0))
+        scene.add_particles(parts[0], 0.1 * parts[1] + 0.01, parts[2], parts[3])
+        found.append(scene.light(parts[0]))
+    np.testing.assert_array_equal(*found)
+    assert found[0].min() < 0.9
 
 
 def test_materials_are_shared_by_what_they_are(down):

@@ -93,6 +93,17 @@ def test_a_volume_absorbs_exponentially(down):
     assert down.light([[0.9, 0, 0]])[0, 0, 0] < 0.5
 
 
+def test_channels_of_a_volume_absorb_their_own(down):
+    """Each channel by its own density, the last of which rises along x, times `color`."""
+    density = np.zeros((21, 8, 21, 3))
+    density[..., 0], density[..., 1], density[..., 2] = 2.0, 0.5, 1.0
+    density[13:, :, :, 2] = 3.0
+    down.add_volume(density, 0.1, (-1, 1, -1), factor=1.5, color=(1, 1, 0.5))
+    light = down.light([[-0.5, 0, 0], [0.7, 0, 0]])[:, 0]
+    depths = [[2.0, 0.5, 0.5], [2.0, 0.5, 1.5]]
+    np.testing.assert_allclose(light, np.exp(-1.5 * 0.8 * np.array(depths)), rtol=6e-3)
+
+
 def test_densities_of_any_size_keep_their_product(down):
     for scale in (1e-8, 1e8):
         scene = gobo.Scene(shadow={"size": 64})

@@ -14,7 +14,7 @@ use super::{
     track::Mode,
     units::{Up, unit_named},
 };
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 use gobo::model::{
     Air, ClusterSettings, Lens, Light, MaskSettings, Material, Occlusion, ShadowSettings, Sky,
     Tone, Transfer, emission::Emitter,
@@ -62,6 +62,8 @@ pub(super) struct CameraTable {
     pub exposure: f32,
     /// Samples per pixel.
     pub samples: u32,
+    /// How far right of and below its middle the axis meets the picture [pixels].
+    pub shift: Vec2,
     pub occlusion: Occlusion,
     /// Share of the light that spreads.
     pub bloom: f32,

@@ -328,9 +328,11 @@ impl Loader<'_> {
 fn expose(scene: &mut Scene, table: Option<&CameraTable>) {
     (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
     if let Some(table) = table {
-        let &CameraTable { exposure, samples, occlusion, bloom, lens, shutter, tone, .. } = table;
-        (scene.exposure, scene.samples, scene.occlusion) = (exposure, samples, occlusion);
-        (scene.bloom, scene.lens, scene.shutter, scene.tone) = (bloom, lens, shutter, tone);
+        let &CameraTable { exposure, samples, shift, occlusion, .. } = table;
+        let &CameraTable { bloom, lens, shutter, tone, .. } = table;
+        (scene.exposure, scene.samples, scene.shift) = (exposure, samples, shift);
+        (scene.occlusion, scene.bloom, scene.lens) = (occlusion, bloom, lens);
+        (scene.shutter, scene.tone) = (shutter, tone);
     }
 }
 

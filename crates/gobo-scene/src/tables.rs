@@ -167,6 +167,8 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         let help = format!("a picture is 1 to {MAX_MAP_SIZE} pixels wide and high");
         return Err(keys.fault("size", format!("size is {size}"), &help));
     }
+    let shift = keys.array::<f32, 2>("shift")?.unwrap_or_default();
+    keys.check("shift", &shift, -0.5..=0.5, "-0.5 to 0.5 pixels")?;
     let samples = format!("a pixel has 1 to {MAX_SAMPLES} samples");
     let exposure = keys.number("exposure", -32.0..=32.0, "from -32 to 32 stops")?;
     let occlusion = match keys.given::<toml::Value>("occlusion")? {
@@ -189,6 +191,7 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         size,
         exposure: exposure.unwrap_or(0.0),
         samples: keys.whole("samples", defaults::SAMPLES, 1..=MAX_SAMPLES, &samples)?,
+        shift: shift.into(),
         occlusion,
         bloom: keys.share("bloom", 0.0)?,
         shutter: keys.share("shutter", 0.0)?,

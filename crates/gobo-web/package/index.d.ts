@@ -1,4 +1,3 @@
-/// <reference types="@webgpu/types" />
 import { Canvas, Gobo as Opened } from "./gobo_web.js";
 export type { MapView, Maps } from "./gobo_web.js";
 export { Canvas };

@@ -251,12 +251,13 @@ class Contents:
 
         Args:
             density: (X, Y, Z), indexed ``density[x, y, z]``, at least 0: values at the centres of voxels, trilinear between
-                them, 0 outside. (An array of images, ``[z, y, x]``, is ``array.transpose(2, 1, 0)``.)
+                them, 0 outside. (An array of images, ``[z, y, x]``, is ``array.transpose(2, 1, 0)``.) (X, Y, Z, 3): what absorbs
+                red, green and blue.
             spacing: distance of neighbours, one or along x, y and z [m].
             origin: world position of the centre of voxel [0, 0, 0] [m].
             matrix: (4, 4), world space [m] from indices, instead of the two.
             factor: optical depth of a metre of density 1 [1/m]: light falls by ``exp(-factor * integral of density * color)``.
-            color: extinction by channel, 0 to 1. albedo: linear rgb, 0 to 1: what the picture shows of it.
+            color: extinction by channel, 0 to 1, times the densities. albedo: linear rgb, 0 to 1: what the picture shows of it.
             anisotropy: of the scattered light, -0.95 to 0.95.
             casts: whether it casts a shadow. visible: whether the picture shows it.
 
@@ -264,10 +265,11 @@ class Contents:
             Number of bricks of 8 x 8 x 8 voxels that are not empty.
         """
         values = as_numbers(density, "density")
-        if values.ndim != 3:
-            raise InputError(f"the shape of density is {values.shape}", "give it the shape (X, Y, Z)")
+        if values.ndim != 3 and (values.ndim != 4 or values.shape[3] != 3):
+            raise InputError(f"the shape of density is {values.shape}", "give it the shape (X, Y, Z) or (X, Y, Z, 3)")
+        values = values.reshape(values.shape[:3] + (values.shape[3:] or (1,)))
         if max(values.shape) > 1 << 20:
-            raise InputError(f"the shape of density is {values.shape}", "split it: at most 1048576 along an edge")
+            raise InputError(f"the shape of density is {values.shape[:3]}", "split it: at most 1048576 along an edge")
         if matrix is None:
             world = np.eye(4)
             world[:3, :3] = np.diag(as_few(spacing, "spacing", 3))

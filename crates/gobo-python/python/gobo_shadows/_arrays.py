@@ -23,7 +23,10 @@ def as_array(value: Any, name: str) -> np.ndarray:
         raise InputError(f"{name} has gradients, and shadows have none here", "pass detach() of it")
     device = getattr(value, "__dlpack_device__", None)
     if device is not None:
-        kind = int(device()[0])
+        try:
+            kind = int(device()[0])
+        except Exception as error:  # torch's tensors without memory
+            raise InputError(f"{name} has no memory to read: {error}", "copy it to the CPU first: tensor.cpu()") from error
         if kind not in _READABLE:
             where = getattr(value, "device", f"a device of DLPack's kind {kind}")
             raise InputError(f"{name} is on {where}", "copy it to the CPU first: tensor.cpu(), or cupy.asnumpy")

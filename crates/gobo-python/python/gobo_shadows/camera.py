@@ -42,6 +42,8 @@ class Camera:
     size: tuple[int, int]
     #: Part of the rendered picture that is kept: first column and row, width and height [pixels]. ``None``: all.
     crop: tuple[int, int, int, int] | None
+    #: How far right of and below its middle the axis meets the rendered picture [pixels], at most half a pixel.
+    shift: tuple[float, float]
 
     def __init__(
         self,
@@ -59,6 +61,7 @@ class Camera:
             raise InputError(f"fov is {fov!r}", "give the vertical field of view in degrees, 0.01 to 179.9")
         self.size = _size(size)
         self.crop = None
+        self.shift = (0.0, 0.0)
         if self.eye == self.target:
             raise InputError("eye and target are the same", "move one of them")
 
@@ -81,8 +84,8 @@ class Camera:
                 rotation and a uniform scale at most.
             focal: focal length [pixels], or two that are equal, along x and y.
             size: width and height of the picture [pixels].
-            center: principal point [pixels], (0, 0) at the upper left corner of the picture. Default: the middle. Elsewhere a
-                larger picture is rendered and cut, so that it is right to half a pixel.
+            center: principal point [pixels], (0, 0) at the upper left corner of the picture. Default: the middle. More than half
+                a pixel off it a larger picture is rendered and cut.
             convention: ``"opengl"``: the camera looks along -z with +y up (nerfstudio, Blender); ``"opencv"``: along
                 +z with +y down (COLMAP, gsplat).
         """
@@ -105,14 +108,15 @@ class Camera:
         if abs(focal_x - focal_y) > SQUARE * focal_y:
             remedy = "undistort the images to square pixels, or give the mean of the two"
             raise InputError(f"the focal lengths differ: {focal_x:g} and {focal_y:g}", remedy)
-        crop = None
+        crop, shift = None, (0.0, 0.0)
         if center is not None:
             x, y = as_few(center, "center", 2)
             if not (0 <= x <= width and 0 <= y <= height):
                 raise InputError(f"the principal point is {(x, y)}", "it must be in the picture")
-            # Pixels from the principal point to the borders, in a picture in whose middle it is.
+            # What is rendered beside the picture, so that the principal point is in the middle, and what is left over.
             first_x, first_y = round(max(width - 2 * x, 0)), round(max(height - 2 * y, 0))
             last_x, last_y = round(max(2 * x - width, 0)), round(max(2 * y - height, 0))
+            shift = (x - (width + last_x - first_x) / 2, y - (height + last_y - first_y) / 2)
             if first_x or first_y or last_x or last_y:
                 crop = (first_x, first_y, width, height)
                 width, height = width + first_x + last_x, height + first_y + last_y
@@ -124,7 +128,7 @@ class Camera:
         # Of the length of the world's numbers, so that rounding to 32 bits does not turn it.
         reach = max(1.0, float(np.abs(eye).max()))
         camera = cls(eye.tolist(), (eye + forward * reach).tolist(), up.tolist(), fov, (width, height))
-        camera.crop = crop
+        camera.crop, camera.shift = crop, shift
         return camera
 
     @classmethod
@@ -219,7 +223,8 @@ class Camera:
         """The keys of a scene file, less an origin."""
         eye = [a - b for a, b in zip(self.eye, origin)]
         target = [a - b for a, b in zip(self.target, origin)]
-        return {"eye": eye, "target": target, "up": self.up, "fov_y": self.fov, "size": list(self.size)}
+        table = {"eye": eye, "target": target, "up": self.up, "fov_y": self.fov, "size": list(self.size)}
+        return {**table, "shift": list(self.shift)}
 
 
 #: Models of COLMAP by number: name and number of parameters.

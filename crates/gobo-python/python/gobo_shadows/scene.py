@@ -221,7 +221,7 @@ class Scene(Contents):
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        if not isinstance(camera, Camera) or camera.crop is not None:
+        if not isinstance(camera, Camera) or camera.crop is not None or camera.shift != (0.0, 0.0):
             raise InputError("this is no camera that a scene can keep", "give a Camera; one that is off the middle to render()")
         self._native.place_camera(camera._table(self._native.origin))
 
