@@ -13,16 +13,16 @@ use gobo::{
     },
 };
 
-/// Texels of a pixel's list of layers. WGSL: `wgsl/shade/layer.wgsl`.
+/// Texels of a pixel's list of layers. WGSL: `crates/gobo-picture/wgsl/shade/layer.wgsl`.
 pub const LAYER_TEXELS: u32 = 5;
-/// Records of 16 bytes that a pixel carries from round to round. WGSL: `wgsl/shade/shade_layers.wgsl`.
+/// Records of 16 bytes that a pixel carries from round to round. WGSL: `crates/gobo-picture/wgsl/shade/shade_layers.wgsl`.
 pub const CARRIED: u32 = 6;
 /// Points of a pixel: the opaque surface, and two panes.
 pub const PIXEL_POINTS: u32 = 3;
 /// Workgroups of a list's dispatch in y, so that x stays below what devices allow.
 pub const LIST_ROWS: u32 = 2;
 /// Words of `layered_tiles` before the tiles: the workgroups of a dispatch over them. WGSL:
-/// `wgsl/records/layered_tile.wgsl`.
+/// `crates/gobo-picture/wgsl/records/layered_tile.wgsl`.
 pub const LAYERED_HEAD: u32 = 3;
 /// Tiles of a band.
 pub const BAND_TILES: u32 = 256;
@@ -118,7 +118,7 @@ pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_bri
 pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
 
 gobo::gpu_struct! {
-    /// WGSL: `wgsl/shade/band.wgsl`.
+    /// WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.
     #[derive(Eq)]
     pub struct Band {
         /// First tile in the picture \[tiles\].
