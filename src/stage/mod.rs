@@ -88,6 +88,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &mask::AREA_LOOK_UP,
     &mask::BLUR,
     &mask::ENLARGE,
+    &air::REACH,
     &air::SCATTER,
     &air::AREA_SCATTER,
     &air::SUM,

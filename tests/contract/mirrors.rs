@@ -38,6 +38,7 @@ use gobo::{
         shadows::cull::frustum,
         stage::{
             accumulate::LARGEST_STEP,
+            air as stage_air,
             bin::{Dispatch, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES},
             load::CULL_BLOCK,
             project::{self, CHUNK_SIZE},
@@ -60,6 +61,10 @@ use std::collections::{BTreeMap, BTreeSet};
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
+        ("AIR_BLOCK", stage_air::AIR_BLOCK),
+        ("AIR_RUN", stage_air::AIR_RUN),
+        ("MAX_AIR_RUNS", stage_air::MAX_AIR_RUNS),
+        ("ITEM_HEAD", stage_air::ITEM_HEAD),
         ("TONE_LINEAR", Tone::Linear as u32),
         ("TONE_FILMIC", Tone::Filmic as u32),
         ("OCCLUDER_DIRECTIONS", occlusion::OCCLUDER_DIRECTIONS),
