@@ -57,6 +57,10 @@ use std::collections::{BTreeMap, BTreeSet};
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
+        ("AIR_BLOCK", gobo_picture::stage::air::AIR_BLOCK),
+        ("AIR_RUN", gobo_picture::stage::air::AIR_RUN),
+        ("MAX_AIR_RUNS", gobo_picture::stage::air::MAX_AIR_RUNS),
+        ("ITEM_HEAD", gobo_picture::stage::air::ITEM_HEAD),
         ("TONE_LINEAR", Tone::Linear as u32),
         ("TONE_FILMIC", Tone::Filmic as u32),
         ("OCCLUDER_DIRECTIONS", occlusion::OCCLUDER_DIRECTIONS),

@@ -30,3 +30,5 @@ import package::records::tile::Segment;
 @group(0) @binding(178) var<storage, read> caustics: array<vec4<u32>>;
 @group(0) @binding(179) var<storage, read> glass: array<vec4<f32>>;
 @group(0) @binding(118) var<storage, read> layered_tiles: array<u32>;
+@group(0) @binding(182) var<storage, read> air_ends: array<u32>;
+@group(0) @binding(183) var<storage, read> air_items: array<u32>;

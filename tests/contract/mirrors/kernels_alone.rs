@@ -3,6 +3,10 @@
 /// Constants without a mirror in Rust.
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
+    "COLUMNS",
+    "EDGE",
+    "ITEM_COUNT",
+    "REACH_LANES",
     "OFTEN_FEW",
     "WALKS_APART",
     "READS_OPAQUE",

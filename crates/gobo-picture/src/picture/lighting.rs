@@ -1,12 +1,13 @@
 //! Light of a picture besides the maps: levels of area lights, air, masks and the environment.
 use super::{
-    air::air,
+    air::{Air, air},
+    bands::TileRect,
     environment::environment_texture,
     prepared::{Kept, PictureRequest},
 };
 use gobo::{
     Error,
-    frame::{Commands, Dispatch},
+    frame::Dispatch,
     gpu::{Allocator, Resources},
     records::{LightRecords, MaskSlots},
     shadows::{
@@ -28,13 +29,13 @@ pub(super) struct Lighting {
     pub features: Features,
     /// Levels of area lights, which are made first.
     pub levels: Option<AreaLevels>,
-    pub fill_air: Commands,
+    pub air: Option<Air>,
     /// Makes the masks, after the visible surfaces; empty without.
     pub masking: Vec<Dispatch>,
 }
 
 impl Lighting {
-    /// `resources`: views, parameters, lights, clusters and maps.
+    /// `resources`: views, parameters, lights, clusters and maps, and the memory of `bands`.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         shadows: &Shadows,
@@ -42,6 +43,7 @@ impl Lighting {
         kept: &mut Kept,
         records: &LightRecords,
         resources: Resources,
+        bands: &[TileRect],
     ) -> Result<Self, Error> {
         let &PictureRequest { scene, camera, prepared, .. } = request;
         let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
@@ -52,7 +54,7 @@ impl Lighting {
         let features = features.with(Flags::HAS_AREAS, levels.is_some());
         let of_levels = levels.as_ref().map(AreaLevels::texture);
         let resources = resources.with_any("levels", of_levels);
-        let (air, fill_air) = air(allocator, kernels, features, scene, &resources)?;
+        let (volume, air) = air(allocator, features, scene, &resources, bands)?;
         let mask = scene.mask.as_ref();
         let slots = mask.map(|settings| MaskSlots::new(scene, settings, camera, &kept.slots));
         let slots = slots.unwrap_or_default();
@@ -73,9 +75,9 @@ impl Lighting {
         let resources = Resources::new()
             .with_any("levels", of_levels)
             .with_any("caustics", prepared.caustics.as_ref().map(|it| &it.texels))
-            .with("air", &air)
+            .with("air", &volume)
             .with("environment", &environment);
         let resources = masks.iter().fold(resources, |all, it| all.and(&it.resources()));
-        Ok(Self { resources, levels, masks, slots, features, fill_air, masking })
+        Ok(Self { resources, levels, masks, slots, features, air, masking })
     }
 }

@@ -1,6 +1,7 @@
 //! Shade kernels of a picture, for each band of tiles and for the particles.
 
 use super::{
+    air::Air,
     band_memory::BandMemory,
     bands::{TileRect, pixels_of},
     finish::Finish,
@@ -115,6 +116,8 @@ struct Band {
     surfaces: Vec<Dispatch>,
     /// Stores the surfaces for masks, if lights have masks.
     masks: Option<Dispatch>,
+    /// Lights the air up to the surfaces; empty without air.
+    air: Vec<Dispatch>,
     /// Layers, panes, light and the blended pixels.
     pixels: Vec<Dispatch>,
 }
@@ -140,6 +143,7 @@ pub(super) struct ToShade<'a, 'b> {
     pub rounds: u32,
     pub memory: &'a BandMemory,
     pub targets: &'a Targets,
+    pub air: Option<&'a Air>,
 }
 
 impl ToShade<'_, '_> {
@@ -190,6 +194,8 @@ impl ToShade<'_, '_> {
         surfaces.push(self.run(features.of_surfaces, features.surfaces, &of_solid, groups)?);
         let of_masks = |desc| self.run(desc, Features::NONE, &of_solid, groups);
         let masks = features.masks.map(of_masks).transpose()?;
+        let kernels = self.shadows.kernels();
+        let air = self.air.map_or(Ok(Vec::new()), |air| air.of_band(kernels, rect, &band))?;
         let mut pixels = Vec::new();
         if features.has_layers {
             let groups = point_grid(rect.size.element_product());
@@ -203,7 +209,7 @@ impl ToShade<'_, '_> {
         }
         pixels.extend_from_slice(light);
         pixels.push(self.run(features.of_composite, features.composite, &of_solid, groups)?);
-        Ok(Band { surfaces, masks, pixels })
+        Ok(Band { surfaces, masks, air, pixels })
     }
 
     /// Runs of particles, as many at a time as the band's memory holds points.
@@ -310,10 +316,19 @@ impl Shading {
 
     /// The bands of a part, after its pairs.
     pub(super) fn part(&self, part: usize) -> Commands {
-        let surfaces = |band: &Band| if self.keeps_surfaces { 0 } else { band.surfaces.len() };
-        let of_band = |band: &Band| [&band.surfaces[..surfaces(band)], &band.pixels].concat();
         let mut commands = Commands::new();
-        commands.pass(LABEL, self.bands[part].iter().flat_map(of_band));
+        let mut dispatches = Vec::new();
+        for band in &self.bands[part] {
+            if !self.keeps_surfaces {
+                dispatches.extend_from_slice(&band.surfaces);
+            }
+            if !band.air.is_empty() {
+                commands.pass(LABEL, std::mem::take(&mut dispatches));
+                commands.pass("gobo air", band.air.iter().cloned());
+            }
+            dispatches.extend_from_slice(&band.pixels);
+        }
+        commands.pass(LABEL, dispatches);
         commands
     }
 }

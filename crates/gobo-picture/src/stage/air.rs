@@ -1,20 +1,33 @@
 //! air: single scattering towards the eye through the shadow maps: shafts of light, coloured behind
 //! coloured glass and white in front of it.
 //!
-//! In: the shadow maps. `scatter` -> `sources`: light that each slice of a column of 4x4 pixels scatters to
-//! the eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers
-//! read it at their own depth (`shade`).
+//! In: the shadow maps, and the visible surfaces of a band. `reach` -> `air_ends`: the slices that its pixels need of each
+//! column of 4x4 pixels, and `air_items`, a list of them. `scatter` -> `sources`: light that each of them scatters to the
+//! eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers read it at their
+//! own depth (`shade`). What one band has lit no other lights again.
 use super::kernel;
 use gobo::{
     gpu::KernelDesc,
+    model::MAX_AIR_STEPS,
     stage::{
         features::{Features, Flags},
         levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
     },
 };
 
-/// Edge of a workgroup \[columns\].
-pub const GROUP_SIZE: u32 = 8;
+/// Edge of a block of columns, as long as a tile \[columns\]. WGSL: `wgsl/records/air_item.wgsl`.
+pub const AIR_BLOCK: u32 = 4;
+/// Slices of an item: a run of a block's.
+pub const AIR_RUN: u32 = 4;
+/// Items of a block.
+pub const MAX_AIR_RUNS: u32 = MAX_AIR_STEPS / AIR_RUN;
+/// Words of `air_items` before the items: the workgroups of a dispatch over them, and their number.
+pub const ITEM_HEAD: u32 = 4;
+/// Edge of a workgroup of [`SUM`] \[columns\].
+pub const SUM_SIZE: u32 = 8;
+
+/// Slices that a band needs of each column. One workgroup per block of columns that a band sees.
+pub const REACH: KernelDesc = kernel("air_reach", "shade/air_reach.wgsl");
 
 /// Light that each slice of a column scatters to the eye.
 pub const SCATTER: KernelDesc = KernelDesc {

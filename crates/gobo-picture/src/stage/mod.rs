@@ -33,6 +33,7 @@ const fn kernel(name: &'static str, root: &'static str) -> KernelDesc {
 pub const KERNELS: &[&KernelDesc] = &[
     &mask::SURFACES,
     &mask::HALF_SURFACES,
+    &air::REACH,
     &air::SCATTER,
     &air::AREA_SCATTER,
     &air::SUM,

@@ -1,13 +1,16 @@
 // air, scatter: light that the air of one slice of a column of pixels sends to the eye, per unit of
-// scattering optical depth. One invocation per column and slice. CPU reference: crates/gobo-reference/src/air.rs. Rust:
-// crates/gobo-picture/src/stage/air.rs.
+// scattering optical depth. One workgroup per item, one invocation per column and slice of it. CPU reference:
+// crates/gobo-reference/src/air.rs. Rust: crates/gobo-picture/src/stage/air.rs.
 
 import choice::aside::{aside, lay_aside, open_asides};
+import package::bind::read::{air_ends, air_items};
 import package::bind::sampled::lights;
 import package::bind::stored::sources;
 import package::bind::uniform::{air_params, picture_params, views};
+import package::records::air_item::{AIR_BLOCK, AIR_RUN, ITEM_COUNT, ITEM_HEAD, MAX_AIR_RUNS};
 import package::records::air_params::AIR_CELL;
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
+import package::shade::air_blocks::{air_size, block_column, item_rows};
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::phase::phase;
@@ -162,13 +165,24 @@ fn slice_of(kept: vec4<u32>) -> vec3<u32> {
     return vec3(kept.x & 0xffffu, kept.x >> 16u, kept.y);
 }
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(AIR_BLOCK * AIR_BLOCK * AIR_RUN)
 fn air_scatter(
-    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let size = textureDimensions(sources);
+    let number = workgroup.x * item_rows() + workgroup.y;
+    if number >= air_items[ITEM_COUNT] {
+        return;
+    }
+    let item = air_items[ITEM_HEAD + number];
+    let at = vec3(lane % AIR_BLOCK, lane / AIR_BLOCK % AIR_BLOCK, lane / (AIR_BLOCK * AIR_BLOCK));
+    let id = vec3(block_column(item / MAX_AIR_RUNS), item % MAX_AIR_RUNS * AIR_RUN) + at;
+    let size = air_size();
     if any(id.xy >= size) {
+        return;
+    }
+    let ends = air_ends[id.y * size.x + id.x];
+    if id.z < (ends >> 16u) || id.z >= (ends & 0xffffu) {
         return;
     }
     open_asides(lane);

@@ -1,21 +1,36 @@
-// air, sum: sums from the eye through the slices of a column of pixels. One invocation per column. CPU
-// reference: crates/gobo-reference/src/air.rs. Rust: crates/gobo-picture/src/stage/air.rs.
+// air, sum: sums from the eye through the slices of a column of pixels. One invocation per column of
+// the blocks that a band sees. CPU reference: crates/gobo-reference/src/air.rs. Rust: crates/gobo-picture/src/stage/air.rs.
 
+import package::bind::changed::air_items;
+import package::bind::read::air_ends;
 import package::bind::sampled::sources;
 import package::bind::stored::air;
 import package::bind::uniform::{air_params, views};
 import package::records::air_params::AIR_CELL;
+import package::records::air_item::{AIR_BLOCK, ITEM_COUNT};
+import package::shade::air_blocks::{air_size, band_blocks, block_column};
 import package::shade::sample_offset::air_shift;
 
 const THIN: f32 = 1e-3; // optical depth; the next term of the series is a sixth of its square
 
 @compute @workgroup_size(8, 8)
 fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= textureDimensions(air)) {
+    if all(id.xy == vec2(0u)) {
+        // For the next band.
+        atomicStore(&air_items[0], 0u);
+        atomicStore(&air_items[ITEM_COUNT], 0u);
+    }
+    let column = block_column(0u) + id.xy;
+    let size = air_size();
+    if any(id.xy >= band_blocks() * AIR_BLOCK) || any(column >= size) {
+        return;
+    }
+    let ends = air_ends[column.y * size.x + column.x];
+    if (ends >> 16u) == (ends & 0xffffu) {
         return;
     }
     let view = views[0];
-    let pixel = (vec2<f32>(id.xy) + 0.5) * f32(AIR_CELL) + air_shift(view);
+    let pixel = (vec2<f32>(column) + 0.5) * f32(AIR_CELL) + air_shift(view);
     let slope = (pixel - view.size * 0.5) / view.scale;
     let length = (view.far - view.near) / f32(air_params.slices) * sqrt(1.0 + dot(slope, slope));
     let tau = air_params.extinction * length;
@@ -27,10 +42,10 @@ fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
     var light = vec3(0.0);
     var left = vec3(1.0);
     // Layers of the sampled texture: naga's query of a storage texture's layers is invalid SPIR-V.
-    let slices = min(air_params.slices, textureNumLayers(sources));
+    let slices = min(ends & 0xffffu, textureNumLayers(sources));
     for (var k = 0u; k < slices; k += 1u) {
-        light += textureLoad(sources, id.xy, k, 0).rgb * (left * share);
+        light += textureLoad(sources, column, k, 0).rgb * (left * share);
         left *= passed;
-        textureStore(air, id.xy, k, vec4(light, 1.0));
+        textureStore(air, column, k, vec4(light, 1.0));
     }
 }

@@ -145,8 +145,10 @@ impl PreparedPicture {
             .with("clusters", &clusters.lists)
             .with("radiance", &targets.radiance)
             .with("pixels", &targets.pixels);
+        let bands: Vec<_> = rects.iter().flat_map(|part| part.bands(band.tiles)).collect();
+        let shared = resources.clone();
         let lighting =
-            Lighting::new(&mut allocator, shadows, request, kept, &records, resources.clone())?;
+            Lighting::new(&mut allocator, shadows, request, kept, &records, shared, &bands)?;
         let cost = shadows.config().toggles.count_cost;
         let whole = resources.clone();
         let to = ToFinish { allocator: &mut allocator, kernels, resources: &whole };
@@ -161,6 +163,7 @@ impl PreparedPicture {
                 rounds: capacity.rounds,
                 memory: &band,
                 targets: &targets,
+                air: lighting.air.as_ref(),
             },
             &rects,
             &finish.with(resources).and(&lighting.resources),
@@ -168,7 +171,7 @@ impl PreparedPicture {
         let counters = &targets.counters;
         let parts = Parts { lists: &lists, shading: &shading, counters, count: rects.len() };
         let mut drawing = clusters.commands.clone();
-        drawing.append(lighting.fill_air.clone());
+        lighting.air.iter().for_each(|air| drawing.append(air.clear()));
         drawing.append(parts.drawing(&lighting.masking));
         drawing.append(finish.commands);
         let (listing, counting) = (parts.listing(), parts.counting());

@@ -1,5 +1,6 @@
 //! Reads back what a picture holds: pixels, light, masks, clusters, costs and counters.
 use super::{PictureCapacity, PreparedPicture};
+use crate::picture::air::Air;
 use gobo::{
     Error,
     gpu::Gpu,
@@ -44,6 +45,13 @@ impl PreparedPicture {
     /// surface, 1 for the sky. Blocks.
     pub fn read_radiance(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
         gpu.try_read_texture(&self.targets.radiance)
+    }
+
+    /// Slices of each column of air that were lit, row by row; empty without air. Blocks.
+    pub fn read_lit_air(&self, gpu: &Gpu) -> Result<Vec<u16>, Error> {
+        let ends = |air: &Air| -> Result<Vec<[u16; 2]>, Error> { gpu.try_read(&air.ends) };
+        let ends = self.lighting.air.as_ref().map_or(Ok(Vec::new()), ends)?;
+        Ok(ends.into_iter().map(|[end, _]| end).collect())
     }
 
     /// Light that each visible translucent particle sends to the eye, per unit of its colour. Blocks.

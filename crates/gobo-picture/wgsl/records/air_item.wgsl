@@ -1,0 +1,9 @@
+// Blocks of columns of air, and what is lit of them at a time: an item is a run of slices of a block. `air_items` holds the
+// workgroups of a dispatch over the items in x, y and z and their number, and then the items. Rust: `crates/gobo-picture/src/stage/air.rs`.
+
+const AIR_BLOCK: u32 = 4u;    // edge of a block [columns]
+const AIR_RUN: u32 = 4u;      // slices of a run
+const MAX_AIR_RUNS: u32 = 64u; // runs of a block
+
+const ITEM_HEAD: u32 = 4u; // words
+const ITEM_COUNT: u32 = 3u;
