@@ -83,7 +83,7 @@ impl KernelCache {
         kernel.make().map(|()| kernel)
     }
 
-    /// A kernel that can be bound at once, and is compiled by [`Self::finish`] or by running
+    /// A kernel that can be bound at once, and is compiled by `finish` or by running
     /// [`Self::pending`].
     pub(crate) fn request(
         &self,
@@ -111,7 +111,7 @@ impl KernelCache {
         }
     }
 
-    /// Kernels that are not compiled yet. One that the device refused stays, so that each [`Self::finish`]
+    /// Kernels that are not compiled yet. One that the device refused stays, so that each `finish`
     /// reports it.
     pub fn pending(&self) -> Vec<KernelJob> {
         let mut state = self.state();
@@ -130,7 +130,7 @@ impl KernelCache {
         self.state().driver = Some(cache.clone());
     }
 
-    /// Compiles kernels on a thread as they are requested while `act` runs. The next [`Self::finish`] returns their errors.
+    /// Compiles kernels on a thread as they are requested while `act` runs. The next `finish` returns their errors.
     pub fn made_meanwhile<T>(&self, act: impl FnOnce() -> T) -> T {
         #[cfg(not(target_arch = "wasm32"))]
         return thread::scope(|scope| {

@@ -1,4 +1,4 @@
-//! Errors of the library, except those of scene files (see [`crate::scene`]).
+//! Errors of the library, except those of scene files (those are `gobo_scene::SceneError`).
 use crate::{
     gpu::{Missing, Tier},
     model::{InvalidClip, InvalidLight},

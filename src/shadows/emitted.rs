@@ -102,7 +102,7 @@ impl Shadows {
         Ok(EmittedLoad { commands, group_counts, groups, counters, memory })
     }
 
-    /// Takes what [`EmittedLoad::groups`] holds.
+    /// Takes what the groups of an `EmittedLoad` hold.
     pub fn place_emitted(&mut self, found: &[HostGroup]) -> Result<(), Error> {
         self.casters_mut()?.place_emitted(found);
         Ok(())

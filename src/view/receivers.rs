@@ -9,7 +9,7 @@ const MAX: usize = 4096;
 const FIRST_CELL: f64 = 1.0 / 16384.0;
 
 /// Where points are, whatever their number: at most 4,096 boxes, each around the points in one cell of a lattice. The
-/// views of [`Renderer::point_look_up`](crate::render::Renderer::point_look_up) are as deep as these boxes.
+/// views of `Renderer::point_look_up` are as deep as these boxes.
 #[derive(Clone, Debug)]
 pub struct Receivers {
     /// Edge of a cell [m].
