@@ -3,6 +3,7 @@
 /// Constants without a mirror in Rust.
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
+    "PLANE_ROUNDING",
     "OFTEN_FEW",
     "WALKS_APART",
     "READS_OPAQUE",
