@@ -19,9 +19,9 @@ const MOST_VIEWPOINTS: u32 = 64;
 const FEW: usize = 300;
 /// Least penumbrae that are provided for.
 const LEAST: usize = 8;
-/// Mean share of a light that penumbrae have behind what its middle does not see, past which it has more viewpoints; and the share
-/// of penumbrae that have [`DEEP`] there.
-const HIDDEN: f64 = 0.002;
+/// Mean share of a light behind what its middle does not see, as far as it differs from what is seen around it, past which it has
+/// more viewpoints; and the share of penumbrae that have [`DEEP`] there.
+const HIDDEN: f64 = 0.0008;
 /// Share of a light behind what its middle does not see that tears a shadow.
 const DEEP: f64 = 0.25;
 /// Share of the places that are looked at from which their penumbrae are worth more texels in a picture, and more viewpoints.

@@ -10,6 +10,8 @@ import package::shade::tint::TOUCH;
 
 // Least light to divide by.
 const MIN_LIGHT: f32 = 1e-4;
+// Of depths along a plane that faces the light, in steps of a curve's depths.
+const PLANE_ROUNDING: f32 = 0.0625;
 
 // A filter that crosses the plane is behind a part of it. Of texels that see the plane nearer than the point is, and
 // of the others, those count that are darker: all of one side see the filter if it is before the point, and none of
@@ -43,7 +45,7 @@ fn touching_light(is_asked: bool) -> vec3<f32> {
                 light = select(light, textureLoad(filters, at, spot_view.layer, 0).rgb, is_between);
             }
             let weighted = vec4(light, 1.0) * (weights_x[step.x] * weights_y[step.y]);
-            let is_deep = end + spot_bias * TOUCH >= own;
+            let is_deep = end + PLANE_ROUNDING >= own;
             nearer += select(weighted, vec4(0.0), is_deep);
             deeper += select(vec4(0.0), weighted, is_deep);
             i += 1u;

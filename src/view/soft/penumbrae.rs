@@ -31,7 +31,8 @@ const TEXELS: f64 = 3.0;
 pub(super) struct Penumbra {
     /// Texels of the edge of the light's map by which the penumbra has enough, or texels are no wider than a pixel.
     pub(super) texels: f64,
-    /// Share of the light's points that are behind something that its middle does not see.
+    /// Light of the points behind something that the light's middle does not see, as far as it differs from that of the points
+    /// that it sees: a share of the light.
     pub(super) hidden: f64,
 }
 
@@ -73,6 +74,18 @@ struct Map<'a> {
     /// Half of the light's narrower side, likewise.
     half: f64,
     is_opaque: Vec<bool>,
+    /// What materials that are not opaque let through.
+    passed: Vec<DVec3>,
+}
+
+/// What is between two depths of a texel, on the way to a point of the light.
+struct Met {
+    /// Depths [m] of what stops light and the light's middle sees, and of what it does not see.
+    depths: [Option<f64>; 2],
+    /// Light that filters let through.
+    passed: DVec3,
+    /// Whether something that the middle does not see stops light.
+    is_dark: bool,
 }
 
 /// Penumbrae in a `view` from the middle of a `light`: of places that the picture shows or, without one, of all that the
@@ -124,6 +137,10 @@ impl<'a> Map<'a> {
             DVec2::new(on_light.x, -on_light.y)
         });
         let of = |transfer: &Material| transfer.transfer.is_opaque();
+        let passed = |material: &Material| {
+            let [color, opacity] = [material.tint.truncate(), Vec3::splat(material.tint.w)];
+            (1.0 - opacity * (1.0 - color)).as_dvec3().clamp(DVec3::ZERO, DVec3::ONE)
+        };
         Self {
             scene,
             view,
@@ -132,6 +149,7 @@ impl<'a> Map<'a> {
             points: points.collect(),
             half: axes[0].length().min(axes[1].length()),
             is_opaque: scene.materials.iter().map(of).collect(),
+            passed: scene.materials.iter().map(passed).collect(),
         }
     }
 
@@ -196,16 +214,19 @@ impl<'a> Map<'a> {
         let through =
             |aside: f64| if is_wide { (depth.recip() + aside).recip() } else { depth - aside };
         let slack = 0.5 * spread / scale;
-        let (mut stopped, mut hidden, mut narrowest) = (0u32, 0u32, f64::INFINITY);
+        let (mut stopped, mut narrowest) = (0u32, f64::INFINITY);
+        // Light of points that the middle sees, and of those behind something that it does not see.
+        let (mut seen, mut hidden) = (Vec::new(), Vec::new());
         // First a few points, spread over the light.
         let spread_out = (0..4).flat_map(|start| self.points.iter().skip(start).step_by(4));
         for (number, point) in spread_out.enumerate() {
-            if number == 4 && stopped + hidden == 0 {
+            if number == 4 && stopped == 0 && hidden.is_empty() {
                 return None;
             }
             let way = *point * scale;
             let steps = ((way.length() * farthest).ceil() as u32 + 1).min(STEPS);
             let mut found = [None; 2];
+            let (mut light, mut is_dark) = (DVec3::ONE, false);
             for i in 0..steps {
                 let [near, far] = [i, i + 1].map(|i| farthest * f64::from(i) / f64::from(steps));
                 let at = (middle + way * (near + far) * 0.5).floor().as_ivec2();
@@ -213,36 +234,44 @@ impl<'a> Map<'a> {
                     break;
                 }
                 let now = self.met(at, [through(far), through(near)], place, slack);
-                (0..2).for_each(|kind| found[kind] = found[kind].or(now[kind]));
+                (0..2).for_each(|kind| found[kind] = found[kind].or(now.depths[kind]));
+                light *= now.passed;
+                is_dark |= now.is_dark;
                 if found[0].is_some() {
                     break;
                 }
             }
-            stopped += u32::from(found[0].is_some());
-            hidden += u32::from(found[0].is_none() && found[1].is_some());
+            match found {
+                [Some(_), _] => stopped += 1,
+                [None, Some(_)] => hidden.push(if is_dark { DVec3::ZERO } else { light }),
+                [None, None] => seen.push(light),
+            }
             if let Some(depth_there) = found[0].or(found[1]) {
                 let aside =
                     if is_wide { depth_there.recip() - depth.recip() } else { depth - depth_there };
                 narrowest = narrowest.min(2.0 * self.half * aside);
             }
         }
-        if stopped + hidden == 0 || stopped == POINTS {
+        if stopped == POINTS || stopped == 0 && hidden.is_empty() {
             return None;
         }
+        // A look-up takes what is hidden to be as what is seen around it.
+        let usual = seen.iter().sum::<DVec3>() / (seen.len() as f64).max(1.0);
+        let usual = if seen.is_empty() { DVec3::ONE } else { usual };
+        let hidden: f64 = hidden.iter().map(|light| (*light - usual).abs().max_element()).sum();
         let wanted = (narrowest / TEXELS).max(place.texel);
         let edge = f64::from(self.view.size.x) / f64::from(self.view.scale);
         let texels = if wanted > 0.0 { edge / wanted } else { 0.0 };
-        Some(Penumbra { texels, hidden: f64::from(hidden) / f64::from(POINTS) })
+        Some(Penumbra { texels, hidden: hidden / f64::from(POINTS) })
     }
 
-    /// Depths [m] of what is between two depths in a texel: what stops light and the light's middle sees, and what it does
-    /// not see.
-    fn met(&self, at: IVec2, [low, high]: [f64; 2], place: &Place, slack: f64) -> [Option<f64>; 2] {
+    fn met(&self, at: IVec2, [low, high]: [f64; 2], place: &Place, slack: f64) -> Met {
         let index = (at.y * MAP as i32 + at.x) as usize;
         let layers = &self.layers[index];
         let in_front =
             |depth: f64| (self.raster.point(index, depth) - place.point).dot(place.normal) > slack;
-        let mut found = [None; 2];
+        let mut met = Met { depths: [None; 2], passed: DVec3::ONE, is_dark: false };
+        let found = &mut met.depths;
         let mut is_behind = false;
         for (number, layer) in layers.iter().enumerate() {
             let depth = f64::from(layer.depth);
@@ -254,6 +283,11 @@ impl<'a> Map<'a> {
             let kind = usize::from(is_behind);
             if is_met && (stops || is_behind) {
                 found[kind] = found[kind].or(Some(depth));
+                met.is_dark |= stops && is_behind;
+            }
+            if is_met && !stops {
+                let material = self.scene.triangles[layer.triangle as usize].material;
+                met.passed *= self.passed[material as usize];
             }
             // Inside of a body.
             let back =
@@ -264,9 +298,10 @@ impl<'a> Map<'a> {
                 && back.is_finite()
             {
                 found[1] = found[1].or(Some(low));
+                met.is_dark = true;
             }
             is_behind |= stops;
         }
-        found
+        met
     }
 }

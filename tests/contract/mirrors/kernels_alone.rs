@@ -7,6 +7,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "EDGE",
     "ITEM_COUNT",
     "REACH_LANES",
+    "PLANE_ROUNDING",
     "OFTEN_FEW",
     "WALKS_APART",
     "READS_OPAQUE",
