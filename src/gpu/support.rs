@@ -143,6 +143,15 @@ pub(crate) fn check_alive(device: &Device) -> Result<(), Error> {
     mapped.map_err(|error| Error::Lost(error.to_string()))
 }
 
+/// Features of a device; wgpu 30 does not see those subgroups that one of a browser has.
+fn features(device: &Device) -> Features {
+    #[cfg(all(target_arch = "wasm32", feature = "webgpu"))]
+    if device.as_webgpu().is_some_and(|device| device.features().has("subgroups")) {
+        return device.features() | Features::SUBGROUP;
+    }
+    device.features()
+}
+
 /// Features and limits that the device lacks for a tier, whatever the settings are.
 pub(crate) fn missing(device: &Device, tier: Tier) -> Vec<Missing> {
     let mut all = Vec::new();
@@ -151,7 +160,7 @@ pub(crate) fn missing(device: &Device, tier: Tier) -> Vec<Missing> {
         let requirement = Requirement::Limit { name, have, need };
         all.push(Missing { requirement, needed_for: Need::Core });
     });
-    for feature in (tier.features() - device.features()).iter() {
+    for feature in (tier.features() - features(device)).iter() {
         let requirement = Requirement::Feature(feature);
         let is_subgroups = Tier::Subgroups.features().contains(feature);
         let needed_for = if is_subgroups { Need::Subgroups } else { Need::Native };

@@ -1,6 +1,7 @@
 //! What JavaScript calls: `gobo-shadows`.
 #![allow(clippy::use_self, reason = "JavaScript has the names")]
 
+mod adapter;
 mod adding;
 mod canvas;
 mod files;
@@ -66,15 +67,8 @@ impl Gobo {
             }
         };
         let instance = wgpu::Instance::default();
-        let options = wgpu::RequestAdapterOptions {
-            power_preference: wgpu::PowerPreference::HighPerformance,
-            ..Default::default()
-        };
-        let adapter = instance.request_adapter(&options).await?;
-        let tier = match (Tier::of(&adapter), most) {
-            (Tier::Core, _) | (_, Tier::Core) => Tier::Core,
-            _ => Tier::Subgroups,
-        };
+        let (adapter, has_subgroups) = adapter::adapter(&instance, most == Tier::Subgroups).await?;
+        let tier = if has_subgroups { Tier::Subgroups } else { Tier::Core };
         let settings = ShadowSettings { receiver: Receiver::Curve, ..ShadowSettings::default() };
         // Scenes are as large as the device allows.
         let allowed = adapter.limits();
