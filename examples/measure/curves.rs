@@ -24,6 +24,11 @@ pub(crate) enum Rays {
 impl Rays {
     pub(crate) const ALL: [Self; 3] = [Self::Smoke, Self::Panes, Self::Puffs];
 
+    /// Whether the hits may be of soft discs alone, of which no pairs are joined by cost.
+    const fn are_discs(self) -> bool {
+        matches!(self, Self::Smoke | Self::Puffs)
+    }
+
     fn hits(self, chance: &mut Chance) -> Vec<Hit> {
         let mut hits = match self {
             Self::Smoke => smoke(chance),
@@ -151,6 +156,7 @@ const DEPTHS: u32 = 400;
 /// Seeded texels of one kind, and their exact light at every depth.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
+    rays: Rays,
     texels: Vec<(Vec<Hit>, Vec<Vec3>)>,
 }
 
@@ -166,7 +172,7 @@ impl Sample {
             let light = depths().map(|z| exact(&hits, z)).collect();
             (hits, light)
         };
-        Self { texels: (0..TEXELS).map(texel).collect() }
+        Self { rays, texels: (0..TEXELS).map(texel).collect() }
     }
 
     /// Number of hits of all texels.
@@ -177,7 +183,7 @@ impl Sample {
     pub(crate) fn error(&self, method: Method) -> CurveError {
         let mut errors = Vec::new();
         for (hits, expected) in &self.texels {
-            let light = light_of(method, hits);
+            let light = light_of(method, self.rays, hits);
             for (z, expected) in depths().zip(expected) {
                 errors.extend((light(z) - *expected).abs().to_array());
             }
@@ -190,11 +196,11 @@ impl Sample {
 
     /// Makes every texel's curve, to measure the time.
     pub(crate) fn build(&self, method: Method) -> f32 {
-        self.texels.iter().map(|(hits, _)| light_of(method, hits)(0.5).x).sum()
+        self.texels.iter().map(|(hits, _)| light_of(method, self.rays, hits)(0.5).x).sum()
     }
 }
 
-fn light_of(method: Method, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
+fn light_of(method: Method, rays: Rays, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
     match method {
         Method::Nearest => Box::new(|z| nearest(hits, z)),
         Method::Curve(nodes) => {
@@ -210,10 +216,9 @@ fn light_of(method: Method, hits: &[Hit]) -> Box<dyn Fn(f32) -> Vec3 + '_> {
                 RayHit { start: depth, end: depth, absorbed, presence: absorbed.max_element() }
             };
             let hits: Vec<_> = hits.iter().map(point).collect();
-            let (nodes, _) = two_walks::curve(
-                &hits,
-                RayModes { nodes, few: true, faint: false, grows: false, bodies: None },
-            );
+            let few = !rays.are_discs();
+            let modes = RayModes { nodes, few, faint: false, grows: false, bodies: None };
+            let (nodes, _) = two_walks::curve(&hits, modes);
             Box::new(move |z| light_at(&nodes, z, false))
         }
         Method::Fourier => {

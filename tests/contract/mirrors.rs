@@ -291,6 +291,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("MIN_DISTANCE", f32::MIN_POSITIVE),
         ("MIN_REST", curve::MIN_REST),
         ("MIN_ROOT", curve::bodies::MIN_ROOT),
+        ("LEAST_GAP", curve::two_walks::LEAST_GAP),
         ("LEAST_ROOTED", curve::two_walks::LEAST_ROOTED),
         ("LEVELS", gobo::records::curve::LEVELS),
         ("MAX_GAIN", MAX_GAIN),

@@ -18,6 +18,7 @@ import choice::visit::{OFTEN_FEW, READS_OPAQUE, visit_caster};
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
 const TRACE: f32 = 0.0000152587890625; // presence below which hits have no place of their own: 2^-16
+const LEAST_GAP: f32 = 0.00390625; // what the depth between two hits has at least: 1/256
 const COST_BINS: u32 = 32u; // of the costs of pairs, about half an octave each
 
 struct Texel {
@@ -183,7 +184,9 @@ fn pass_hit(t: ptr<function, Texel>, hit: RayHit) -> Placed {
     let behind = light_of(t);
     let taken = dot(abs(light - behind), vec3(1.0));
     let z = max(hit.start, (*t).at);
-    let bin = bin_of(((*t).took + taken) * (z - (*t).at));
+    // Strong hits that are close together cost something, too.
+    let gap = select(0.0, z - (*t).at + LEAST_GAP, z > (*t).at);
+    let bin = bin_of(((*t).took + taken) * gap);
     return Placed(placed && acts, light, behind, z, taken, bin);
 }
 

@@ -124,7 +124,9 @@ fn place_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let much = taken * f32(left) > texel.all - texel.gone;
     let fits = free > 1u || (free > 0u && (texel.open || still == 1u));
     let is_alone = texel.count <= NODES || (!by_cost && much && fits);
-    let place = by_light * (texel.gone + 0.5 * taken) + by_depth * (2.0 * placed.z - texel.at - texel.first);
+    // The gap in front of the hit counts three times.
+    let gone = 3.0 * placed.z - 2.0 * texel.at - texel.first;
+    let place = by_light * (texel.gone + 0.5 * taken) + by_depth * gone;
     let passes = select(place > texel.cut, !joins, by_cost) || still <= free;
     let ends = !is_alone && texel.open && free > 0u && placed.z > texel.at && passes;
     var ramp = single_ramp(t, hit, placed);

@@ -4,9 +4,9 @@
 //! how many *pairs* of neighbours have which cost. Up to K hits each have a node: the curve is exact, in any order.
 //! Up to [`FEW`] times as many, pairs are joined that cost least: an area of the light that both take times the depth between
 //! them, and as many as must be. Beyond, the second walk gives each hit a *place* on the ray, half by the light that was lost
-//! so far and half by the depth that is gone, and ends the open node where a place passes its cut: where the node began, and
-//! an equal part of what was left there; a hit which alone takes more than an equal part of the light that is left has a node
-//! of its own. Hits of equal depth stay together.
+//! so far and half by the depth that is gone, of which the gap in front of the hit counts three times. The open node ends
+//! where a place passes its cut: where the node began, and an equal part of what was left there; a hit which alone takes more
+//! than an equal part of the light that is left has a node of its own. Hits of equal depth stay together.
 //!
 //! A node passes the product of its hits, as a ramp of the mean depth and the variance of the light that they take,
 //! within the depths of its first and last hit. So at any depth the error is at most what the nodes that enclose it
@@ -28,6 +28,9 @@ pub const FEW: u32 = 6;
 pub const MOST_FEW: u32 = 64;
 /// Bins of the pairs' costs, about half an octave each, of which the last has all from 3/4 up.
 pub const COST_BINS: usize = 32;
+
+/// What the depth between the hits of a pair has at least.
+pub const LEAST_GAP: f32 = 1.0 / 256.0;
 
 /// A hit of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +107,7 @@ impl Passing {
         let behind = self.light.as_vec3();
         let taken = (light - behind).abs().element_sum();
         let z = hit.start.max(self.at);
-        let bin = bin((self.taken + taken) * (z - self.at));
+        let bin = bin((self.taken + taken) * gap(self.at, z));
         acts.then_some(Placed { light, behind, z, taken, bin })
     }
 
@@ -115,6 +118,11 @@ impl Passing {
 
 fn is_dark(light: Vec3) -> bool {
     light.cmplt(Vec3::splat(BLACK)).all()
+}
+
+/// Depth between two hits in a pair's cost: strong ones that are close together cost something, too.
+fn gap(at: f32, z: f32) -> f32 {
+    if z > at { z - at + LEAST_GAP } else { 0.0 }
 }
 
 /// Bin of a pair's cost.
@@ -286,7 +294,8 @@ pub fn curve(hits: &[RayHit], modes: RayModes) -> (Vec<PackedNode>, Vec3) {
                 open.cut = written.cut(open.place);
             }
         } else {
-            let place = by_light * (gone + 0.5 * taken) + by_depth * (2.0 * z - passing.at - first);
+            let place =
+                by_light * (gone + 0.5 * taken) + by_depth * (3.0 * z - 2.0 * passing.at - first);
             if let Some(ended) = open {
                 let passes = if by_cost { !joins } else { place > ended.cut };
                 if free > 0 && z > passing.at && (passes || still <= free) {
