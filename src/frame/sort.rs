@@ -96,7 +96,7 @@ impl Sort {
         self.dispatches.len() / 3 % 2
     }
 
-    /// Size of the histograms, 0 if an earlier sort of the frame has them [bytes].
+    /// Size of the histograms, 0 if an earlier sort of the frame has them \[bytes\].
     pub fn scratch_size(&self) -> u64 {
         self.scratch_size
     }

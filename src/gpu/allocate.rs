@@ -132,7 +132,7 @@ impl<'a> Allocator<'a> {
         self.texture(name, format, [u64::from(ROW), rows, 1], usage)
     }
 
-    /// A texture array of width, height and layers [texels].
+    /// A texture array of width, height and layers \[texels\].
     pub fn texture(
         &mut self,
         name: &'static str,
@@ -143,7 +143,7 @@ impl<'a> Allocator<'a> {
         self.texture_with_levels(name, format, size, 1, usage)
     }
 
-    /// A volume texture of width, height and depth [texels].
+    /// A volume texture of width, height and depth \[texels\].
     pub fn volume(
         &mut self,
         name: &'static str,

@@ -128,7 +128,7 @@ struct Queries {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     readback: wgpu::Buffer,
-    /// Length of one tick [ns].
+    /// Length of one tick \[ns\].
     period: f32,
 }
 

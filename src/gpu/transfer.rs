@@ -182,7 +182,7 @@ pub(crate) fn staging(device: &wgpu::Device, label: &'static str, size: u64) -> 
     })
 }
 
-/// What `copy` copies to a buffer of a size [bytes], after all commands submitted before. Blocks.
+/// What `copy` copies to a buffer of a size \[bytes\], after all commands submitted before. Blocks.
 pub(crate) fn read_back(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -218,7 +218,7 @@ fn parts(size: wgpu::Extent3d, most: u64) -> Vec<(wgpu::Origin3d, wgpu::Extent3d
     parts
 }
 
-/// Size of a texel [bytes].
+/// Size of a texel \[bytes\].
 fn texel_size(texture: &wgpu::Texture) -> u32 {
     texture.format().block_copy_size(None).expect("a colour format")
 }

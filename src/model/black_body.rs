@@ -1,7 +1,7 @@
 //! Light of what is hot.
 use glam::{Mat3, Vec3};
 
-/// Planck's second radiation constant [nm K].
+/// Planck's second radiation constant \[nm K\].
 pub const RADIATION: f32 = 14_387_770.0;
 /// First wavelength of the sum over what is seen \[nm\].
 pub const FIRST_WAVELENGTH: f32 = 380.0;

@@ -1,7 +1,7 @@
 //! Boxes around casters and receivers.
 use glam::Vec3;
 
-/// Farthest coordinate of a scene [m]: past it neighbouring `f32` are a metre apart.
+/// Farthest coordinate of a scene \[m\]: past it neighbouring `f32` are a metre apart.
 pub const FARTHEST: f32 = 1e7;
 
 /// An axis-aligned box, world space \[m\]; empty while `min > max`.

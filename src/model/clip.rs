@@ -2,7 +2,7 @@
 use super::{Projection, View, ViewRole};
 use glam::{DMat4, DVec3, DVec4, Mat4, UVec2};
 
-/// Largest deviation of a matrix from a camera's [share].
+/// Largest deviation of a matrix from a camera's \[share\].
 const SLACK: f64 = 1e-4;
 
 /// A matrix that is no camera which a view can be.
@@ -61,7 +61,7 @@ struct Camera {
     projection: Projection,
     /// Right, up and back, unit.
     axes: [DVec3; 3],
-    /// The world's origin in view space [m].
+    /// The world's origin in view space \[m\].
     origin: DVec3,
     /// NDC per metre (at 1 m along the axis), x and y.
     scale: glam::DVec2,

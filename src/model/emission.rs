@@ -213,7 +213,7 @@ impl Emitter {
     }
 }
 
-/// Whether its position is finite, and at most so far from the origin along each axis [m].
+/// Whether its position is finite, and at most so far from the origin along each axis \[m\].
 fn is_within(particle: &Particle, farthest: f32) -> bool {
     particle.center.is_finite() && particle.center.abs().max_element() <= farthest
 }

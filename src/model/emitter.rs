@@ -52,9 +52,9 @@ pub struct Forces {
     pub position: Vec3,
     /// Full size of the region, 0 or more \[m\]. Default 0.2.
     pub extent: Vec3,
-    /// Mean initial velocity [m/s]. Default 1 upward.
+    /// Mean initial velocity \[m/s\]. Default 1 upward.
     pub velocity: Vec3,
-    /// Largest deviation of a particle's initial velocity, 0..=1000 [m/s]. Default 0.
+    /// Largest deviation of a particle's initial velocity, 0..=1000 \[m/s\]. Default 0.
     pub spread: f32,
     /// Downward acceleration, -1000..=1000 [m/s^2]. Default 0.
     pub gravity: f32,
@@ -62,13 +62,13 @@ pub struct Forces {
     pub buoyancy: f32,
     /// Rate at which a particle's velocity approaches that of the air, 0..=1000 [1/s]. Default 0: the air moves nothing.
     pub drag: f32,
-    /// Velocity of the air [m/s]. Default 0.
+    /// Velocity of the air \[m/s\]. Default 0.
     pub wind: Vec3,
-    /// Speed of the air's whirls (curl noise), 0..=1000 [m/s]. Default 0.
+    /// Speed of the air's whirls (curl noise), 0..=1000 \[m/s\]. Default 0.
     pub turbulence: f32,
     /// Spatial frequency of the whirls, 0.001..=1000 [1/m]. Default 1.
     pub frequency: f32,
-    /// Speed at which the whirls rise through the air, -1000..=1000 [m/s]. Default 0.
+    /// Speed at which the whirls rise through the air, -1000..=1000 \[m/s\]. Default 0.
     pub evolve: f32,
     /// Height of a ground plane that particles collide with \[m\]. Default none.
     pub ground: Option<f32>,
@@ -92,7 +92,7 @@ pub struct EmittedParticle {
     pub number: u32,
     /// Position \[m\].
     pub position: Vec3,
-    /// Velocity [m/s].
+    /// Velocity \[m/s\].
     pub velocity: Vec3,
     /// Age \[steps\].
     pub age: u32,
@@ -144,7 +144,7 @@ impl Forces {
         }
     }
 
-    /// Offset of the emitter along its path at a time [s].
+    /// Offset of the emitter along its path at a time \[s\].
     fn gone(&self, seconds: f64) -> Vec3 {
         let place = |row: &[f32; 4]| Vec3::new(row[1], row[2], row[3]);
         let after = self.path.partition_point(|row| f64::from(row[0]) <= seconds);
@@ -158,7 +158,7 @@ impl Forces {
         }
     }
 
-    /// The path from one time to another [s from the start]: rows of seconds since the first, and the offset.
+    /// The path from one time to another \[s from the start\]: rows of seconds since the first, and the offset.
     pub fn path_between(&self, begin: f64, end: f64) -> Vec<Vec4> {
         if self.path.is_empty() {
             return vec![Vec4::ZERO];
@@ -329,7 +329,7 @@ impl Flock {
     }
 }
 
-/// A life [s] in steps.
+/// A life \[s\] in steps.
 fn steps_of(life: f32) -> u32 {
     ((life * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST)
 }

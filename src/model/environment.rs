@@ -80,9 +80,9 @@ pub const IRRADIANCE: usize = 9;
 pub const LEVELS: u32 = 6;
 /// Edge of the rough levels without their border \[texels\].
 pub const ROUGH_SIZE: u32 = 64;
-/// Edge of a sky's sharp level [texels].
+/// Edge of a sky's sharp level \[texels\].
 const SKY_SIZE: u32 = 256;
-/// Largest edge of an image's sharp level [texels].
+/// Largest edge of an image's sharp level \[texels\].
 const MAX_SIZE: u32 = 1024;
 /// Largest finite half.
 const BRIGHTEST: f32 = 65504.0;

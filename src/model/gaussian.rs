@@ -7,7 +7,7 @@ use glam::{Mat3, Quat, Vec3};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GaussianOpacity {
     /// `alpha = opacity * exp(-q^2 / 2)` where the ray is closest to the centre in the Gaussian's own space, at
-    /// distance `q` [standard deviations]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
+    /// distance `q` \[standard deviations\]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
     #[default]
     Splat,
     /// Extinction `density * opacity * exp(-q^2 / 2)` [1/m], whose integral along the ray up to the opaque
@@ -33,13 +33,13 @@ impl GaussianOpacity {
 /// than 0.4 % of their shadow.
 const FAINTEST: f32 = 1.0 / 8192.0;
 const LEAST_SHARE: f32 = 1.0 / 256.0;
-/// Where the densest medium ends, squared [standard deviations].
+/// Where the densest medium ends, squared \[standard deviations\].
 const MAX_REACH: f32 = 64.0;
 /// Most extinction at a medium's centre [1/m].
 const MAX_EXTINCTION: f32 = 6e4;
 
 /// Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends
-/// [standard deviations]. WGSL: `reach_squared` in `wgsl/project/conic.wgsl`.
+/// \[standard deviations\]. WGSL: `reach_squared` in `wgsl/project/conic.wgsl`.
 pub fn reach_squared(opacity: f32) -> f32 {
     (2.0 * (opacity / FAINTEST).max(1.0 / LEAST_SHARE).ln()).min(MAX_REACH)
 }
@@ -121,7 +121,7 @@ impl Gaussian {
         }
     }
 
-    /// Distance from the centre at which it ends, at most [standard deviations].
+    /// Distance from the centre at which it ends, at most \[standard deviations\].
     pub fn reach(&self, opacity: GaussianOpacity) -> f32 {
         reach_squared(self.most_opacity(opacity)).sqrt()
     }

@@ -14,7 +14,7 @@ pub struct ImageSun {
     pub angle: f32,
 }
 
-/// Largest angle between the middle of an image's sun and its rim [radians].
+/// Largest angle between the middle of an image's sun and its rim \[radians\].
 const SUN_REACH: f32 = 0.06;
 /// How much brighter than the mean of all around a sun is at least.
 const SUN_EXCESS: f32 = 20.0;

@@ -58,7 +58,7 @@ impl Scene {
         self.origin += by;
     }
 
-    /// Rounding of positions, and the size that it is compared with [m]; `None` for an empty scene.
+    /// Rounding of positions, and the size that it is compared with \[m\]; `None` for an empty scene.
     fn rounding(&self, bounds: &Bounds) -> Option<(f32, f32)> {
         if bounds.is_empty() {
             return None;

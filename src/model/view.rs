@@ -22,7 +22,7 @@ pub enum ViewRole {
     /// One of the six faces of a cube: +x, -x, +y, -y, +z, -z.
     Face(u32),
     /// One of several windows, of which the first that contains a point is read: a cascade, or a further
-    /// shadow. It fades into the next over `fade` [share of its half edge]; beyond the last there is no
+    /// shadow. It fades into the next over `fade` \[share of its half edge\]; beyond the last there is no
     /// shadow.
     Window {
         /// Index among the windows of its shadow.
@@ -120,7 +120,7 @@ impl View {
     }
 }
 
-/// A sample's offset [pixels]: that of a lens takes the camera's axis far aside.
+/// A sample's offset \[pixels\]: that of a lens takes the camera's axis far aside.
 pub fn within_pixel(offset: Vec2) -> Vec2 {
     if offset.abs().max_element() > 1.0 { offset - offset.round() } else { offset }
 }

@@ -3,7 +3,7 @@ use glam::UVec2;
 
 /// Most levels.
 const MAX_LEVELS: usize = 8;
-/// Shorter side of the coarsest level, at least [texels].
+/// Shorter side of the coarsest level, at least \[texels\].
 const COARSEST: u32 = 4;
 
 /// Levels of what is behind glass, the picture's own size first.

@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 /// Edge of the tile \[cells\].
 pub const BLUE_SIZE: u32 = 64;
 const COUNT: usize = (BLUE_SIZE * BLUE_SIZE) as usize;
-/// Standard deviation of the Gaussian that measures clusters [cells].
+/// Standard deviation of the Gaussian that measures clusters \[cells\].
 const SIGMA: f32 = 1.5;
-/// Radius where the Gaussian has fallen below 1e-5 [cells].
+/// Radius where the Gaussian has fallen below 1e-5 \[cells\].
 const REACH: i32 = 8;
 
 /// Rank of each cell, row by row: each of 0..4096 once. Made at the first call.

@@ -33,7 +33,7 @@ crate::records::texel_struct! {
     /// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its middle. All of its
     /// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
     pub struct GridRecord {
-        /// Rows of the linear part of index from world space [voxels/m]; behind each a coordinate of the anchor, world
+        /// Rows of the linear part of index from world space \[voxels/m\]; behind each a coordinate of the anchor, world
         /// space \[m\].
         pub rows: [Vec4; 3],
         /// Edges of a voxel, world space \[m\]; behind each the extinction of density 1 in a channel [1/m].
@@ -237,7 +237,7 @@ impl Bricks {
         &self.voxels[self.slot(brick)]
     }
 
-    /// The temperatures of a brick [K], if it has some.
+    /// The temperatures of a brick \[K\], if it has some.
     pub fn temperatures_of(&self, brick: &BrickRecord) -> Option<&Voxels> {
         (brick.density == HOT_VOXELS).then(|| &self.voxels[self.slot(brick) + 1])
     }

@@ -46,7 +46,7 @@ impl Caster {
         self.material_rotation & 0xffff
     }
 
-    /// Rotation of a quad [radians].
+    /// Rotation of a quad \[radians\].
     pub fn rotation(&self) -> f32 {
         (self.material_rotation >> 16) as f32 * (std::f32::consts::TAU / 65536.0)
     }

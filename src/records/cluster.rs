@@ -60,7 +60,7 @@ pub struct Grid {
     pub bounds: Vec<[f32; 2]>,
 }
 
-/// Padding of cells in x and y [pixels].
+/// Padding of cells in x and y \[pixels\].
 const PIXEL_MARGIN: f32 = 1.0 / 64.0;
 /// Padding of slices, relative to the depth: far above the error of a logarithm.
 const DEPTH_MARGIN: f32 = 1e-4;
@@ -118,7 +118,7 @@ impl Grid {
         self.cells.element_product()
     }
 
-    /// Low and high corner of a cluster: x to the right, y down, z along the view axis [m].
+    /// Low and high corner of a cluster: x to the right, y down, z along the view axis \[m\].
     pub fn cluster_box(&self, cluster: u32) -> (Vec3, Vec3) {
         let UVec3 { x: width, y: height, .. } = self.cells;
         let (x, y, z) = (cluster % width, cluster / width % height, cluster / (width * height));
@@ -142,7 +142,7 @@ impl Grid {
         inside.then(|| (slice * self.cells.y + cell.y) * self.cells.x + cell.x)
     }
 
-    /// Capacity of all lists together, bounded by the settings [lights].
+    /// Capacity of all lists together, bounded by the settings \[lights\].
     pub fn capacity(&self, settings: &ClusterSettings, light_count: usize) -> u32 {
         let most = u64::from(self.cluster_count()) * light_count as u64;
         most.min(u64::from(settings.budget)) as u32

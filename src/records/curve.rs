@@ -88,7 +88,7 @@ impl CurveMap {
         light_at(self.nodes_of(texel), z, self.gain)
     }
 
-    /// Ramps of a texel, by their start: start and end [light depth], and the light behind, which is the product of what
+    /// Ramps of a texel, by their start: start and end \[light depth\], and the light behind, which is the product of what
     /// the ramps up to it pass.
     pub fn ramps(&self, texel: usize) -> impl Iterator<Item = (f32, f32, Vec3)> {
         let nodes = self.nodes_of(texel).iter().map(|&node| unpack(node, self.gain));

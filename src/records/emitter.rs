@@ -45,7 +45,7 @@ crate::records::gpu_struct! {
         pub step_count: u32,
         /// Rows of `path`, at least 1.
         pub path_count: u32,
-        /// When the first particle of a dispatch of one step starts [s from the step].
+        /// When the first particle of a dispatch of one step starts \[s from the step\].
         pub first_birth: f32,
         /// Number of particles started before each of the steps, and after the last.
         pub started: [[u32; 4]; 3],

@@ -67,7 +67,7 @@ impl Footprint {
     }
 
     /// View-space centre of a particle whose centre has no position in the map: to the right, down and
-    /// along the axis [m]. `None` for all others. WGSL: `is_beside` in `wgsl/records/view.wgsl`.
+    /// along the axis \[m\]. `None` for all others. WGSL: `is_beside` in `wgsl/records/view.wgsl`.
     pub fn beside(&self) -> Option<Vec3> {
         (self.radius < 0.0).then(|| self.center.extend(self.depth))
     }

@@ -41,7 +41,7 @@ impl GaussianAxes {
         Self { rotation: rotation.to_array().map(|v| v * step), sigma, id }
     }
 
-    /// The standard deviations as vectors, world space [m]: columns.
+    /// The standard deviations as vectors, world space \[m\]: columns.
     pub fn columns(&self) -> Mat3 {
         Mat3::from_quat(Quat::from_array(self.rotation)) * Mat3::from_diagonal(self.sigma)
     }

@@ -110,7 +110,7 @@ pub struct ImageDetail {
 }
 
 impl ImageDetail {
-    /// Of a picture of `samples` a pixel; `offset`: of the sample [pixels].
+    /// Of a picture of `samples` a pixel; `offset`: of the sample \[pixels\].
     pub fn new(samples: u32, offset: Vec2) -> Self {
         Self {
             reach: 1.0 / (samples.max(1) as f32).sqrt(),

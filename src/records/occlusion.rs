@@ -1,7 +1,7 @@
 //! Radius of ambient occlusion.
 use crate::model::Occlusion;
 
-/// Radius of what occludes, if the scene does not say [heights of the picture].
+/// Radius of what occludes, if the scene does not say \[heights of the picture\].
 const USUAL_RADIUS: f32 = 0.1;
 
 /// Radius of what occludes ambient light.
@@ -14,7 +14,7 @@ pub struct OcclusionRadius {
 }
 
 impl OcclusionRadius {
-    /// `fov_y`: of the camera [radians]; `None` without occlusion.
+    /// `fov_y`: of the camera \[radians\]; `None` without occlusion.
     pub fn new(occlusion: Occlusion, fov_y: f32) -> Option<Self> {
         match occlusion {
             Occlusion::None => None,

@@ -80,7 +80,7 @@ impl View {
 
 impl GpuView {
     /// Depth key by distance, the same on all faces of a cube: 0 at the near plane's centre, 1 at the far
-    /// plane's corner. `distance` from the light [m].
+    /// plane's corner. `distance` from the light \[m\].
     pub fn distance_key(&self, distance: f32) -> f32 {
         (distance - self.near) / self.distance_span()
     }

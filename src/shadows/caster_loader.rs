@@ -19,10 +19,10 @@ impl Shadows {
     ///
     /// ```wgsl
     /// struct Caster {
-    ///     center: vec3<f32>, // world space [m]
-    ///     radius: f32,       // [m]
+    ///     center: vec3<f32>, // world space \[m\]
+    ///     radius: f32,       // \[m\]
     ///     color: vec4<f32>,  // linear rgba; multiplies the material's tint
-    ///     rotation: f32,     // of a quad about the ray from the light [radians]
+    ///     rotation: f32,     // of a quad about the ray from the light \[radians\]
     ///     material: u32,     // index
     ///     id: u32,           // decorrelates dither patterns
     /// }
@@ -52,10 +52,10 @@ impl Shadows {
     ///
     /// ```wgsl
     /// struct Gaussian {
-    ///     center: vec3<f32>,   // world space [m]
+    ///     center: vec3<f32>,   // world space \[m\]
     ///     opacity: f32,        // at the centre
     ///     rotation: vec4<f32>, // unit quaternion x, y, z, w: from its own space to the world
-    ///     sigma: vec3<f32>,    // standard deviations along its axes [m]
+    ///     sigma: vec3<f32>,    // standard deviations along its axes \[m\]
     ///     material: u32,       // index
     ///     color: vec3<f32>,    // linear rgb; multiplies the material's tint
     ///     id: u32,             // decorrelates dither patterns

@@ -98,7 +98,7 @@ impl<'a> HostGrid<'a> {
         self.grid.problem().map_or(Ok(()), Err)
     }
 
-    /// Box around all of its bricks, world space [m].
+    /// Box around all of its bricks, world space \[m\].
     pub(super) fn bounds(&self) -> Bounds {
         let edge = BRICK_SIZE as f32;
         let low = IVec3::splat(-(BRICK_SIZE as i32)).as_vec3();

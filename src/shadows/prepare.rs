@@ -146,7 +146,7 @@ impl MapSet {
 }
 
 impl<'a> Request<'a> {
-    /// Window of the dither patterns that are softened; 0 if none are [texels].
+    /// Window of the dither patterns that are softened; 0 if none are \[texels\].
     fn window(&self) -> u32 {
         if self.config.settings.soften { self.casters.dither_window } else { 0 }
     }

@@ -116,7 +116,7 @@ impl Statistics {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Size of the counters, and a mark behind them [bytes].
+    /// Size of the counters, and a mark behind them \[bytes\].
     fn size(counted: &Counted) -> u64 {
         (counted.size() + 4).next_power_of_two()
     }

@@ -121,7 +121,7 @@ impl Dispatch {
     /// Number of entries.
     pub const COUNT: u64 = 6;
 
-    /// Offset in the buffer [bytes].
+    /// Offset in the buffer \[bytes\].
     pub fn offset(self) -> u64 {
         self as u64 * 16
     }

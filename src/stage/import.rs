@@ -5,7 +5,7 @@
 //! `filters`, `nearests`. Out: `converted`, words to be copied to a texture.
 use crate::gpu::KernelDesc;
 
-/// Edge of a workgroup [texels].
+/// Edge of a workgroup \[texels\].
 const EDGE: u32 = 8;
 
 /// Takes depth maps of the host over.

@@ -34,7 +34,7 @@ pub fn splits(cascades: &Cascades, range: f32) -> Vec<f32> {
 }
 
 /// Default shadow range: the width of the scene, doubled until it holds the scene's farthest corner. It
-/// changes in steps, so that the windows keep their size while the camera moves [m].
+/// changes in steps, so that the windows keep their size while the camera moves \[m\].
 pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
     let farthest = bounds.corners().iter().fold(0f32, |far, c| far.max(c.distance(camera.eye)));
     let mut range = stepped(2.0 * bounds.radius()).clamp(1e-3, 1e8);
@@ -44,7 +44,7 @@ pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
     range
 }
 
-/// Bounding sphere of the camera's frustum up to `split` [m from the eye]: distance of its centre from the
+/// Bounding sphere of the camera's frustum up to `split` \[m from the eye\]: distance of its centre from the
 /// eye, and its radius, both per metre of split.
 fn frustum_sphere(camera: &Camera) -> (f64, f64) {
     let aspect = f64::from(camera.size.x) / f64::from(camera.size.y);
@@ -71,7 +71,7 @@ pub(super) struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// `size_of`: edge of each cascade's map [texels].
+    /// `size_of`: edge of each cascade's map \[texels\].
     pub(super) fn views(&self, cascades: &Cascades, size_of: &dyn Fn(usize) -> u32) -> Vec<View> {
         // From the split where a window would be as large as the scene, the last one holds the whole scene.
         let (_, radius) = frustum_sphere(self.camera);

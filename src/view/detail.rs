@@ -22,7 +22,7 @@ mod window;
 const NAMES: [&str; 6] = ["detail0", "detail1", "detail2", "detail3", "detail4", "detail5"];
 /// Lights that have windows.
 const MOST_LIGHTS: usize = 4;
-/// Edge of the largest window [texels]; with curves of half as many, and smaller ones by thirds and quarters.
+/// Edge of the largest window \[texels\]; with curves of half as many, and smaller ones by thirds and quarters.
 const LARGEST: u32 = 2048;
 /// Texels of a light's windows, in windows of [`LARGEST`] a side.
 const MOST_TEXELS: f64 = 4.0;

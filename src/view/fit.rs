@@ -28,7 +28,7 @@ pub(super) fn looking(position: Vec3, forward: Vec3, up: Vec3) -> Mat4 {
     )
 }
 
-/// Range of depths along the axis that encloses the box [m].
+/// Range of depths along the axis that encloses the box \[m\].
 pub(super) fn depth_range(view_from_world: &Mat4, bounds: &Bounds) -> (f32, f32) {
     bounds
         .corners()
@@ -86,7 +86,7 @@ impl View {
     }
 }
 
-/// Width over which the border of a further shadow's cone fades out [share of its half edge].
+/// Width over which the border of a further shadow's cone fades out \[share of its half edge\].
 const EDGE_FADE: f32 = 0.1;
 
 /// The shadow views of all lights, in order of lights; see [`fitted_views`].
@@ -153,7 +153,7 @@ pub fn light_views(
     Ok(views_of(index, light, &|i| sizes[i], camera, &Cover::of_box(bounds.or_unit())))
 }
 
-/// `size_of`: edge of the map of each of the light's views [texels].
+/// `size_of`: edge of the map of each of the light's views \[texels\].
 fn views_of(
     index: usize,
     light: &Light,

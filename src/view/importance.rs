@@ -4,10 +4,10 @@ use glam::Vec3;
 
 /// Most halvings of a map.
 const MAX_HALVINGS: u32 = 3;
-/// Smallest halved map [texels].
+/// Smallest halved map \[texels\].
 const SMALLEST: u32 = 64;
 
-/// Edge of the maps of one of a scene's lights that set none [texels]: of one that moves or that a moving camera sees, the
+/// Edge of the maps of one of a scene's lights that set none \[texels\]: of one that moves or that a moving camera sees, the
 /// largest that it needs in the moments of the scene's course.
 pub(super) fn usual_size(scene: &Scene, index: usize) -> u32 {
     let (light, size) = (&scene.lights[index], scene.shadow.size);
@@ -21,7 +21,7 @@ pub(super) fn usual_size(scene: &Scene, index: usize) -> u32 {
     sizes.max().unwrap_or_else(|| map_size(light, &scene.camera, size))
 }
 
-/// Edge of a light's maps [texels]: `size` if the light's sphere of influence may fill the picture, halved
+/// Edge of a light's maps \[texels\]: `size` if the light's sphere of influence may fill the picture, halved
 /// for each halving of the share of the picture's height that it can fill.
 fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     let share = share_of_picture(light, camera);
@@ -38,7 +38,7 @@ fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     }
 }
 
-/// Diameter of the light's sphere of influence on screen [heights of the picture].
+/// Diameter of the light's sphere of influence on screen \[heights of the picture\].
 fn share_of_picture(light: &Light, camera: &Camera) -> f32 {
     let position = match light.kind {
         LightKind::Directional { .. } => return 1.0,

@@ -6,7 +6,7 @@ use glam::{DMat3, DMat4, DVec2, DVec3, IVec2, UVec2, Vec3};
 /// What a texel sees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
-    /// World space [m].
+    /// World space \[m\].
     pub point: DVec3,
     /// Index of the triangle.
     pub triangle: u32,
@@ -18,7 +18,7 @@ pub(super) const LAYERS: usize = 4;
 /// A triangle at a texel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
-    /// Along the view's axis [m]; infinite without a triangle.
+    /// Along the view's axis \[m\]; infinite without a triangle.
     pub depth: f32,
     /// Index.
     pub triangle: u32,
@@ -133,7 +133,7 @@ impl Raster {
         all
     }
 
-    /// World place of a depth in the texel with an index [m].
+    /// World place of a depth in the texel with an index \[m\].
     pub(super) fn point(&self, at: usize, depth: f64) -> DVec3 {
         let texel = IVec2::new(at as i32 % self.size.x, at as i32 / self.size.x);
         let (start, way) = self.ray(texel);

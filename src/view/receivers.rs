@@ -5,14 +5,14 @@ use std::collections::HashMap;
 
 /// Most boxes.
 const MAX: usize = 4096;
-/// Edge of the first cells [m]: so close, points at 1 km from the origin are one.
+/// Edge of the first cells \[m\]: so close, points at 1 km from the origin are one.
 const FIRST_CELL: f64 = 1.0 / 16384.0;
 
 /// Where points are, whatever their number: at most 4,096 boxes, each around the points in one cell of a lattice. The
 /// views of `Renderer::point_look_up` are as deep as these boxes.
 #[derive(Clone, Debug)]
 pub struct Receivers {
-    /// Edge of a cell [m].
+    /// Edge of a cell \[m\].
     cell: f64,
     boxes: HashMap<[i64; 3], Bounds>,
 }
@@ -47,7 +47,7 @@ impl Receivers {
         self.boxes.values()
     }
 
-    /// The same receivers in a scene that is translated [m].
+    /// The same receivers in a scene that is translated \[m\].
     pub fn moved(mut self, by: Vec3) -> Self {
         for bounds in self.boxes.values_mut() {
             *bounds = Bounds { min: bounds.min + by, max: bounds.max + by };

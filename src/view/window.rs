@@ -6,7 +6,7 @@ use glam::{DVec2, Mat4, Vec3};
 /// Steps of an octave in which windows around casters grow: few, so that casters which move seldom cross one.
 const STEPS: f64 = 4.0;
 
-/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping [texels].
+/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping \[texels\].
 pub(super) const BORDER: f64 = 3.0;
 
 /// Length rounded up to `steps` of an octave: products with integers are exact, and rounding errors in the last
@@ -21,7 +21,7 @@ pub(super) fn snapped(point: DVec2, texel: f64) -> DVec2 {
     (point / texel + 0.5).floor() * texel
 }
 
-/// Edge or depth of a space around moving casters, in steps [m].
+/// Edge or depth of a space around moving casters, in steps \[m\].
 pub(super) fn stepped(length: f32) -> f32 {
     rounded_up(f64::from(length), STEPS) as f32
 }
@@ -45,7 +45,7 @@ impl Extent {
         }
     }
 
-    /// Edge of the square window around the box [m].
+    /// Edge of the square window around the box \[m\].
     fn edge(&self) -> f64 {
         f64::from((self.max - self.min).truncate().max_element() + 2.0 * self.margin)
     }
@@ -55,7 +55,7 @@ impl Extent {
         rounded_up(self.edge(), STEPS)
     }
 
-    /// Texel [m] and middle of a window of `size` texels around the box. Snapping moves it by up to half a texel.
+    /// Texel \[m\] and middle of a window of `size` texels around the box. Snapping moves it by up to half a texel.
     pub(super) fn window(&self, size: u32) -> (f64, DVec2) {
         let texel = rounded_up(self.edge() / f64::from(size.max(2) - 1), STEPS);
         (texel, snapped((self.min + self.max).as_dvec3().truncate() * 0.5, texel))
@@ -72,7 +72,7 @@ impl Extent {
         ((f64::from(self.max.z + self.margin) / unit).ceil() * unit) as f32
     }
 
-    /// Distance of a far plane behind `deepest`, the least z of casters and receivers, from `front` [m].
+    /// Distance of a far plane behind `deepest`, the least z of casters and receivers, from `front` \[m\].
     pub(super) fn far(&self, front: f32, deepest: f32, near: f32) -> f32 {
         let far = stepped(front - deepest + self.margin);
         far.max(near + self.margin.max(near.abs() * 1e-3))

@@ -4,7 +4,7 @@ use crate::common::{
     scenes::{empty, light, material, triangle},
     shadows, tiers,
 };
-use gobo::{LightKind, Transfer, glam::Vec3, internals::view::shadow_views, model::Scene};
+use gobo::{LightKind, Transfer, glam::Vec3, model::Scene, view::shadow_views};
 
 const EDGE: u32 = 1024;
 /// Less than one of the maps takes.
@@ -41,7 +41,7 @@ fn maps_are_cleared_without_a_map_of_bytes() {
             // What is staged lasts until it is submitted.
             let before = bytes();
             gpu.queue.submit([encoder.finish()]);
-            gpu.device.poll(gobo::wgpu::PollType::wait_indefinitely()).unwrap();
+            gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
             let staged = before - bytes();
             let maps = prepared.maps();
             let opaques: Vec<f32> = gpu.read_texture(&maps.opaques);

@@ -16,7 +16,7 @@ use std::f32::consts::FRAC_1_PI;
 /// Nodes of the curves, if the scene has none.
 const NODES: u32 = 16;
 
-/// Texels around a point of the spline filter, whose splats are looked up [texels].
+/// Texels around a point of the spline filter, whose splats are looked up \[texels\].
 const TAPS: f64 = 2.2;
 
 /// Points that are looked up at a time.

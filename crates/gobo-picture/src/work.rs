@@ -1,7 +1,7 @@
 //! Submits commands and waits for them, so that each stage has a time.
 use gobo::gpu::{Gpu, Timeline, add_time, has_timestamps};
 
-/// Stages and their times [ms], in order of first appearance.
+/// Stages and their times \[ms\], in order of first appearance.
 pub(super) type Stages = Vec<(&'static str, f64)>;
 
 /// Work that is submitted to a device, and what its stages take.

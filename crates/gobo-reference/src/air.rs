@@ -18,7 +18,7 @@ pub struct AirVolume {
     extinction: Vec3,
     size: UVec2,
     slices: u32,
-    /// First column [pixels].
+    /// First column \[pixels\].
     shift: Vec2,
     columns: Vec<Vec<Vec3>>,
 }
@@ -72,7 +72,7 @@ struct Ray {
     phase: f32,
 }
 
-/// Offset of a picture's sample from the middles of its pixels [pixels]: the shear of the camera's axis.
+/// Offset of a picture's sample from the middles of its pixels \[pixels\]: the shear of the camera's axis.
 fn sample_offset(view: &GpuView, world_from_view: &Mat4) -> Vec2 {
     let back = world_from_view.z_axis;
     let shear = Vec2::new(-back.dot(world_from_view.x_axis), back.dot(world_from_view.y_axis));

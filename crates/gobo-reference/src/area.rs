@@ -105,7 +105,7 @@ fn light_at(light: &Light, index: usize, scene: &Scene, views: &[View], i: usize
     Light { kind: first.kind, size: first.size, shadows, ..light.clone() }
 }
 
-/// Radius of a sphere around the source [m].
+/// Radius of a sphere around the source \[m\].
 fn radius(source: &Source) -> f32 {
     match *source {
         Source::Sphere { radius } | Source::Disc { radius, .. } => radius,
@@ -130,7 +130,7 @@ fn kind_at(kind: LightKind, source: &Source, i: usize) -> LightKind {
     }
 }
 
-/// Point `i` of a source, from its middle, world space [m]; of a sun a slope along its first two axes.
+/// Point `i` of a source, from its middle, world space \[m\]; of a sun a slope along its first two axes.
 fn offset(source: &Source, i: usize) -> Vec3 {
     // A Fibonacci lattice, and a third coordinate for spheres.
     let u = (i as f32 + 0.5) / POINTS as f32;

@@ -29,9 +29,9 @@ pub const DISTANCE_ROUNDING: f32 = 4e-6;
 /// The part of a ray inside a brick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passage {
-    /// Where density begins, along the axis [m].
+    /// Where density begins, along the axis \[m\].
     pub first: f32,
-    /// Along the axis, of the ramp that a curve takes [m].
+    /// Along the axis, of the ramp that a curve takes \[m\].
     pub ramp: [f32; 2],
     /// Optical depth, per channel.
     pub tau: Vec3,
@@ -67,19 +67,19 @@ impl IndexRay {
         Self { start: index(start), way: never_parallel(index(along)), metres: along.length() }
     }
 
-    /// From a point in world space [m], whose way for a metre is `toward`.
+    /// From a point in world space \[m\], whose way for a metre is `toward`.
     fn from_point(grid: &GridRecord, point: Vec3, toward: Vec3) -> Self {
         let anchor = Vec3::from_array(grid.rows.map(|row| row.w));
         let index = |v: Vec3| Vec3::from_array(grid.rows.map(|row| row.xyz().dot(v)));
         Self { start: index(point - anchor), way: never_parallel(index(toward)), metres: 1.0 }
     }
 
-    /// Where the ray meets the planes through `corner`, along the axis [m].
+    /// Where the ray meets the planes through `corner`, along the axis \[m\].
     fn meets(&self, corner: Vec3) -> Vec3 {
         (corner - self.start) * self.way.recip()
     }
 
-    /// The part of the way inside a box, between two depths [m].
+    /// The part of the way inside a box, between two depths \[m\].
     fn within(
         &self,
         [low, high]: [Vec3; 2],
@@ -107,7 +107,7 @@ fn never_parallel(way: Vec3) -> Vec3 {
 
 /// The way of a ray in one cell of voxels, or in one part of a box of constant density.
 struct Stretch {
-    /// Where it begins and ends, along the axis [m].
+    /// Where it begins and ends, along the axis \[m\].
     ends: [f32; 2],
     /// Densities at the two points of Gauss.
     densities: [f32; 2],
@@ -156,7 +156,7 @@ impl Stretch {
     }
 }
 
-/// `end`: of the ray, along the axis [m]; `part`: which of how many equal parts of the way through the brick. `None`
+/// `end`: of the ray, along the axis \[m\]; `part`: which of how many equal parts of the way through the brick. `None`
 /// where there is no density.
 pub(super) fn passage(
     view: &GpuView,
@@ -242,7 +242,7 @@ pub(super) fn dense_light(
     sum / all.max(Vec3::splat(1e-20))
 }
 
-/// From a point in a brick towards a light that is `end` away [m]: where the way leaves the brick, world space [m], and
+/// From a point in a brick towards a light that is `end` away \[m\]: where the way leaves the brick, world space \[m\], and
 /// what of the light passes up to there.
 pub(super) fn own_shadow(
     bricks: &Bricks,
@@ -286,17 +286,17 @@ fn mix(a: f32, b: f32, part: f32) -> f32 {
 
 /// Extent of a brick's box in a view. WGSL: `wgsl/project/brick_extent.wgsl`.
 pub(super) struct BrickExtent {
-    /// Box in the map [texels].
+    /// Box in the map \[texels\].
     pub min: Vec2,
     pub max: Vec2,
-    /// Along the axis [m].
+    /// Along the axis \[m\].
     pub along: [f32; 2],
-    /// Distance of its nearest point from the origin of view space, at most [m].
+    /// Distance of its nearest point from the origin of view space, at most \[m\].
     pub least: f32,
 }
 
 impl BrickExtent {
-    /// `half_edges`: of the box, world space [m]; `center` of the box in view space [m].
+    /// `half_edges`: of the box, world space \[m\]; `center` of the box in view space \[m\].
     pub(super) fn new(view: &GpuView, half_edges: &[Vec3; 3], center: Vec3) -> Self {
         let [x, y, z] = half_edges.map(|edge| view.view_from_world.transform_vector3(edge));
         let reach = x.z.abs() + y.z.abs() + z.z.abs();

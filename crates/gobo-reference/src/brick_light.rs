@@ -67,7 +67,7 @@ fn mean_way(tau: f32) -> f32 {
     if tau < SERIES { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / (tau.min(80.0).exp() - 1.0) }
 }
 
-/// Points of a brick's lattice: their places in the box, 0..1, and world space [m]; `None` where the camera does not see
+/// Points of a brick's lattice: their places in the box, 0..1, and world space \[m\]; `None` where the camera does not see
 /// the brick.
 pub(super) fn points_of(
     bricks: &Bricks,

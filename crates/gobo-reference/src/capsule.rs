@@ -69,7 +69,7 @@ pub struct CapsuleSetup {
 /// A radius that is linear along the axis.
 #[derive(Clone, Copy, Debug)]
 struct Line {
-    /// At the first end [m].
+    /// At the first end \[m\].
     start: f32,
     slope: f32,
 }
@@ -99,7 +99,7 @@ impl Line {
     }
 }
 
-/// Least radius at a place in view space [m]; behind the eye negative, where no ray is.
+/// Least radius at a place in view space \[m\]; behind the eye negative, where no ray is.
 fn least_radius(view: &GpuView, along: f32) -> f32 {
     MIN_RADIUS * if view.perspective > 0.0 { along } else { 1.0 } / view.scale
 }
@@ -221,9 +221,9 @@ impl CapsuleSetup {
 /// A ray's way through a capsule.
 #[derive(Clone, Copy, Debug)]
 struct Way {
-    /// Inside the capsule [local diameters].
+    /// Inside the capsule \[local diameters\].
     inside: f32,
-    /// In the whole cone [local diameters].
+    /// In the whole cone \[local diameters\].
     whole: f32,
     /// Ratio of the true radius to the widened one.
     thin: f32,
@@ -317,7 +317,7 @@ pub fn project_capsule(
     Projected { footprint, key: depth_key(front), rect }
 }
 
-/// Extent of a capsule in the map [texels].
+/// Extent of a capsule in the map \[texels\].
 struct Extent {
     /// Middle of its axis, and from there to its last end.
     middle: Vec2,
@@ -328,7 +328,7 @@ struct Extent {
 }
 
 impl Extent {
-    /// `ends`: to the right, down and along the axis, with the radii of the spheres within whose hull it is [m]; `least`: its
+    /// `ends`: to the right, down and along the axis, with the radii of the spheres within whose hull it is \[m\]; `least`: its
     /// distance from the light, 0 if that may be inside.
     fn new(view: &GpuView, ends: [Vec4; 2], least: f32) -> Self {
         let center = view.size * 0.5;
@@ -366,7 +366,7 @@ impl Extent {
     }
 }
 
-/// Radius of a circle around the place of a sphere's centre that contains the sphere [texels].
+/// Radius of a circle around the place of a sphere's centre that contains the sphere \[texels\].
 fn circle(view: &GpuView, center: Vec3, radius: f32) -> f32 {
     let sine = radius / center.length();
     let slope = center.truncate().length() / center.z;

@@ -75,7 +75,7 @@ pub struct Target<'a> {
     /// Seed of dither patterns.
     pub id: u32,
     form: Form<'a>,
-    /// Centre in the map and reach along each axis [texels].
+    /// Centre in the map and reach along each axis \[texels\].
     bounds: (Vec2, f32),
 }
 
@@ -365,7 +365,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// Least distance from the centre, along either axis, beyond which a footprint touches no texel [texels];
+/// Least distance from the centre, along either axis, beyond which a footprint touches no texel \[texels\];
 /// `shape`: of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
 fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let Some(shape) = shape else { return footprint.radius };

@@ -81,7 +81,7 @@ fn ray(view: &GpuView, texel: Vec2) -> (Vec3, Vec3) {
     if view.perspective > 0.0 { (Vec3::ZERO, aside + Vec3::NEG_Z) } else { (aside, Vec3::NEG_Z) }
 }
 
-/// Place in the map of a point in view space [texels].
+/// Place in the map of a point in view space \[texels\].
 pub(super) fn place(view: &GpuView, point: Vec3) -> Vec2 {
     let spread = view.scale / if view.perspective > 0.0 { (-point.z).max(1e-6) } else { 1.0 };
     Vec2::new(point.x, -point.y) * spread + view.size * 0.5
@@ -193,7 +193,7 @@ impl Glass<'_> {
         (face != NO_FACE).then(|| (point, &self.faces[face as usize]))
     }
 
-    /// Depth of a point minus that of the opaque surface at its texel [m]; `None` outside of the map.
+    /// Depth of a point minus that of the opaque surface at its texel \[m\]; `None` outside of the map.
     fn behind(&self, point: Vec3) -> Option<f32> {
         let at = index_at(self.view, place(self.view, point))?;
         let along = self.view.near + self.opaque[at] * (self.view.far - self.view.near);

@@ -125,7 +125,7 @@ struct Look<'a> {
     standing_for: &'a dyn Fn(Option<Shape>) -> f64,
 }
 
-/// Work of a view [ns], and its translucent points that are lit on their own.
+/// Work of a view \[ns\], and its translucent points that are lit on their own.
 struct Looked {
     work: f64,
     lit: f64,

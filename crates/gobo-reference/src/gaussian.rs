@@ -23,10 +23,10 @@ pub use hit::*;
 
 /// Square of a projected deviation below which the conic is enlarged \[texels²\].
 pub const MIN_SQUARE: f32 = 0.5;
-/// Squared distance from the centre up to which a deviation is measured in the map [standard deviations]: beside a near
+/// Squared distance from the centre up to which a deviation is measured in the map \[standard deviations\]: beside a near
 /// eye a Gaussian may span many texels though its middle is thinner than one.
 pub const MEASURED_AT: f32 = 4.0;
-/// Least squared distance of the eye from the centre of one beside the view [standard deviations].
+/// Least squared distance of the eye from the centre of one beside the view \[standard deviations\].
 pub const NEAREST_EYE: f32 = 1e-12;
 /// Squared sine below which a step to the right is along the direction to the centre.
 pub const ALONG: f32 = 1e-10;
@@ -139,7 +139,7 @@ fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
     Vec3::from_array(vectors.map(|vector| vector[component]))
 }
 
-/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis [m];
+/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis \[m\];
 /// `squared`: where it ends.
 fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed {
     let half = view.size * 0.5;
@@ -185,7 +185,7 @@ struct Conic {
 }
 
 impl Conic {
-    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space [texels]; `along`: along the axis, a
+    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space \[texels\]; `along`: along the axis, a
     /// share of the distance.
     fn new(p: Vec3, q: Vec3, along: Vec3, is_perspective: bool) -> Self {
         let (xx, xy, yy) = (p.dot(p), p.dot(q), q.dot(q));

@@ -31,7 +31,7 @@ pub struct Facing {
 }
 
 impl Facing {
-    /// Sets up a particle; `rotation` about the ray [radians].
+    /// Sets up a particle; `rotation` about the ray \[radians\].
     pub fn new(view: &GpuView, footprint: &Footprint, rotation: f32) -> Self {
         let (sin, cos) = rotation.sin_cos();
         if let Some(beside) = footprint.beside() {
@@ -75,8 +75,8 @@ impl Facing {
         at_center(to_texels(x), to_texels(y), tilt)
     }
 
-    /// Sets up a particle beside the view; `center` to the right, down and along the axis [m], `radius`
-    /// [m].
+    /// Sets up a particle beside the view; `center` to the right, down and along the axis \[m\], `radius`
+    /// \[m\].
     fn beside(view: &GpuView, center: Vec3, radius: f32, sin: f32, cos: f32) -> Self {
         let distance = center.length().max(f32::MIN_POSITIVE);
         let n = center / distance;

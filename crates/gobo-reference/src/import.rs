@@ -11,7 +11,7 @@ pub struct ClipRay {
 }
 
 impl ClipRay {
-    /// The ray through `texel`, a point of our map [texels].
+    /// The ray through `texel`, a point of our map \[texels\].
     pub fn new(params: &ImportParams, texel: Vec2) -> Self {
         let across = (texel - params.size * 0.5) / params.scale * Vec2::new(1.0, -1.0);
         let clip = params.clip_from_view;

@@ -61,10 +61,10 @@ pub(super) struct SceneRecords<'a> {
     /// Set in curve mode.
     curve_modes: Option<CurveModes>,
     pair_budget: u32,
-    /// Window of the softening; 0 if dithered surfaces stay as they are [texels].
+    /// Window of the softening; 0 if dithered surfaces stay as they are \[texels\].
     soften_window: u32,
     colored: bool,
-    /// [texels]
+    /// \[texels\]
     blur: u32,
 }
 

@@ -111,7 +111,7 @@ struct Plane {
     pixel: Vec2,
     /// Interpolated normal, world space.
     normal: Vec3,
-    /// Distance of the pixel's surface along the camera's axis [m].
+    /// Distance of the pixel's surface along the camera's axis \[m\].
     distance: f32,
     here: f32,
     turn: Vec2,
@@ -172,7 +172,7 @@ impl MaskInput<'_> {
 }
 
 impl Filter<'_> {
-    /// Distance along the camera's axis [m].
+    /// Distance along the camera's axis \[m\].
     fn distance(&self, depth: f32) -> f32 {
         self.view.near + depth * (self.view.far - self.view.near)
     }

@@ -11,7 +11,7 @@ pub const OCCLUDER_DIRECTIONS: u32 = 3;
 pub const OCCLUDER_STEPS: u32 = 6;
 /// Where in its step a pixel's places are \[quarters\], of four pixels.
 pub const PLACES: u32 = 0x2431;
-/// Farthest of them [heights of the picture].
+/// Farthest of them \[heights of the picture\].
 pub const OCCLUDER_REACH: f32 = 0.25;
 /// Length of a normal in a slice that it is across.
 pub const SLICE_FACING: f32 = 1e-3;
@@ -55,7 +55,7 @@ struct Slice {
     along: Vec3,
     /// That length.
     facing: f32,
-    /// Angle from the direction to the eye to the normal [radians].
+    /// Angle from the direction to the eye to the normal \[radians\].
     tilt: f32,
 }
 
@@ -70,7 +70,7 @@ impl Slice {
         Self { above: normal / facing, along, facing, tilt }
     }
 
-    /// Integral of the cosine from the direction to the eye up to a horizon [radians].
+    /// Integral of the cosine from the direction to the eye up to a horizon \[radians\].
     fn arc(&self, horizon: f32) -> f32 {
         let tilt = self.tilt;
         0.25 * (tilt.cos() - (2.0 * horizon - tilt).cos() + 2.0 * horizon * tilt.sin())

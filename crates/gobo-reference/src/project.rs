@@ -69,7 +69,7 @@ pub fn scatter_texel(center: Vec2) -> Vec2 {
     (center - 0.5).floor()
 }
 
-/// A box in the map, centre to centre inclusive [texels].
+/// A box in the map, centre to centre inclusive \[texels\].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TexelBox {
     pub(super) min: Vec2,

@@ -157,7 +157,7 @@ pub fn refracted_picture(
     (0..light.len()).map(shown).collect()
 }
 
-/// Light around a place [pixels], blurred over a radius [pixels].
+/// Light around a place \[pixels\], blurred over a radius \[pixels\].
 fn blurred(levels: &[Level], position: Vec2, blur: f32) -> Vec3 {
     let level = (blur.max(0.5) * 2.0).log2().clamp(0.0, (levels.len() - 1) as f32);
     let (low, part) = (level as usize, level.fract());

@@ -72,7 +72,7 @@ impl<'a> Image<'a> {
         top.lerp(bottom, part.y)
     }
 
-    /// Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps along the
+    /// Mean over what a sample sees: a parallelogram of the sides `right` and `down` \[uv\] around `uv`, by taps along the
     /// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
     pub fn sample_area(&self, uv: Vec2, right: Vec2, down: Vec2, shows_clear: bool) -> Sampled {
         let size = self.size().as_vec2();

@@ -33,7 +33,7 @@ impl<T> IndexMut<usize> for TileTexels<T> {
 pub struct Tile {
     /// First texel in the view's map.
     pub origin: UVec2,
-    /// Size of the view's map [texels].
+    /// Size of the view's map \[texels\].
     size: UVec2,
 }
 
@@ -44,13 +44,13 @@ impl Tile {
         Self { origin, size: view.size.as_uvec2() }
     }
 
-    /// Indices of the tile's texels that are in the map, with their centres in the map [texels].
+    /// Indices of the tile's texels that are in the map, with their centres in the map \[texels\].
     pub fn texels(&self) -> impl Iterator<Item = (usize, Vec2)> + use<> {
         self.texels_near(Vec2::ZERO, f32::INFINITY)
     }
 
     /// As [`Self::texels`], those whose centres are at most `reach` from `center` along each axis, and
-    /// perhaps some next to them [texels].
+    /// perhaps some next to them \[texels\].
     pub fn texels_near(
         &self,
         center: Vec2,

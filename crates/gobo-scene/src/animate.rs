@@ -57,7 +57,7 @@ enum Target {
     Extinction,
 }
 
-/// Time after which a light that swings is no longer upright [s].
+/// Time after which a light that swings is no longer upright \[s\].
 const SOON: f64 = 1e-3;
 /// Kinds of what has a place.
 const PLACED: [&str; 4] = ["shape", "mesh", "splats", "strands"];
@@ -75,7 +75,7 @@ struct Keyed {
     track: Track,
     /// Valid range of each number.
     range: RangeInclusive<f32>,
-    /// World position of the scene's origin [m].
+    /// World position of the scene's origin \[m\].
     origin: Vec3,
 }
 

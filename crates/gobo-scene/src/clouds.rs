@@ -75,7 +75,7 @@ impl Cloud {
         self.speed != 0.0 && self.kind != KindOfCloud::Chest
     }
 
-    /// Edge of a voxel [m], and voxels along each edge of the box.
+    /// Edge of a voxel \[m\], and voxels along each edge of the box.
     fn lattice(&self) -> (f32, UVec3) {
         let edge = self.size.max_element() / self.voxels as f32;
         (edge, (self.size / edge).ceil().as_uvec3().clamp(UVec3::ONE, UVec3::splat(self.voxels)))
@@ -94,7 +94,7 @@ impl Cloud {
         Brick::new(IVec3::ZERO, Density::Constant { size, density: 0.0 })
     }
 
-    /// The middle of the box's floor [voxels].
+    /// The middle of the box's floor \[voxels\].
     fn middle(&self) -> Vec3 {
         let (_, count) = self.lattice();
         (count.as_vec3() - 1.0) * Vec3::new(0.5, 0.0, 0.5) - Vec3::new(0.0, 0.5, 0.0)
@@ -107,7 +107,7 @@ impl Cloud {
         DAffine3 { matrix3, translation: -self.middle().as_dvec3() * edge }
     }
 
-    /// Its bricks at a time [s]. `kelvin`: the highest temperature, of what glows.
+    /// Its bricks at a time \[s\]. `kelvin`: the highest temperature, of what glows.
     pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>, look: &Look) -> Vec<Brick> {
         let _phase = tracing::debug_span!("generate").entered();
         let (edge, count) = self.lattice();
@@ -204,7 +204,7 @@ impl Field {
         }
     }
 
-    /// Time since an explosion [s].
+    /// Time since an explosion \[s\].
     fn age(&self) -> f32 {
         (self.time + 0.12).max(0.0)
     }

@@ -184,7 +184,7 @@ fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f
     triangles.iter().flat_map(|triangle| triangle.positions).for_each(|corner| visit(corner, 0.0));
 }
 
-/// Extent of the ground [sizes of the scene]: the camera sees its edge less than a degree below the
+/// Extent of the ground \[sizes of the scene\]: the camera sees its edge less than a degree below the
 /// horizon.
 const GROUND: f32 = 100.0;
 

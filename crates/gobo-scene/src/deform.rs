@@ -87,7 +87,7 @@ impl Deform {
         self.targets.iter().filter_map(|target| target.track.as_ref())
     }
 
-    /// Writes `local`, deformed at a time [s], to `target` in world space; `worlds`: transforms of the rig's
+    /// Writes `local`, deformed at a time \[s\], to `target` in world space; `worlds`: transforms of the rig's
     /// nodes.
     pub(super) fn put(
         &self,
@@ -113,7 +113,7 @@ impl Deform {
         }
     }
 
-    /// Its weights and joints at a time [s]; see [`Self::put`].
+    /// Its weights and joints at a time \[s\]; see [`Self::put`].
     pub(super) fn pose(&self, worlds: &[Mat4], seconds: f64) -> Pose {
         let joints = self.skin.iter().flat_map(|skin| &skin.joints);
         Pose {

@@ -20,7 +20,7 @@ pub struct Displace {
     /// Speed at which lumps appear and vanish [1/s].
     #[serde(default)]
     pub speed: f32,
-    /// Velocity of the noise through the sphere [radii per second].
+    /// Velocity of the noise through the sphere \[radii per second\].
     #[serde(default, deserialize_with = "array")]
     pub drift: [f32; 3],
     #[serde(default)]
@@ -44,7 +44,7 @@ pub struct Displaced {
     pub material: u32,
 }
 
-/// Time within which its edges are looked for [s].
+/// Time within which its edges are looked for \[s\].
 const CHANGED: f64 = 4.0;
 const OCTAVES: usize = 4;
 /// Amplitude of an octave over that of the one before: lumps rather than rock.
@@ -78,7 +78,7 @@ impl Displace {
         self.speed != 0.0 || self.drift != [0.0; 3]
     }
 
-    /// Its octaves of noise at a time [s].
+    /// Its octaves of noise at a time \[s\].
     fn octaves(&self, seconds: f64) -> [LatticeNoise; OCTAVES] {
         let age = (f64::from(self.speed) * seconds).rem_euclid(65536.0) as f32;
         std::array::from_fn(|octave| {
@@ -143,7 +143,7 @@ impl Displaced {
         self.first_triangle..self.first_triangle + shapes::sphere_triangles(self.level)
     }
 
-    /// Displaces its triangles at a time [s].
+    /// Displaces its triangles at a time \[s\].
     pub(super) fn set_time(&self, target: &mut [Triangle], seconds: f64) {
         let _phase = tracing::debug_span!("generate").entered();
         let mut sphere = shapes::sphere(self.level);

@@ -54,15 +54,15 @@ pub(super) struct CameraTable {
     pub target: Option<Vec3>,
     /// Unit vector.
     pub up: Option<Vec3>,
-    /// Vertical field of view [radians].
+    /// Vertical field of view \[radians\].
     pub fov_y: Option<f32>,
-    /// Size of the picture [pixels].
+    /// Size of the picture \[pixels\].
     pub size: Option<UVec2>,
-    /// Exposure [stops].
+    /// Exposure \[stops\].
     pub exposure: f32,
     /// Samples per pixel.
     pub samples: u32,
-    /// How far right of and below its middle the axis meets the picture [pixels].
+    /// How far right of and below its middle the axis meets the picture \[pixels\].
     pub shift: Vec2,
     pub occlusion: Occlusion,
     /// Share of the light that spreads.
@@ -79,7 +79,7 @@ pub(super) struct EnvironmentTable {
     pub background: Option<Vec3>,
     pub sky: Option<Sky>,
     pub file: Option<PathBuf>,
-    /// Rotation about +y [radians].
+    /// Rotation about +y \[radians\].
     pub rotation: f32,
     pub intensity: f32,
 }
@@ -91,7 +91,7 @@ pub(super) struct MaterialTable {
     /// Share of light that passes diffusely, and its colour.
     pub far_side: Option<(f32, Vec3)>,
     pub texture: Option<TextureSource>,
-    /// Radius of particles whose file has none [m].
+    /// Radius of particles whose file has none \[m\].
     pub radius: Option<f32>,
 }
 
@@ -244,7 +244,7 @@ impl MeshTable {
 pub(super) struct EmissionTable {
     /// Name of the grid of temperatures in the file.
     pub grid: Option<String>,
-    /// Temperature of a value of 1, or the highest of a generated volume [K].
+    /// Temperature of a value of 1, or the highest of a generated volume \[K\].
     pub kelvin: Option<f32>,
     /// Radiance of what is opaque and at 1500 K, in red.
     pub factor: f32,
@@ -282,7 +282,7 @@ pub(super) struct VolumeTable {
     pub look: Look,
     /// Share of the light that matter of a table of colours scatters which goes straight on.
     pub ahead: f32,
-    /// Unit of the file [m], and its axis that is up, if the scene says so.
+    /// Unit of the file \[m\], and its axis that is up, if the scene says so.
     pub unit: Option<f64>,
     pub up: Option<Up>,
     pub casts: bool,
@@ -336,7 +336,7 @@ pub(super) struct StrandsTable {
     pub file: Option<PathBuf>,
     pub generate: Option<Fur>,
     pub material: String,
-    /// Radius of a file without radii [m].
+    /// Radius of a file without radii \[m\].
     pub radius: Option<f32>,
     pub placement: Placement,
 }
@@ -357,7 +357,7 @@ impl StrandsTable {
 /// Half of what is scattered colours shadows, half is seen.
 const USUAL_AHEAD: f32 = 0.5;
 
-/// A unit of length [m].
+/// A unit of length \[m\].
 fn unit(keys: &Keys<'_>) -> Result<Option<f64>, SceneError> {
     let Some(name) = keys.given::<String>("unit")? else { return Ok(None) };
     let known = unit_named(&name);
@@ -393,7 +393,7 @@ fn placement(keys: &Keys<'_>) -> Result<Placement, SceneError> {
 pub(super) struct AnimateTable {
     /// Animated value, such as `camera.eye`.
     pub target: String,
-    /// Times of the keys [s].
+    /// Times of the keys \[s\].
     pub times: Vec<f32>,
     pub values: Vec<Numbers>,
     #[serde(default)]

@@ -288,7 +288,7 @@ pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
     Ok(EmitterTable { material, trail_material, emitter })
 }
 
-/// What moves the particles. `start`: of the emitter [s].
+/// What moves the particles. `start`: of the emitter \[s\].
 fn forces(
     keys: &Keys<'_>,
     boxes: Vec<Spanned<[Vec3; 2]>>,

@@ -12,7 +12,7 @@ use image::{
 use std::{io::Cursor, panic::catch_unwind, sync::Arc};
 use toml::Spanned;
 
-/// Longest side of an image [texels].
+/// Longest side of an image \[texels\].
 const MAX_SIDE: u32 = 8192;
 
 impl Loader<'_> {

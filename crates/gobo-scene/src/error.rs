@@ -81,7 +81,7 @@ impl SceneError {
     }
 }
 
-/// Longest excerpt of a line [characters].
+/// Longest excerpt of a line \[characters\].
 const EXCERPT: usize = 96;
 
 /// Excerpt around `length` characters behind the first `before` of a line, and their range in it.
@@ -94,9 +94,9 @@ fn excerpt(line: &str, before: usize, length: usize) -> (String, Range<usize>) {
     (text.trim_end().to_owned(), start..end)
 }
 
-/// Longest name that a message shows whole [characters].
+/// Longest name that a message shows whole \[characters\].
 const NAME: usize = 60;
-/// Longest message [characters].
+/// Longest message \[characters\].
 const MESSAGE: usize = 700;
 
 /// Part of the input, quoted for a message.

@@ -24,13 +24,13 @@ pub(super) struct Fur {
     /// Capsules of a strand.
     pub segments: u32,
     pub seed: u32,
-    /// Mean length [m]; strands differ by a quarter of it.
+    /// Mean length \[m\]; strands differ by a quarter of it.
     pub length: f32,
-    /// At the root; the tip has none [m].
+    /// At the root; the tip has none \[m\].
     pub radius: f32,
     /// Turns of a strand around its way.
     pub curl: f32,
-    /// Radius of these turns at the tip [m].
+    /// Radius of these turns at the tip \[m\].
     pub curl_radius: f32,
     /// How much tips are drawn to the nearest of some guides.
     pub clump: f32,
@@ -130,7 +130,7 @@ struct Hair {
     /// Unit vector.
     way: Vec3,
     length: f32,
-    /// Start of its curl [radians].
+    /// Start of its curl \[radians\].
     turn: f32,
     /// Factor of its colour.
     shade: f32,

@@ -14,7 +14,7 @@ use std::{
 /// The problem and the remedy.
 pub(super) type Fault = (String, String);
 
-/// Width and height of an image [texels], from its head; `None` if it is none, or has a side past `most`.
+/// Width and height of an image \[texels\], from its head; `None` if it is none, or has a side past `most`.
 pub(super) fn size(bytes: &[u8], most: u32) -> Option<[u32; 2]> {
     if ktx2::is_container(bytes) {
         return ktx2::size(bytes).filter(|size| size.iter().all(|&side| side <= most));
@@ -30,7 +30,7 @@ pub(super) fn size_of_file(path: &Path, most: u32) -> Option<[u32; 2]> {
     size_of(read::open(path).ok()?, most)
 }
 
-/// Longest header of a Radiance image, with the line of its size [bytes]. Those that programs write have a few hundred.
+/// Longest header of a Radiance image, with the line of its size \[bytes\]. Those that programs write have a few hundred.
 const MAX_HEADER: u64 = 1 << 16;
 
 /// Refuses a long header of a Radiance image, all lines of which the decoder keeps. `start`: of a file of `length` bytes,
@@ -55,7 +55,7 @@ fn size_of(contents: impl BufRead + Seek, most: u32) -> Option<[u32; 2]> {
     (width <= most && height <= most).then_some([width, height])
 }
 
-/// Decodes an image. `most`: longest side [texels]; `texels`: of all textures so far, grows by the image's.
+/// Decodes an image. `most`: longest side \[texels\]; `texels`: of all textures so far, grows by the image's.
 pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, Fault> {
     let help = || format!("use a PNG, JPEG, WebP or KTX2 of at most {most} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());

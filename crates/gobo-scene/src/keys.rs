@@ -270,7 +270,7 @@ impl<'a> Keys<'a> {
         Ok(self.number(key, range, &words)?.unwrap_or(usual))
     }
 
-    /// A bias [m] or [texels]: no scene is larger.
+    /// A bias \[m\] or \[texels\]: no scene is larger.
     pub(super) fn bias(&self, key: &'static str) -> Result<Option<f32>, SceneError> {
         self.number(key, 0.0..=1e7, "0 to 1e7")
     }
@@ -299,13 +299,13 @@ impl<'a> Keys<'a> {
         direction.ok_or_else(fault).map(Some)
     }
 
-    /// Converts [degrees] to [radians]; the limits keep its tangent finite in 32 bits.
+    /// Converts \[degrees\] to \[radians\]; the limits keep its tangent finite in 32 bits.
     pub(super) fn angle(&self, key: &'static str) -> Result<Option<f32>, SceneError> {
         let degrees = self.number(key, 0.01..=179.9, "between 0 and 180 (0.01 to 179.9)")?;
         Ok(degrees.map(f32::to_radians))
     }
 
-    /// Edge of a map [texels].
+    /// Edge of a map \[texels\].
     pub(super) fn map_size(&self) -> Result<Option<u32>, SceneError> {
         let help = format!("a map is {MIN_MAP_SIZE} to {MAX_MAP_SIZE} texels wide");
         let size = self.whole("size", 0, MIN_MAP_SIZE..=MAX_MAP_SIZE, &help)?;

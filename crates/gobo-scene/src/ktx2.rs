@@ -6,7 +6,7 @@ use std::{io::Read as _, panic::catch_unwind};
 
 /// First bytes of a container.
 const MAGIC: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
-/// Offsets of a header's words [bytes] (KTX 2.0, section 3).
+/// Offsets of a header's words \[bytes\] (KTX 2.0, section 3).
 const FORMAT: usize = 12;
 const SIZE: usize = 20;
 const SUPERCOMPRESSION: usize = 44;
@@ -14,14 +14,14 @@ const KEYS: usize = 56;
 const LEVELS: usize = 80;
 /// Levels of the largest side that an image may have.
 const MAX_LEVELS: u32 = 16;
-/// Largest block of 4 x 4 texels [bytes].
+/// Largest block of 4 x 4 texels \[bytes\].
 const BLOCK: u64 = 16;
 
 pub(super) fn is_container(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Width and height [texels]; `None` unless it is one flat image.
+/// Width and height \[texels\]; `None` unless it is one flat image.
 pub(super) fn size(bytes: &[u8]) -> Option<[u32; 2]> {
     let word =
         |index: usize| Some(u32::from_le_bytes(*bytes.get(SIZE + 4 * index..)?.first_chunk()?));

@@ -7,9 +7,9 @@ use gobo::model::{
 use serde::Deserialize;
 use toml::Spanned;
 
-/// Least near plane of a spot or point light [m]: matrices can represent it.
+/// Least near plane of a spot or point light \[m\]: matrices can represent it.
 const MIN_DEPTH: f32 = 1e-7;
-/// Shortest range of cascades [m].
+/// Shortest range of cascades \[m\].
 const MIN_RANGE: f32 = 1e-3;
 
 #[derive(Clone, Copy, Deserialize)]

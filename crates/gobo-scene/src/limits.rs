@@ -134,7 +134,7 @@ impl Limit {
     }
 }
 
-/// Whether the host can allocate so much more [bytes]. An allocation that fails later aborts the program.
+/// Whether the host can allocate so much more \[bytes\]. An allocation that fails later aborts the program.
 pub(super) fn has_memory(bytes: u64) -> bool {
     let mut probe = Vec::<u8>::new();
     let is_there = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());

@@ -35,7 +35,7 @@ pub(super) struct Loader<'a> {
     pub(super) scene: Scene,
     /// Indices by name of the file's materials, which come first.
     names: HashMap<String, u32>,
-    /// Radius of each of the file's materials [m].
+    /// Radius of each of the file's materials \[m\].
     pub(super) radii: Vec<Option<f32>>,
     /// Textures of the file's materials.
     pub(super) images: HashMap<PathBuf, u32>,
@@ -55,7 +55,7 @@ pub(super) struct Loader<'a> {
     pub(super) share: Option<Share>,
     /// Files of splats: their splats in the scene, and the id of the first row.
     pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
-    /// What is subtracted from the coordinates of all files of points, once one is read [m].
+    /// What is subtracted from the coordinates of all files of points, once one is read \[m\].
     pub(super) points_origin: Option<DVec3>,
     /// Whether the last model holds splats.
     pub(super) leaves_splats: bool,

@@ -20,7 +20,7 @@ use toml::Spanned;
 /// Particles that are generated at a time, by a core and by all: the memory of the latter is needed twice.
 const BLOCK: u64 = 1 << 14;
 const WAVE: u64 = 1 << 20;
-/// Longest side of a texture [texels].
+/// Longest side of a texture \[texels\].
 pub(super) const MAX_SIDE: u32 = 8192;
 
 impl Loader<'_> {

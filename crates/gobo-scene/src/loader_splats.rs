@@ -112,7 +112,7 @@ impl Loader<'_> {
         Ok((first..self.scene.gaussians.len(), first_id))
     }
 
-    /// Adds splats with a neutral shadow. `rotation`: Euler xyz [degrees].
+    /// Adds splats with a neutral shadow. `rotation`: Euler xyz \[degrees\].
     fn add_neutral(&mut self, path: &Path, cloud: Cloud, rotation: Vec3) -> Result<(), SceneError> {
         self.note_of_file(path, &cloud);
         let material = Material {

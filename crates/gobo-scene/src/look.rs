@@ -24,11 +24,11 @@ const MOST_ROWS: usize = 16;
 /// Most planes of a cut.
 const MOST_PLANES: usize = 16;
 
-/// Where a volume is, in its own space [m]: what lies within the box and above all planes.
+/// Where a volume is, in its own space \[m\]: what lies within the box and above all planes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Clip {
     corners: Option<[DVec3; 2]>,
-    /// A normal of length 1, and the distance of the origin above the plane [m].
+    /// A normal of length 1, and the distance of the origin above the plane \[m\].
     planes: Vec<DVec4>,
 }
 
@@ -68,7 +68,7 @@ impl Clip {
         Ok(Self { corners, planes })
     }
 
-    /// Whether a point [m] is shown.
+    /// Whether a point \[m\] is shown.
     fn has(&self, point: DVec3) -> bool {
         let is_within = |[low, high]: [DVec3; 2]| point.cmpge(low).all() && point.cmple(high).all();
         self.corners.is_none_or(is_within)
@@ -156,7 +156,7 @@ impl Look {
         self.rows[i].opacity * share(side)
     }
 
-    /// Whether a point of the volume's space [m] is shown.
+    /// Whether a point of the volume's space \[m\] is shown.
     pub(super) fn has(&self, point: impl FnOnce() -> DVec3) -> bool {
         self.clip.as_ref().is_none_or(|clip| clip.has(point()))
     }

@@ -13,7 +13,7 @@ use glam::{Mat3, Mat4, Vec3};
 use gobo::model::Triangle;
 use std::path::Path;
 
-/// Head by which a kind is recognised: longer than the header of any PLY [bytes].
+/// Head by which a kind is recognised: longer than the header of any PLY \[bytes\].
 const LONGEST_HEAD: u64 = 1 << 16;
 
 /// Kind of a file of faces that is no glTF.

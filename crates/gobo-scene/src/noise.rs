@@ -35,7 +35,7 @@ pub struct Noise {
     /// Cells of the coarsest octave along an edge.
     #[serde(default = "cells")]
     pub cells: u32,
-    /// Velocity of the noise [textures per second].
+    /// Velocity of the noise \[textures per second\].
     #[serde(default, deserialize_with = "array")]
     pub scroll: [f32; 2],
     /// Speed at which the noise evolves [1/s].

@@ -10,7 +10,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Longest side of a texture [texels].
+/// Longest side of a texture \[texels\].
 const MAX_SIDE: u32 = 8192;
 
 /// Colour without a material.

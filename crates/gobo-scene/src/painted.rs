@@ -59,7 +59,7 @@ impl Caustics {
 /// Lines between the points of a lattice of cells that repeats.
 struct Net {
     cells: u32,
-    /// Of each cell, row by row: its point from its middle [cells].
+    /// Of each cell, row by row: its point from its middle \[cells\].
     points: Vec<Vec2>,
 }
 

@@ -58,10 +58,10 @@ pub(super) enum Storage {
     Byte,
 }
 
-/// Longest head of a file that is read ahead [bytes].
+/// Longest head of a file that is read ahead \[bytes\].
 const LONGEST_HEAD: u64 = 1 << 16;
 
-/// Radius of particles that are all at one point [m].
+/// Radius of particles that are all at one point \[m\].
 const LONE_RADIUS: f32 = 0.05;
 
 /// Columns of a file.
@@ -126,7 +126,7 @@ pub(super) struct Rows<'a> {
 }
 
 /// Loads a file. `material_id` is stored in the particles; ids default to row number + `first_id`.
-/// `default_radius` [m] is for files without a radius column; if it is `None` too, the radius is half the
+/// `default_radius` \[m\] is for files without a radius column; if it is `None` too, the radius is half the
 /// mean spacing, estimated from bounds and count. `earlier`: particles that the scene has already.
 pub(super) fn load(
     path: &Path,
@@ -140,7 +140,7 @@ pub(super) fn load(
     Rows { earlier, ..Rows::new(kind) }.load(path, default_radius)
 }
 
-/// Loads a file of strands, with the columns of particles. `default_radius` [m] is for files without a radius column.
+/// Loads a file of strands, with the columns of particles. `default_radius` \[m\] is for files without a radius column.
 pub(super) fn load_strands(
     path: &Path,
     material: &Material,
@@ -286,7 +286,7 @@ pub(super) fn linear_from_srgb(c: f32) -> f32 {
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Half the side of the cube (square, line) per particle [m]. Axes along which the particles hardly differ
+/// Half the side of the cube (square, line) per particle \[m\]. Axes along which the particles hardly differ
 /// are ignored.
 fn half_spacing(particles: &[Particle]) -> f32 {
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -76,7 +76,7 @@ fn kind_found(found: &str) -> String {
 pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
     /// Most names in a remedy.
     const NAMED: usize = 24;
-    /// Longest name that is compared, which takes the product of two lengths [bytes].
+    /// Longest name that is compared, which takes the product of two lengths \[bytes\].
     const LONGEST: usize = 100;
     let known: Vec<&str> = known.into_iter().collect();
     let close = |other: &str| {

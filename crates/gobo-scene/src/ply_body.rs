@@ -26,7 +26,7 @@ pub(super) fn most_rows(element: &Element, encoding: Encoding, bytes: u64) -> u6
     (bytes + 1) / least_size(element, encoding).max(1)
 }
 
-/// Least size of a row [bytes].
+/// Least size of a row \[bytes\].
 fn least_size(element: &Element, encoding: Encoding) -> u64 {
     let least = match encoding {
         Encoding::Ascii => element.properties.len(),
@@ -35,7 +35,7 @@ fn least_size(element: &Element, encoding: Encoding) -> u64 {
     least as u64
 }
 
-/// Size of every row [bytes]; `None` if they differ.
+/// Size of every row \[bytes\]; `None` if they differ.
 fn row_size(element: &Element, encoding: Encoding) -> Option<usize> {
     let size = |kind: Kind| match kind {
         Kind::One(scalar) => Some(scalar.size()),

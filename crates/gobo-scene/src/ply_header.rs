@@ -23,7 +23,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// Size of a number [bytes].
+    /// Size of a number \[bytes\].
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -63,7 +63,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Least size of the value in a row [bytes].
+    /// Least size of the value in a row \[bytes\].
     pub(super) fn least_size(self) -> usize {
         match self {
             Self::One(scalar) | Self::List { length: scalar, .. } => scalar.size(),
@@ -90,7 +90,7 @@ pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
     pub(super) lines: usize,
-    /// Offset of the body [bytes].
+    /// Offset of the body \[bytes\].
     pub(super) length: usize,
 }
 
@@ -187,7 +187,7 @@ fn parse_kind(words: &[&str]) -> Option<Kind> {
 struct Lines<'a> {
     bytes: &'a [u8],
     end: &'static [u8],
-    /// Start of the next line [bytes].
+    /// Start of the next line \[bytes\].
     start: usize,
     count: usize,
 }

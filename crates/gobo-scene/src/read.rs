@@ -73,7 +73,7 @@ pub(super) fn check(path: &Path) -> Result<(), SceneError> {
     length(path).map(|_| ())
 }
 
-/// Length of a regular file that is about to be read [bytes].
+/// Length of a regular file that is about to be read \[bytes\].
 pub(super) fn length(path: &Path) -> Result<u64, SceneError> {
     if let Some(file) = held(path) {
         return Ok(file.length());

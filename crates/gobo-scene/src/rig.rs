@@ -18,7 +18,7 @@ const MANY: usize = 4096;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Placement {
     pub(super) translation: Channel,
-    /// Euler xyz [degrees].
+    /// Euler xyz \[degrees\].
     pub(super) rotation: Channel,
     pub(super) scale: Channel,
 }
@@ -116,7 +116,7 @@ impl Rig {
         of_nodes.flatten().chain(deforms.flat_map(Deform::tracks))
     }
 
-    /// Moves `target` to the pose at a time [s], and returns the transforms of the nodes. World space =
+    /// Moves `target` to the pose at a time \[s\], and returns the transforms of the nodes. World space =
     /// `whole` * the file's space.
     pub(super) fn pose(
         &self,
@@ -145,7 +145,7 @@ impl Rig {
         worlds
     }
 
-    /// Box around where triangles ever are, as far as a few of each draw say. `whole`: as in [`Self::pose`], at a time [s].
+    /// Box around where triangles ever are, as far as a few of each draw say. `whole`: as in [`Self::pose`], at a time \[s\].
     fn reach(
         &self,
         local: &[Triangle],
@@ -209,7 +209,7 @@ pub(super) struct Moving {
     pub(super) lights: Vec<(usize, usize)>,
     /// Node that the scene's camera follows, if it is the model's.
     pub(super) camera: Option<usize>,
-    /// World position of the scene's origin [m].
+    /// World position of the scene's origin \[m\].
     pub(super) origin: Vec3,
     /// Triangles that were left out at the start.
     pub(super) far: u64,
@@ -266,7 +266,7 @@ impl Motion for Moving {
 }
 
 impl Moving {
-    /// World space from the model's [s from the start].
+    /// World space from the model's \[s from the start\].
     fn whole(&self, seconds: f64) -> Mat4 {
         Mat4::from_translation(-self.origin) * self.placement.at(seconds)
     }
@@ -275,7 +275,7 @@ impl Moving {
         self.placement.tracks().chain(self.rig.tracks())
     }
 
-    /// Times of its keys and between them, where it turns around: some of them, if they are many [s].
+    /// Times of its keys and between them, where it turns around: some of them, if they are many \[s\].
     fn times(&self) -> Vec<f64> {
         let mut keys: Vec<f64> = self.tracks().flat_map(Track::times).map(|&t| t.into()).collect();
         keys.sort_unstable_by(f64::total_cmp);

@@ -19,7 +19,7 @@ const MAX_KEY_PARTS: usize = 8;
 pub(super) struct SceneText<'a> {
     path: &'a Path,
     text: &'a str,
-    /// Length of the scene file [bytes].
+    /// Length of the scene file \[bytes\].
     file_length: usize,
     set: &'a [(String, String)],
     tree: DeTable<'a>,

@@ -10,7 +10,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Head by which a kind is recognised: longer than the header of any PLY [bytes].
+/// Head by which a kind is recognised: longer than the header of any PLY \[bytes\].
 const LONGEST_HEAD: u64 = 1 << 16;
 
 /// Files by which a folder of splats is read: of levels of detail, or of one SOG.

@@ -20,7 +20,7 @@ pub enum Mode {
 /// Keys in the order of their times, with constant extrapolation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// Times [s], ascending.
+    /// Times \[s\], ascending.
     times: Vec<f32>,
     /// One value per time; for [`Mode::Cubic`] three: slope before, value, slope behind [1/s].
     values: Vec<Vec4>,
@@ -46,7 +46,7 @@ impl Track {
         self.times.len()
     }
 
-    /// Times of its keys [s], ascending.
+    /// Times of its keys \[s\], ascending.
     pub fn times(&self) -> &[f32] {
         &self.times
     }
@@ -55,7 +55,7 @@ impl Track {
         if self.mode == Mode::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }
 
-    /// The key before `seconds`, the duration to the next [s], and the share of it that has passed.
+    /// The key before `seconds`, the duration to the next \[s\], and the share of it that has passed.
     fn segment_at(&self, seconds: f64) -> (usize, f32, f32) {
         let after = self.times.partition_point(|&time| f64::from(time) <= seconds);
         let before = after.saturating_sub(1);

@@ -20,7 +20,7 @@ impl Up {
     }
 }
 
-/// A unit of length [m] by the words that files have for it.
+/// A unit of length \[m\] by the words that files have for it.
 pub(super) fn unit_named(name: &str) -> Option<f64> {
     Some(match name.trim().to_ascii_lowercase().as_str() {
         "m" | "meter" | "meters" | "metre" | "metres" => 1.0,

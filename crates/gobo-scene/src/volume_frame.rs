@@ -25,7 +25,7 @@ pub(super) enum Content {
     File(FileContent),
     Cloud {
         cloud: Cloud,
-        /// Highest temperature of what glows [K].
+        /// Highest temperature of what glows \[K\].
         kelvin: Option<f32>,
         look: Look,
     },
@@ -43,10 +43,10 @@ pub(super) struct FileContent {
     color: Option<String>,
     /// The channel of colours that multiplies densities.
     channel: usize,
-    /// Grid of temperatures, and the temperature of a value of 1 [K].
+    /// Grid of temperatures, and the temperature of a value of 1 \[K\].
     hot: Option<(String, f32)>,
     look: Look,
-    /// What replaces the file's unit [m] and axes.
+    /// What replaces the file's unit \[m\] and axes.
     unit: Option<f64>,
     up: Option<Up>,
 }
@@ -137,7 +137,7 @@ impl FileContent {
         VolumeFile::open(&self.path(0.0), self.grid.as_deref())
     }
 
-    /// The file at a time [s].
+    /// The file at a time \[s\].
     pub(super) fn path(&self, seconds: f64) -> PathBuf {
         let Some([first, last]) = self.frames else { return self.path.clone() };
         let frame = (seconds * Scene::FRAME_RATE).round() as u32;

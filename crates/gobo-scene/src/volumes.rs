@@ -134,7 +134,7 @@ fn thickness(grid: &Grid) -> f64 {
     if columns.is_empty() { 0.0 } else { sum * height / (64 * columns.len()) as f64 }
 }
 
-/// Temperature in the middle of an explosion [K].
+/// Temperature in the middle of an explosion \[K\].
 const HOTTEST: f32 = 2200.0;
 
 /// Optical depth along y at which a volume or a medium that is rendered on its own is neither thin nor black.

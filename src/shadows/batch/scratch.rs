@@ -18,7 +18,7 @@ use crate::{
 };
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages, TextureView};
 
-/// Capacity that every frame may have [pairs]: 16 MiB of them.
+/// Capacity that every frame may have \[pairs\]: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
 
 /// Scratch memory of lists and batches, which use it one after another.
@@ -69,7 +69,7 @@ struct ScratchSizes {
     part_tiles: u64,
     /// Nodes of the curves (K), 0 for none.
     nodes: u32,
-    /// Size of the curves of one segment [bytes].
+    /// Size of the curves of one segment \[bytes\].
     segment_bytes: u64,
     /// Pairs of the shortest segment of a list with curves.
     segment: u32,

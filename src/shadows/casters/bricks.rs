@@ -9,7 +9,7 @@ use crate::{
 use glam::{UVec2, UVec3};
 use std::borrow::Cow;
 
-/// Size of a texel of the atlas, which has four voxels [bytes].
+/// Size of a texel of the atlas, which has four voxels \[bytes\].
 const TEXEL_BYTES: u32 = 8;
 
 /// Bricks as uploaded.

@@ -34,7 +34,7 @@ pub(in crate::shadows) enum Kind {
 }
 
 /// How far a Gaussian reaches beyond its box, at most: the smallest deviation of `project` times the farthest reach
-/// [texels].
+/// \[texels\].
 pub(in crate::shadows) const GAUSSIAN_ENLARGED: f32 = 6.0;
 
 /// Extent of a group's casters.

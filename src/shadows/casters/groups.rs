@@ -132,7 +132,7 @@ impl Groups {
     }
 
     /// Places the particles of all emitters, as `load` has found them, emitter by emitter. `radii`: least and
-    /// largest of each emitter, and by how much its groups' boxes are to grow [m].
+    /// largest of each emitter, and by how much its groups' boxes are to grow \[m\].
     pub(in crate::shadows) fn place_emitted(
         &mut self,
         found: &[HostGroup],

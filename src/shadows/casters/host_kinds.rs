@@ -27,7 +27,7 @@ impl HostKinds {
         }
     }
 
-    /// How far casters may reach beyond their groups' boxes [texels].
+    /// How far casters may reach beyond their groups' boxes \[texels\].
     pub(super) fn frustum(self, view: &GpuView) -> Frustum {
         if self.gaussians {
             Frustum::around(view, GAUSSIAN_ENLARGED.into())

@@ -8,7 +8,7 @@ pub struct EmittedSlots {
     pub material: u32,
     /// Groups of [`CHUNK_SIZE`](crate::stage::project::CHUNK_SIZE) records.
     pub group_count: u32,
-    /// Least and largest radius [m].
+    /// Least and largest radius \[m\].
     pub radii: [f32; 2],
 }
 

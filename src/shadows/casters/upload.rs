@@ -37,7 +37,7 @@ const fn texels<T>() -> u32 {
     size_of::<T>() as u32 / 16
 }
 
-/// Size of a row of a record texture [bytes].
+/// Size of a row of a record texture \[bytes\].
 const ROW_BYTES: usize = ROW as usize * 16;
 
 /// Uploads the rows that contain the records of `parts`, which are sorted.

@@ -18,7 +18,7 @@ pub(super) struct Uploaded {
     pub materials: Vec<Material>,
     /// Hashes of the textures.
     pub textures: Vec<u64>,
-    /// Sizes of the textures [texels].
+    /// Sizes of the textures \[texels\].
     pub texture_sizes: Vec<(u32, u32)>,
     pub blue_first: u32,
     /// Particles of the scene; indices from here on are of Gaussians.

@@ -62,7 +62,7 @@ impl Frustum {
         Self::around(view, 1.0)
     }
 
-    /// For casters that reach at most `enlarged` beyond their boxes [texels].
+    /// For casters that reach at most `enlarged` beyond their boxes \[texels\].
     pub fn around(view: &GpuView, enlarged: f64) -> Self {
         let (near, far) = (f64::from(view.near), f64::from(view.far));
         let scale = f64::from(view.scale);
@@ -166,7 +166,7 @@ pub(super) fn rigid_axes(view: &GpuView) -> Option<([DVec3; 3], DVec3)> {
 /// The box enlarged for rounding, so that no touching box is lost. `None` if a coordinate is not finite or
 /// too large: its contents are always visible.
 pub fn widened(bounds: &Bounds) -> Option<Bounds> {
-    /// Coordinate beyond which products leave the range of an `f32` [m].
+    /// Coordinate beyond which products leave the range of an `f32` \[m\].
     const FARTHEST: f32 = 1e15;
     let corners = [bounds.min, bounds.max].map(Vec3::abs);
     // Written so that a NaN is refused.

@@ -24,10 +24,10 @@ const MIN_AREA: f64 = 1024.0;
 /// view keeps both planes.
 const FLAT: f32 = 0.9999;
 /// Enlargement of particles: to a radius of at least 0.7071 texel, and a quad reaches 1.4143 times as far
-/// [texels].
+/// \[texels\].
 const ENLARGED: f64 = 1.0;
 /// Extent of a sliver's edge functions, which are noise and may hold up to the end of a tile that its box
-/// touches: a tile's diagonal and a texel [texels].
+/// touches: a tile's diagonal and a texel \[texels\].
 const OVERSHOOT: f64 = TILE_SIZE as f64 * 1.4143 + 1.0;
 /// Largest share of a triangle's height that rounding may move an edge by.
 const WORST_SHARE: f64 = 0.01;
@@ -38,7 +38,7 @@ const DEEPEST: f64 = 4.0;
 /// An occluder polygon: a triangle, or two coplanar ones that share an edge and form a convex quad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Polygon {
-    /// Corners, world space [m], in order; the shared edge of a quad is from 1 to 3. A triangle leaves the
+    /// Corners, world space \[m\], in order; the shared edge of a quad is from 1 to 3. A triangle leaves the
     /// last unused.
     corners: [Vec3; 4],
     count: usize,
@@ -121,7 +121,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// `wide`: largest depth of the box, 1 in an orthographic view; `grown`: enlargement [texels].
+    /// `wide`: largest depth of the box, 1 in an orthographic view; `grown`: enlargement \[texels\].
     fn holds(&self, center: DVec3, half: DVec3, wide: f64, grown: f64) -> bool {
         let least = self.normal.dot(center) + self.shift - self.normal.abs().dot(half);
         least >= (self.rounding + self.texel * grown) * wide + self.fixed
@@ -142,10 +142,10 @@ struct Occluder {
 pub struct Occluders {
     occluders: Vec<Occluder>,
     perspective: bool,
-    /// Depth of a point: `normal . x + shift` [m].
+    /// Depth of a point: `normal . x + shift` \[m\].
     depth_normal: DVec3,
     depth_shift: f64,
-    /// Farthest depth, as a distance [m].
+    /// Farthest depth, as a distance \[m\].
     farthest: f64,
 }
 
@@ -213,18 +213,18 @@ impl Occluders {
 /// A polygon in a view.
 struct Outline {
     count: usize,
-    /// Corners in view space [m] and in the map [texels], so that its area is positive.
+    /// Corners in view space \[m\] and in the map \[texels\], so that its area is positive.
     at: [DVec3; 4],
     map: [DVec2; 4],
-    /// Least and largest depth [m].
+    /// Least and largest depth \[m\].
     depths: [f64; 2],
     /// Area in the map [texels²].
     area: f64,
-    /// Largest distance between corners [texels].
+    /// Largest distance between corners \[texels\].
     farthest: f64,
     /// Growth of rounding in wide maps.
     wide: f64,
-    /// Rounding of a depth [m], and of a corner [texels].
+    /// Rounding of a depth \[m\], and of a corner \[texels\].
     along: f64,
     corner: f64,
 }
@@ -233,7 +233,7 @@ struct Outline {
 struct Frame {
     axes: [DVec3; 3],
     shift: DVec3,
-    /// Size of the map [texels].
+    /// Size of the map \[texels\].
     size: DVec2,
     scale: f64,
     near: f64,

@@ -42,13 +42,13 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Of so many casters that reach that far at most [m].
+    /// Of so many casters that reach that far at most \[m\].
     pub fn all(most: f32, count: u32) -> Self {
         let (reach, count) = (f64::from(most), f64::from(count));
         Self { most, sum: count * reach, sum_of_squares: count * reach * reach }
     }
 
-    /// Adds a caster's [m].
+    /// Adds a caster's \[m\].
     pub fn add(&mut self, reach: f32) {
         self.most = self.most.max(reach);
         self.sum += f64::from(reach);
@@ -58,7 +58,7 @@ impl Reach {
 
 /// Most cells per row and column of the map.
 const CELLS: usize = 32;
-/// Margin of rectangles beyond their contents [texels].
+/// Margin of rectangles beyond their contents \[texels\].
 const SPARE: f64 = 2.0;
 
 /// Grid of caster counts over whole tiles of a view's map, and the pairs.
@@ -71,9 +71,9 @@ pub struct TileLoadBound {
     tiles: [u32; 2],
     /// View axes; `None` if they are not orthonormal.
     axes: Option<([DVec3; 3], DVec3)>,
-    /// Edge of a cell [texels].
+    /// Edge of a cell \[texels\].
     edge: f64,
-    /// Centre of the map [texels].
+    /// Centre of the map \[texels\].
     middle: [f64; 2],
     scale: f64,
     perspective: bool,
@@ -97,7 +97,7 @@ impl TileLoadBound {
         }
     }
 
-    /// Adds the casters of a box. `enlarged`: how far they reach beyond boxes around them at most [texels].
+    /// Adds the casters of a box. `enlarged`: how far they reach beyond boxes around them at most \[texels\].
     pub fn add(&mut self, bounds: &Bounds, count: u32, reach: Reach, enlarged: f32) {
         let touched = self.touched(bounds, enlarged.into());
         let [columns, rows] = self.cells(touched.as_ref());
@@ -207,12 +207,12 @@ impl TileLoadBound {
 
 /// Conservative part of a map that a box touches.
 struct Touched {
-    /// First and last column, first and last row [texels].
+    /// First and last column, first and last row \[texels\].
     sides: [[f64; 2]; 2],
-    /// Least depth along the axis [m]; 1 in an orthographic view.
+    /// Least depth along the axis \[m\]; 1 in an orthographic view.
     nearest: f64,
-    /// Largest distance from the axis, to the right and upwards [m].
+    /// Largest distance from the axis, to the right and upwards \[m\].
     beside: [f64; 2],
-    /// Width of what casters are enlarged by, at the farthest [m].
+    /// Width of what casters are enlarged by, at the farthest \[m\].
     texel: f64,
 }

@@ -15,7 +15,7 @@ const BLOCK: u32 = 8;
 /// Nodes in preorder: the left child follows its parent, the right child follows the left one's subtree.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    /// Lower corner of its box, world space [m].
+    /// Lower corner of its box, world space \[m\].
     min: Vec3,
     /// Index just past the subtree.
     end: u32,
@@ -32,7 +32,7 @@ pub struct GroupTree {
     nodes: Vec<Node>,
     /// Groups in the order of the leaves.
     groups: Vec<u32>,
-    /// Boxes of `groups`, world space [m].
+    /// Boxes of `groups`, world space \[m\].
     boxes: Vec<Bounds>,
     /// Groups with unbounded boxes: always visible.
     unbounded: Vec<u32>,

@@ -71,7 +71,7 @@ impl<'a> MapLayout<'a> {
         Ok(())
     }
 
-    /// Parameters of a view's conversion. `width`: of the maps [texels].
+    /// Parameters of a view's conversion. `width`: of the maps \[texels\].
     fn params(
         &self,
         index: usize,

@@ -13,7 +13,7 @@ use crate::{
 };
 use wgpu::{Buffer, BufferUsages};
 
-/// Size of a vector, three `f32` without padding [bytes].
+/// Size of a vector, three `f32` without padding \[bytes\].
 const VECTOR: u64 = 12;
 
 /// Points on the device. Their buffers have the usage `STORAGE`; a vector is three `f32`, without padding.

@@ -10,7 +10,7 @@ use crate::{
 use glam::{DMat4, DVec4, Mat4, UVec2, Vec3};
 use wgpu::{BindGroup, Texture, TextureAspect, TextureFormat, TextureUsages, TextureView};
 
-/// Far plane of masks for an infinite camera [m]; farther surfaces are moved to it.
+/// Far plane of masks for an infinite camera \[m\]; farther surfaces are moved to it.
 const FARTHEST: f64 = 1e5;
 
 /// A host's depths and normals, for [`LightMasks::prepare`](crate::host::LightMasks::prepare). The textures are

@@ -27,7 +27,7 @@ use wgpu::{
 /// Textures of masks, kept from frame to frame while their capacity suffices.
 #[derive(Debug)]
 pub struct MaskTextures {
-    /// Size of the picture [pixels].
+    /// Size of the picture \[pixels\].
     size: UVec2,
     half: bool,
     masks: u32,

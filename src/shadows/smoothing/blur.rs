@@ -20,7 +20,7 @@ use wgpu::{
 /// Textures of the blur.
 #[derive(Debug)]
 pub(in crate::shadows) struct Blur {
-    /// Radius of the window [texels].
+    /// Radius of the window \[texels\].
     pub radius: u32,
     rows: Texture,
     near_around: Texture,

@@ -23,7 +23,7 @@ pub(crate) struct DepthInput {
 
 pub(in crate::shadows) const NO_TEXTURE: &str = "its texture was destroyed, or is another device's";
 
-/// Largest deviation of our rays in the host's window over their length [texels of ours].
+/// Largest deviation of our rays in the host's window over their length \[texels of ours\].
 const ASTRAY: f64 = 0.25;
 
 /// Views of the host's textures by texture and layer, kept from frame to frame.
@@ -149,7 +149,7 @@ impl<'a> HostCamera<'a> {
         Ok(camera)
     }
 
-    /// Clip coordinates of a point in -1..1 of the window, at a distance along the view's axis [m].
+    /// Clip coordinates of a point in -1..1 of the window, at a distance along the view's axis \[m\].
     fn clip(&self, corner: DVec2, distance: f64) -> DVec4 {
         let half = (self.view.size.as_dvec2() - 1.0) * 0.5 / f64::from(self.view.scale);
         let spread = if self.is_perspective() { distance } else { 1.0 };
@@ -161,7 +161,7 @@ impl<'a> HostCamera<'a> {
         clip.truncate() / clip.w
     }
 
-    /// A distance between the near and far planes, off the eye [m].
+    /// A distance between the near and far planes, off the eye \[m\].
     fn middle(&self) -> f64 {
         let (near, far) = (f64::from(self.view.near), f64::from(self.view.far));
         near + 0.25 * (far - near)

@@ -31,9 +31,9 @@ pub const PAIR_FORMAT: wgpu::TextureFormat = Rg32Uint;
 
 /// Subgroup size of llvmpipe; more lanes would only lengthen the tail.
 const SERIAL_WORKGROUP_SIZE: u32 = 8;
-/// Shortest run; below it, the counters of a run cost more than its pairs [pairs].
+/// Shortest run; below it, the counters of a run cost more than its pairs \[pairs\].
 const RUN_MIN: u32 = 256;
-/// Usual run; longer ones are no faster [pairs].
+/// Usual run; longer ones are no faster \[pairs\].
 const RUN_USUAL: u32 = 2048;
 /// Runs that keep the cores of a software adapter busy.
 const RUN_TARGET: u32 = 512;
@@ -54,7 +54,7 @@ pub const FEW_BITS: u32 = 6;
 /// Bits of a digit with 256 values.
 pub const MAX_BITS: u32 = 8;
 /// Pairs from which kernels with more counters repay their longer compilation: they need fewer digits, and
-/// each is faster. If they need as many digits, from twice as many [pairs].
+/// each is faster. If they need as many digits, from twice as many \[pairs\].
 const FEW_PAIRS: u32 = 1 << 19;
 
 /// Pairs per workgroup.
@@ -118,7 +118,7 @@ impl Shape {
         }
     }
 
-    /// Most bits of a digit of these keys [bits].
+    /// Most bits of a digit of these keys \[bits\].
     pub fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
         let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MAX_BITS).len();
         match self {

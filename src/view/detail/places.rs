@@ -5,11 +5,11 @@ use crate::{
 };
 use glam::{DMat2, DVec2, DVec3, IVec2, UVec2, Vec3};
 
-/// Width of a texel that is narrow enough [pixels].
+/// Width of a texel that is narrow enough \[pixels\].
 const FINENESS: f64 = 0.6;
 /// Pixels of the picture to one of the small picture, each way.
 const COARSE: u32 = 8;
-/// Edge of the small map [texels].
+/// Edge of the small map \[texels\].
 const MAP: u32 = 512;
 /// Texels of the small map within which an edge is looked for.
 const EDGES: i32 = 2;
@@ -19,7 +19,7 @@ const MIN_COSINE: f64 = 0.1;
 /// A place of the picture beside an edge of a shadow.
 #[derive(Clone, Copy)]
 pub(in crate::view) struct Seen {
-    /// On the light's plane: [m], or in a perspective view at 1 m along the axis.
+    /// On the light's plane: \[m\], or in a perspective view at 1 m along the axis.
     pub(in crate::view) place: DVec2,
     /// Widest texel there that is narrow enough, in the same unit.
     pub(in crate::view) texel: f64,
@@ -29,7 +29,7 @@ pub(in crate::view) struct Seen {
 pub(in crate::view) struct Receiver {
     /// Toward the eye, unit.
     pub(in crate::view) normal: DVec3,
-    /// Depth [m]; 1 in a parallel view.
+    /// Depth \[m\]; 1 in a parallel view.
     spread: f64,
     pub(in crate::view) seen: Seen,
 }
@@ -41,7 +41,7 @@ pub(in crate::view) struct Picture<'a> {
     eye: DVec3,
     /// Right, up and forward.
     axes: [DVec3; 3],
-    /// Width of a pixel at 1 m along the axis [m].
+    /// Width of a pixel at 1 m along the axis \[m\].
     pixel: f64,
 }
 

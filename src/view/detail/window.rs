@@ -25,7 +25,7 @@ pub(super) struct Window {
     low: DVec2,
     high: DVec2,
     pub(super) texel: f64,
-    /// Edge [texels].
+    /// Edge \[texels\].
     pub(super) size: u32,
 }
 

@@ -11,7 +11,7 @@ use crate::{
 };
 use glam::{DVec2, DVec3, IVec2, UVec2, Vec3};
 
-/// Edge of the small map [texels].
+/// Edge of the small map \[texels\].
 const MAP: u32 = 512;
 /// Points of the light.
 const POINTS: u32 = 16;
@@ -69,7 +69,7 @@ struct Map<'a> {
     view: &'a View,
     raster: Raster,
     layers: Vec<Layers>,
-    /// Points of the light, along x and down in the view [m]; of a sun, slopes.
+    /// Points of the light, along x and down in the view \[m\]; of a sun, slopes.
     points: Vec<DVec2>,
     /// Half of the light's narrower side, likewise.
     half: f64,
@@ -80,7 +80,7 @@ struct Map<'a> {
 
 /// What is between two depths of a texel, on the way to a point of the light.
 struct Met {
-    /// Depths [m] of what stops light and the light's middle sees, and of what it does not see.
+    /// Depths \[m\] of what stops light and the light's middle sees, and of what it does not see.
     depths: [Option<f64>; 2],
     /// Light that filters let through.
     passed: DVec3,
@@ -198,7 +198,7 @@ impl<'a> Map<'a> {
             && self.is_opaque[self.scene.triangles[layer.triangle as usize].material as usize]
     }
 
-    /// `first`: nearest depth of the map [m].
+    /// `first`: nearest depth of the map \[m\].
     fn penumbra(&self, place: &Place, first: f64) -> Option<Penumbra> {
         let is_wide = self.view.projection == Projection::Perspective;
         let in_view = self.view.view_from_world.as_dmat4().transform_point3(place.point);

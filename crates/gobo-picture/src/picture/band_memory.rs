@@ -17,7 +17,7 @@ pub(super) struct BandMemory {
     pub point_lists: Buffer,
     /// Tiles that have translucent casters, with the workgroup counts of a dispatch over them.
     pub layered_tiles: Buffer,
-    /// Capacity of a band [tiles].
+    /// Capacity of a band \[tiles\].
     pub tiles: u32,
     /// Points of one pixel.
     pub points_of_pixel: u32,

@@ -11,7 +11,7 @@ use glam::Vec3;
 /// Least difference between the square roots of the light in front of a body and behind it at which it is
 /// worth two nodes: in its middle, the line is off by half of its square.
 pub const MIN_BEND: f32 = 0.0625;
-/// Shortest ramp that becomes two [fixed point].
+/// Shortest ramp that becomes two \[fixed point\].
 pub const SHORTEST: u32 = 4;
 /// Square root of the light that black counts as, 1/2048.
 pub const MIN_ROOT: f32 = 0.022_097_087;

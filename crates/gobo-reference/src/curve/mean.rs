@@ -10,9 +10,9 @@ pub const BINS: u32 = 32;
 /// Depth range over which the light falls linearly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ramp {
-    /// [fixed point], at least 1
+    /// \[fixed point\], at least 1
     pub start: u32,
-    /// [fixed point]
+    /// \[fixed point\]
     pub length: f32,
     /// Drop of the mean's light.
     pub drop: Vec3,

@@ -25,7 +25,7 @@ struct Run {
     farthest: f32,
     /// Means over the window and the channels: the blocked share, times the depth, and times its square.
     moments: Vec3,
-    /// Column of the closest texel with a hole, negative for none; its row, and its distance [texels].
+    /// Column of the closest texel with a hole, negative for none; its row, and its distance \[texels\].
     hole: f32,
     row: u32,
     distance: f32,
@@ -77,7 +77,7 @@ impl Run {
         })
     }
 
-    /// Depths at which the ramp starts and ends [light depth].
+    /// Depths at which the ramp starts and ends \[light depth\].
     fn ramp(&self) -> (f32, f32) {
         let mean = self.moments.y / self.moments.x;
         let variance = (self.moments.z / self.moments.x - mean * mean).max(0.0);
@@ -90,7 +90,7 @@ impl Run {
 /// A node with its ramp.
 #[derive(Clone, Copy, Debug)]
 struct Ramp {
-    /// [fixed point]
+    /// \[fixed point\]
     start: f32,
     length: f32,
     passed: Vec3,

@@ -12,11 +12,11 @@ use gobo::{
 /// A ray's closest approach to a Gaussian, in the Gaussian's own space.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// Squared distance [standard deviations].
+    /// Squared distance \[standard deviations\].
     pub squared: f32,
     /// Light depth there.
     pub depth: f32,
-    /// Standard deviation along the ray [light depth].
+    /// Standard deviation along the ray \[light depth\].
     pub deviation: f32,
     /// The whitened position.
     pub position: Vec2,
@@ -101,13 +101,13 @@ pub fn gaussian_hit(
     Some(Hit { light, absorbed, added, color, opacity, presence, depth, start, end })
 }
 
-/// How far in front of a ray's end a medium's ramp begins at the latest [standard deviations].
+/// How far in front of a ray's end a medium's ramp begins at the latest \[standard deviations\].
 pub const AT_THE_END: f32 = 0.25;
-/// Distance at which nothing of a medium is left [standard deviations].
+/// Distance at which nothing of a medium is left \[standard deviations\].
 pub const FARTHEST_TAIL: f32 = 8.0;
 
 /// Start and end of the linear ramp that is nearest to the transmittance in a medium of a whole optical depth
-/// [standard deviations from the closest approach]: fitted, at most 0.06 off up to 16, 0.073 up to 10,000.
+/// \[standard deviations from the closest approach\]: fitted, at most 0.06 off up to 16, 0.073 up to 10,000.
 fn ramp(tau: f32) -> [f32; 2] {
     // The ends meet at an optical depth of 3e6.
     let z = (1.0 / (1.0 + 0.138_629_4 * (1.0 + tau).log2())).max(0.3);
@@ -118,7 +118,7 @@ fn ramp(tau: f32) -> [f32; 2] {
     [start, end]
 }
 
-/// Share of a normal distribution between two places [standard deviations].
+/// Share of a normal distribution between two places \[standard deviations\].
 fn normal_share(from: f32, to: f32) -> f32 {
     (0.5 * (error_function(to) - error_function(from))).max(0.0)
 }

@@ -15,12 +15,12 @@ pub(super) struct Body {
 /// A caster in a map.
 pub(super) struct Appearance {
     pub texel: Vec2,
-    /// In the map [texels], in the plane at depth 1, or beside the view [m].
+    /// In the map \[texels\], in the plane at depth 1, or beside the view \[m\].
     pub radius: f32,
     /// Growth to the least radius that a map shows.
     pub grow: f32,
     pub bounds: TexelBox,
-    /// Reach from its centre along the axis [m].
+    /// Reach from its centre along the axis \[m\].
     pub depth_reach: f32,
 }
 

@@ -6,7 +6,7 @@ use gobo::{
     records::{GpuView, TileRect},
 };
 
-/// Tiles whose texel centres may be in `bounds` and within `circle` [texels] of `center`.
+/// Tiles whose texel centres may be in `bounds` and within `circle` \[texels\] of `center`.
 pub(crate) fn tile_rect(
     view: &GpuView,
     view_index: u32,

@@ -48,7 +48,7 @@ pub(super) struct Fog {
     inside: Vec3,
     /// Light depth reached so far.
     reached: f32,
-    /// Length of the ray per unit of light depth [m].
+    /// Length of the ray per unit of light depth \[m\].
     metres: f32,
 }
 
@@ -88,7 +88,7 @@ impl Fog {
 }
 
 impl<P: Copy> Pixel<P> {
-    /// An empty pixel; `metres`: length of the ray per unit of light depth [m].
+    /// An empty pixel; `metres`: length of the ray per unit of light depth \[m\].
     pub(super) fn empty(metres: f32) -> Self {
         let (color, passed) = (Vec3::ZERO, Vec3::ONE);
         Self {

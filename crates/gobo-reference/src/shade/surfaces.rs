@@ -77,14 +77,14 @@ fn camera(scene: &Scene, sample: u32) -> View {
     of_sample.unwrap_or(whole)
 }
 
-/// Where the camera sees a point [pixels].
+/// Where the camera sees a point \[pixels\].
 fn pixel_of(camera: &View, point: Vec3) -> Vec2 {
     let seen = camera.view_from_world.transform_point3(point);
     let slope = seen.truncate() / -seen.z;
     camera.size.as_vec2() * 0.5 + camera.scale * Vec2::new(slope.x, -slope.y)
 }
 
-/// How far what is seen moves until the next frame [m]: triangles by their index in the scene, with all that bends them,
+/// How far what is seen moves until the next frame \[m\]: triangles by their index in the scene, with all that bends them,
 /// others by their centre; not at all what is not found again.
 fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Vec3 {
     let footprint = found.footprint;

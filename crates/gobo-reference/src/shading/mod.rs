@@ -259,7 +259,7 @@ impl<'a> Lighting<'a> {
         })
     }
 
-    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance [m], where the way leaves
+    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance \[m\], where the way leaves
     /// the body, and what passes up to there, from where the maps shadow it without a bias.
     pub fn light_in_body(&self, point: &Point, own: impl Fn(Vec3, f32) -> (Vec3, Vec3)) -> Vec3 {
         self.light_through(point, |index, toward, face| {

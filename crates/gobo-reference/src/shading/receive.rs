@@ -32,7 +32,7 @@ struct Slant {
     /// Sine of the angle between its normal and the direction to the light.
     sine: f32,
     tangent: f32,
-    /// Distance that a caster in the maps may be off the surface [m].
+    /// Distance that a caster in the maps may be off the surface \[m\].
     reach: f32,
 }
 
@@ -170,7 +170,7 @@ impl Lighting<'_> {
     }
 
     /// The point offset along its normal by the depth that the slope spans within the filter; and the bias
-    /// [m].
+    /// \[m\].
     fn lifted(&self, index: usize, of: LookUp<'_>) -> (Vec3, Bias) {
         let LookUp { light, surface, slant, receiver } = of;
         let view = &self.views[index];
@@ -240,7 +240,7 @@ impl Lighting<'_> {
     }
 
     /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel. `normal` is on the light's side;
-    /// `reach`: distance that a caster in the maps may be off the point [m].
+    /// `reach`: distance that a caster in the maps may be off the point \[m\].
     pub fn shadow(
         &self,
         index: usize,

@@ -24,7 +24,7 @@ pub const LEAST_ON_PLANE: u32 = 4;
 pub const ROUGH: f32 = 0.0625;
 
 /// Normal of the plane, view space, of any length and side; zero where the map sees none. `point`: view space; `bias`:
-/// how much a surface on the plane may be off [m].
+/// how much a surface on the plane may be off \[m\].
 pub(super) fn seen_normal(view: &GpuView, maps: &ViewMaps, point: Vec3, bias: f32) -> Vec3 {
     let is_perspective = view.perspective > 0.0;
     // Depth along an axis is linear in the texel in a parallel view, its inverse in a perspective one.

@@ -17,7 +17,7 @@ pub(super) fn turn(pixel: UVec2) -> Vec2 {
 /// Nine texels of a map around a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taps {
-    /// Map position of the point [texels].
+    /// Map position of the point \[texels\].
     position: Vec2,
     /// Light depth of the point.
     pub z: f32,
@@ -65,7 +65,7 @@ impl Taps {
     }
 }
 
-/// Reach of a light's filter: radius of a disc, half the edge of a square [texels].
+/// Reach of a light's filter: radius of a disc, half the edge of a square \[texels\].
 fn filter_reach(light: &GpuLight) -> f32 {
     match light.taps & 0xff {
         FILTER_SPLINE => SPLINE_REACH,
@@ -75,7 +75,7 @@ fn filter_reach(light: &GpuLight) -> f32 {
     }
 }
 
-/// Reach of the light's filter beyond the spline's [texels].
+/// Reach of the light's filter beyond the spline's \[texels\].
 pub(super) fn beyond_spline(light: &GpuLight) -> f32 {
     (filter_reach(light) - SPLINE_REACH).max(0.0)
 }

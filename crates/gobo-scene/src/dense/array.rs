@@ -20,7 +20,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// Size of a number [bytes].
+    /// Size of a number \[bytes\].
     pub(super) const fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,

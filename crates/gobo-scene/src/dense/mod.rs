@@ -56,7 +56,7 @@ pub(super) const FORMATS: [Format; 7] = [
     Format { extensions: &["tif", "tiff"], is: tiff::is, read: tiff::read, named: no_file },
 ];
 
-/// Head by which a format is recognised, and in which texts name a file [bytes].
+/// Head by which a format is recognised, and in which texts name a file \[bytes\].
 const HEAD: u64 = 1 << 16;
 
 fn no_file(_: &[u8], _: &Path) -> Option<PathBuf> {

@@ -14,7 +14,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Length of the header [bytes].
+/// Length of the header \[bytes\].
 const HEADER: usize = 348;
 const MAGIC: usize = 344;
 const GZIP: &[u8] = &[0x1f, 0x8b];

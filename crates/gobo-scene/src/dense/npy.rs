@@ -81,7 +81,7 @@ pub(super) fn read_archive(file: &mut File<'_>) -> Result<Dense, Fault> {
     Ok(dense)
 }
 
-/// Longest header that is read [bytes].
+/// Longest header that is read \[bytes\].
 const MOST_HEADER: usize = 1 << 16;
 
 struct Header {
@@ -89,7 +89,7 @@ struct Header {
     is_big: bool,
     is_fortran: bool,
     shape: Vec<u64>,
-    /// With the magic [bytes].
+    /// With the magic \[bytes\].
     length: usize,
 }
 

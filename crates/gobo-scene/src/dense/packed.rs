@@ -3,9 +3,9 @@ use crate::{limits::has_memory, vdb::Fault};
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 use std::io::Read;
 
-/// Largest array that is unpacked [bytes].
+/// Largest array that is unpacked \[bytes\].
 pub(super) const MOST_BYTES: usize = 1 << 31;
-/// What a byte of a deflated stream unpacks to at most [bytes].
+/// What a byte of a deflated stream unpacks to at most \[bytes\].
 const MOST_RATIO: usize = 1032;
 
 /// How bytes are packed.

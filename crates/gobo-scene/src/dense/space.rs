@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 pub(super) struct Place {
     /// The file's space, in its units, from index space, in which voxel centres are whole numbers.
     pub(super) file_from_index: DAffine3,
-    /// What the file says of its unit [m].
+    /// What the file says of its unit \[m\].
     pub(super) unit: Option<f64>,
     /// The axes of a body, if the file says that they are.
     pub(super) body: Option<Body>,
@@ -64,7 +64,7 @@ impl Place {
         Ok(())
     }
 
-    /// The volume's space [m] from index space.
+    /// The volume's space \[m\] from index space.
     pub(super) fn volume_from_index(&self, unit: Option<f64>, up: Option<Up>) -> DAffine3 {
         let axes = match (up, self.body) {
             (Some(up), _) => up.turn(),

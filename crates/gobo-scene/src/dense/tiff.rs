@@ -98,7 +98,7 @@ fn append(bytes: &mut Vec<u8>, numbers: &DecodingResult) -> Result<Number, Fault
     })
 }
 
-/// Edges of a voxel, in a unit [m] if one is said.
+/// Edges of a voxel, in a unit \[m\] if one is said.
 struct Spacing {
     edges: DVec3,
     unit: Option<f64>,

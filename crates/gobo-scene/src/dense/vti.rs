@@ -232,7 +232,7 @@ impl Stream<'_> {
 }
 
 fn lz4(packed: &[u8], size: usize) -> Result<Vec<u8>, Fault> {
-    /// What a byte of LZ4 unpacks to at most [bytes].
+    /// What a byte of LZ4 unpacks to at most \[bytes\].
     const MOST_RATIO: usize = 255;
     if size > packed.len().saturating_mul(MOST_RATIO) {
         return Err(Fault::damaged(format!("{size} bytes in {} packed ones", packed.len())));

@@ -177,7 +177,7 @@ pub(crate) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneEr
     Ok(unpacked)
 }
 
-/// `most`: what it may take [bytes].
+/// `most`: what it may take \[bytes\].
 fn decode(stream: &[u8], most: u64) -> Result<Mesh, draco_core::DracoError> {
     let faces = Limit::Triangles.most();
     let limits = DecodeLimits::default()

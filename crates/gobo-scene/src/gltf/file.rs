@@ -23,7 +23,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Zeros that any file may have without bytes for them [items].
+/// Zeros that any file may have without bytes for them \[items\].
 const FEW_ZEROS: usize = 1 << 16;
 
 #[derive(Debug)]

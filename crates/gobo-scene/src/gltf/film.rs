@@ -9,11 +9,11 @@ pub(crate) struct Film {
     factor: f32,
     /// Index of refraction.
     ior: f32,
-    /// [nm]
+    /// \[nm\]
     thickness: f32,
 }
 
-/// Wavelengths of red, green and blue [nm].
+/// Wavelengths of red, green and blue \[nm\].
 const WAVELENGTHS: [f32; 3] = [650.0, 550.0, 450.0];
 
 /// Reflectance of a polished surface at normal incidence without a film (Schlick 1994, index 1.5).
@@ -48,7 +48,7 @@ impl Film {
         self.factor * ((mean - BARE) / (1.0 - BARE)).clamp(0.0, 1.0)
     }
 
-    /// Reflectance at a wavelength [nm] and normal incidence: the sum over all paths between the film's two
+    /// Reflectance at a wavelength \[nm\] and normal incidence: the sum over all paths between the film's two
     /// faces (Airy 1833).
     pub(crate) fn mirrored(&self, base: f32, wavelength: f32) -> f32 {
         let amplitude = |from: f32, to: f32| (from - to) / (from + to);

@@ -57,7 +57,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     Ok((root, ignored, unread))
 }
 
-/// Upper estimate of the parsed document's size [bytes]: twice, as values and in the crate's types.
+/// Upper estimate of the parsed document's size \[bytes\]: twice, as values and in the crate's types.
 fn parsed_size(text: &[u8]) -> u64 {
     let size = |byte: &u8| match byte {
         b'{' => 600,

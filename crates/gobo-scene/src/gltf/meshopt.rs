@@ -16,7 +16,7 @@ pub(crate) struct Packed {
     buffer: usize,
     offset: usize,
     length: usize,
-    /// Items, and the size of each [bytes].
+    /// Items, and the size of each \[bytes\].
     count: usize,
     stride: usize,
     mode: Mode,

@@ -84,18 +84,18 @@ pub(crate) struct Wanted<'a> {
 /// Intensity above which a light is photometric.
 const BRIGHTEST_RADIOMETRIC: f32 = 100.0;
 
-/// Luminous efficacy of green light, by definition of the candela [lm/W].
+/// Luminous efficacy of green light, by definition of the candela \[lm/W\].
 const EFFICACY: f32 = 683.0;
 
-/// Widest cone [radians]. A flat map cannot hold the half space that glTF allows; past this its texels are
+/// Widest cone \[radians\]. A flat map cannot hold the half space that glTF allows; past this its texels are
 /// worthless.
 const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 
 /// Distance from the origin along an axis past which corners are kept in their own space, to be made again where the scene
-/// is re-centred [m]: past it neighbouring `f32` are 15 um apart, a hundredth of a texel for a metre in a large map.
+/// is re-centred \[m\]: past it neighbouring `f32` are 15 um apart, a hundredth of a texel for a metre in a large map.
 const FAR: f32 = 128.0;
 
-/// Rows of a picture if the camera gives only its aspect [pixels].
+/// Rows of a picture if the camera gives only its aspect \[pixels\].
 const PICTURE_HEIGHT: f32 = 540.0;
 
 /// Loads a file. World space = `transform` * glTF space; material and texture indices start at 0.

@@ -6,7 +6,7 @@ use gobo::model::Texture;
 use image::{Rgba32FImage, RgbaImage, imageops::FilterType};
 use std::collections::HashMap;
 
-/// Longest side of an image [texels].
+/// Longest side of an image \[texels\].
 pub(crate) const MAX_SIDE: u32 = 16384;
 
 /// A texture as a product of images.

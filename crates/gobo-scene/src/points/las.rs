@@ -4,17 +4,17 @@ use glam::{DVec3, Vec3};
 use laz::{LasZipDecompressor, LazVlr};
 use std::io::{Cursor, Seek as _, SeekFrom};
 
-/// Least length of a header, and length of one of version 1.4 [bytes].
+/// Least length of a header, and length of one of version 1.4 \[bytes\].
 const HEADER: usize = 227;
 const HEADER_4: usize = 375;
 
-/// Length of the head of a variable length record [bytes].
+/// Length of the head of a variable length record \[bytes\].
 const RECORD_HEAD: usize = 54;
 
 /// Records that are decompressed at a time.
 const BATCH: u64 = 1 << 14;
 
-/// Least size of a record by its format [bytes].
+/// Least size of a record by its format \[bytes\].
 const SIZES: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
 
 fn number<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
@@ -24,10 +24,10 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
 struct Header {
     format: u8,
     is_packed: bool,
-    /// Size of a record [bytes].
+    /// Size of a record \[bytes\].
     size: u16,
     count: u64,
-    /// Offset of the points, and of the variable length records [bytes].
+    /// Offset of the points, and of the variable length records \[bytes\].
     start: u64,
     records: usize,
     record_count: u32,
@@ -74,7 +74,7 @@ impl Header {
         })
     }
 
-    /// Where the colour of a record begins [bytes].
+    /// Where the colour of a record begins \[bytes\].
     fn color(&self) -> Option<usize> {
         match self.format {
             2 => Some(20),

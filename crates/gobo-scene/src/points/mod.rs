@@ -77,7 +77,7 @@ pub(super) fn facts(path: &Path) -> Vec<(&'static str, String)> {
 /// What a file says of each point. Lists are as long as `positions`, or empty.
 #[derive(Debug, Default)]
 struct Points {
-    /// As in the file [m].
+    /// As in the file \[m\].
     positions: Vec<DVec3>,
     /// Linear.
     colors: Vec<Vec3>,
@@ -146,7 +146,7 @@ fn linear(rgb: [f32; 3]) -> Vec3 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wanted {
     pub(super) material: u32,
-    /// Radius of all points [m]; `None`: by their spacing.
+    /// Radius of all points \[m\]; `None`: by their spacing.
     pub(super) radius: Option<f32>,
     pub(super) first_id: u32,
     /// Particles of the scene before this file.
@@ -178,10 +178,10 @@ pub(super) fn load(
     discs(path, points, wanted, origin)
 }
 
-/// Distance from the origin along an axis past which 32 bits round to more than a millimetre [m].
+/// Distance from the origin along an axis past which 32 bits round to more than a millimetre \[m\].
 const FAR: f64 = 10_000.0;
 
-/// Origins are multiples of this [m].
+/// Origins are multiples of this \[m\].
 const STEP: f64 = 1000.0;
 
 /// Origin of points far out, in the file's axes: along each axis the middle of the box where that is beyond [`FAR`].

@@ -12,7 +12,7 @@ const NAMES: [&str; 8] = ["x", "y", "z", "rgb", "rgba", "intensity", "label", "c
 const COLOR: [usize; 2] = [3, 4];
 const INTENSITY: usize = 5;
 
-/// Places of the columns that are read: the field, and its offset in a row [bytes].
+/// Places of the columns that are read: the field, and its offset in a row \[bytes\].
 struct Columns<'a> {
     of_names: [Option<(&'a Field, usize)>; NAMES.len()],
 }
@@ -63,7 +63,7 @@ pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
     (header.points <= most_points(&header, length)).then_some(header.points)
 }
 
-/// Most points in a file of a length [bytes].
+/// Most points in a file of a length \[bytes\].
 fn most_points(header: &Header, length: u64) -> u64 {
     let bytes = length.saturating_sub(header.length as u64);
     let row = header.row().max(1) as u64;

@@ -2,7 +2,7 @@
 use super::{DAMAGED, Fault};
 use crate::error::quoted;
 
-/// Longest header [bytes].
+/// Longest header \[bytes\].
 pub(super) const LONGEST: u64 = 1 << 16;
 
 const WRITE_AGAIN: &str = "write a PCD 0.7 header, from VERSION to DATA";
@@ -18,7 +18,7 @@ pub(super) enum Encoding {
 #[derive(Clone, Debug)]
 pub(super) struct Field {
     pub(super) name: String,
-    /// Size of a number [bytes]: 1, 2, 4 or 8.
+    /// Size of a number \[bytes\]: 1, 2, 4 or 8.
     pub(super) size: usize,
     /// `I`, `U` or `F`.
     pub(super) kind: u8,
@@ -27,7 +27,7 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Size in a point [bytes].
+    /// Size in a point \[bytes\].
     pub(super) fn length(&self) -> usize {
         self.size * self.count
     }
@@ -41,12 +41,12 @@ pub(super) struct Header {
     /// Whether the place of the sensor is another than the origin.
     pub(super) has_viewpoint: bool,
     pub(super) lines: usize,
-    /// Offset of the data [bytes].
+    /// Offset of the data \[bytes\].
     pub(super) length: usize,
 }
 
 impl Header {
-    /// Size of a point [bytes].
+    /// Size of a point \[bytes\].
     pub(super) fn row(&self) -> usize {
         self.fields.iter().map(Field::length).sum()
     }

@@ -4,7 +4,7 @@ use super::cloud::{Cloud, Fault, word};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 
-/// Size of a record [bytes].
+/// Size of a record \[bytes\].
 const RECORD: usize = 32;
 
 /// Records that are looked at before a file without a header is taken for splats.

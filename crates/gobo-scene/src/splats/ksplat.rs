@@ -6,11 +6,11 @@ use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 use half::f16;
 
-/// Length of the header of the file, and of each section [bytes].
+/// Length of the header of the file, and of each section \[bytes\].
 const HEADER: usize = 4096;
 const SECTION: usize = 1024;
 
-/// Size of a bucket's centre [bytes].
+/// Size of a bucket's centre \[bytes\].
 const CENTER: usize = 12;
 
 /// Numbers of higher harmonics of a splat, by degree.
@@ -42,7 +42,7 @@ impl Header {
             .then_some(Self { sections: most_sections.into(), count: count.into(), level })
     }
 
-    /// Offset of the data of the first section [bytes].
+    /// Offset of the data of the first section \[bytes\].
     fn start(&self) -> u64 {
         HEADER as u64 + self.sections * SECTION as u64
     }
@@ -57,11 +57,11 @@ struct Section {
     /// Buckets with a length of their own.
     partial: u64,
     buckets: u64,
-    /// Edge of the cube around a bucket's centre [m].
+    /// Edge of the cube around a bucket's centre \[m\].
     edge: f32,
     range: u32,
     degree: u16,
-    /// Sizes of a bucket's centre, and of a splat [bytes].
+    /// Sizes of a bucket's centre, and of a splat \[bytes\].
     center: u64,
     size: u64,
     /// Splats that there is room for.
@@ -93,14 +93,14 @@ impl Section {
         })
     }
 
-    /// Length of its lists of buckets, and of all its data [bytes]; numbers of 32 bits cannot overflow here.
+    /// Length of its lists of buckets, and of all its data \[bytes\]; numbers of 32 bits cannot overflow here.
     fn lengths(&self) -> [u64; 2] {
         let lists = 4 * self.partial + self.center * self.buckets;
         [lists, lists + self.size * self.room.max(self.count)]
     }
 }
 
-/// Whether bytes begin such a file of a length [bytes].
+/// Whether bytes begin such a file of a length \[bytes\].
 pub(super) fn is_ksplat(start: &[u8], length: u64) -> bool {
     let Some(header) = Header::parse(start) else { return false };
     let Some(bytes) = start.get(HEADER..HEADER + SECTION) else { return false };

@@ -16,13 +16,13 @@ pub(super) const DAMAGED: &str = "the file is damaged: write it again";
 /// Name of the file that describes the images.
 pub(super) const META: &str = "meta.json";
 
-/// Longest side of an image [texels].
+/// Longest side of an image \[texels\].
 const MAX_SIDE: u32 = 8192;
 
-/// Longest `meta.json` [bytes].
+/// Longest `meta.json` \[bytes\].
 const MAX_META: u64 = 1 << 20;
 
-/// Longest compressed image: more than the texels of the most splats need [bytes].
+/// Longest compressed image: more than the texels of the most splats need \[bytes\].
 const MAX_IMAGE: u64 = 1 << 28;
 
 /// Alpha of a rotation whose largest part is w; x, y and z follow.

@@ -14,17 +14,17 @@ use std::io::{self, Read};
 
 const MAGIC: [u8; 4] = *b"NGSP";
 
-/// Length of the header of versions 1 to 3, and of version 4 [bytes].
+/// Length of the header of versions 1 to 3, and of version 4 \[bytes\].
 const HEADER: usize = 16;
 const HEADER_4: usize = 32;
 
-/// Length of an entry of the list of streams: compressed and plain length [bytes].
+/// Length of an entry of the list of streams: compressed and plain length \[bytes\].
 const ENTRY: usize = 16;
 
 /// Range of coefficients: a byte is 0.5 + this * the coefficient.
 pub(super) const COLOR_SCALE: f32 = 0.15;
 
-/// Extensions of a file are shorter than this [bytes].
+/// Extensions of a file are shorter than this \[bytes\].
 const MOST_BEHIND: u64 = 1 << 26;
 
 const DAMAGED: &str = "the file is cut off or damaged: write it again";

@@ -22,7 +22,7 @@ pub(crate) struct Bricks {
     pub(crate) not_finite: u64,
 }
 
-/// Edges of tiles [voxels].
+/// Edges of tiles \[voxels\].
 const EDGES: [i32; 3] = [LEAF_EDGE, 128, UPPER_EDGE];
 
 /// Where the voxels of a brick's place come from.

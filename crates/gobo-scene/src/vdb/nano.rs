@@ -14,7 +14,7 @@ use std::borrow::Cow;
 /// First bytes of files of any kind, of grids alone, and of segments.
 const MAGIC: [u8; 7] = *b"NanoVDB";
 const GRID_ALONE: u8 = b'1';
-/// Size of a grid's head [bytes].
+/// Size of a grid's head \[bytes\].
 pub(super) const GRID: usize = 672;
 const VERSION: u32 = 32;
 const HELP: &str = "write it with NanoVDB 32, as OpenVDB 11 to 13 do";
@@ -126,7 +126,7 @@ fn segment(
     unread: &mut Vec<String>,
 ) -> Result<usize, Fault> {
     const WHAT: &str = "the head of a segment";
-    /// Size of what is said of each grid [bytes].
+    /// Size of what is said of each grid \[bytes\].
     const ABOUT: usize = 176;
     let mut input = Input::new(bytes, at + 8)?;
     check(input.u32(WHAT)?)?;
@@ -173,9 +173,9 @@ fn text(bytes: &[u8]) -> String {
 
 /// The bytes of a grid.
 fn unpacked<'a>(bytes: &'a [u8], head: &Head) -> Result<Cow<'a, [u8]>, Fault> {
-    /// What a byte unpacks to at most, of deflate and of LZ4 [bytes].
+    /// What a byte unpacks to at most, of deflate and of LZ4 \[bytes\].
     const MOST_RATIO: usize = 1032;
-    /// Largest part that is packed by itself by Blosc [bytes].
+    /// Largest part that is packed by itself by Blosc \[bytes\].
     const PART: usize = 1 << 30;
     let stored = &bytes[head.start..head.start + head.stored];
     if head.codec == Codec::Plain {

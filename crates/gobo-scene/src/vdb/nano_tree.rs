@@ -25,7 +25,7 @@ pub(super) enum NanoType {
     AnySteps,
 }
 
-/// Where parts of a grid's nodes are [bytes].
+/// Where parts of a grid's nodes are \[bytes\].
 struct Offsets {
     background: usize,
     root: usize,

@@ -7,11 +7,11 @@ use glam::IVec3;
 use gobo::model::MAX_INDEX;
 use std::collections::HashSet;
 
-/// Edge of a leaf [voxels].
+/// Edge of a leaf \[voxels\].
 pub(crate) const LEAF_EDGE: i32 = 8;
 /// Voxels of a leaf.
 pub(crate) const LEAF_VOXELS: usize = 512;
-/// Edges of the tiles of the upper nodes [voxels].
+/// Edges of the tiles of the upper nodes \[voxels\].
 pub(super) const LOWER_EDGE: i32 = 128;
 pub(crate) const UPPER_EDGE: i32 = 4096;
 /// Farthest origin of a part of the root that is read.
@@ -22,7 +22,7 @@ pub(super) const FARTHEST: i32 = MAX_INDEX - UPPER_EDGE;
 pub(crate) struct Tile {
     /// Lowest voxel, index space.
     pub(crate) origin: IVec3,
-    /// Edge: 8, 128 or 4096 [voxels].
+    /// Edge: 8, 128 or 4096 \[voxels\].
     pub(crate) edge: i32,
     pub(crate) value: f32,
 }

@@ -16,7 +16,7 @@ pub(in crate::shadows) struct Relocation {
 struct Move {
     from: MapSlot,
     to: MapSlot,
-    /// Size of the map [texels].
+    /// Size of the map \[texels\].
     size: UVec2,
 }
 

@@ -9,7 +9,7 @@ use gobo::{
 };
 use half::f16;
 
-/// Longest edge of a layer in the picture [pixels].
+/// Longest edge of a layer in the picture \[pixels\].
 const EDGE: u32 = 1024;
 const FREE: [u8; 3] = [24, 24, 30];
 const BORDER: [u8; 3] = [255, 120, 40];
