@@ -18,7 +18,7 @@ import choice::visit::{OFTEN_FEW, READS_OPAQUE, visit_caster};
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
 const TRACE: f32 = 0.0000152587890625; // presence below which hits have no place of their own: 2^-16
-const LEAST_GAP: f32 = 0.00390625; // what the depth between two hits has at least: 1/256
+const LEAST_GAP: f32 = 0.00390625; // that strong hits close together cost something, too: 1/256
 const COST_BINS: u32 = 32u; // of the costs of pairs, about half an octave each
 
 struct Texel {
@@ -184,9 +184,7 @@ fn pass_hit(t: ptr<function, Texel>, hit: RayHit) -> Placed {
     let behind = light_of(t);
     let taken = dot(abs(light - behind), vec3(1.0));
     let z = max(hit.start, (*t).at);
-    // Strong hits that are close together cost something, too.
-    let gap = select(0.0, z - (*t).at + LEAST_GAP, z > (*t).at);
-    let bin = bin_of(((*t).took + taken) * gap);
+    let bin = bin_of(((*t).took + taken) * select(0.0, z - (*t).at + LEAST_GAP, z > (*t).at));
     return Placed(placed && acts, light, behind, z, taken, bin);
 }
 
@@ -202,9 +200,8 @@ fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let placed = pass_hit(t, hit);
     if OFTEN_FEW {
         let pair = select(0u, 1u << (8u * (placed.bin & 3u)), placed.is && (*t).count > 0u);
-        let words = vec4(placed.bin >> 2u);
-        (*t).low_bins += select(vec4(0u), vec4(pair), words == vec4(0u, 1u, 2u, 3u));
-        (*t).high_bins += select(vec4(0u), vec4(pair), words == vec4(4u, 5u, 6u, 7u));
+        (*t).low_bins += select(vec4(0u), vec4(pair), vec4(placed.bin >> 2u) == vec4(0u, 1u, 2u, 3u));
+        (*t).high_bins += select(vec4(0u), vec4(pair), vec4(placed.bin >> 2u) == vec4(4u, 5u, 6u, 7u));
     }
     (*t).count += select(0u, 1u, placed.is);
     (*t).first = select((*t).first, min((*t).first, hit.start), placed.is);
