@@ -164,7 +164,7 @@ const ISSUES: [Issue; 13] = [
     Issue {
         name: "oloengine-723",
         holds: |look| {
-            let down = [2.6, 1.8, 1.5, 1.2, 0.4].map(|y| look.at(0.0, y, 0.0).x);
+            let down = [2.6, 1.8, 1.5, 1.3, 0.4].map(|y| look.at(0.0, y, 0.0).x);
             down[0] > 0.99 && down.windows(2).all(|pair| pair[1] < 0.97 * pair[0]) && down[4] < 0.5
         },
         wrong: ("shadow.receiver", "nearest"),

@@ -170,7 +170,7 @@ pub(crate) struct ViewArguments {
     /// Both receivers side by side: the nearest depth, and the curve
     #[arg(long)]
     pub(crate) beside: bool,
-    /// Where a scene that moves stands at first \[s\]
+    /// Where a scene that moves stands at first [s]
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) time: f64,
     /// Play it
@@ -179,7 +179,7 @@ pub(crate) struct ViewArguments {
     /// Each light's share at a place of the picture, right and down from its corner, 0 to 1
     #[arg(long, value_names = ["X", "Y"], num_args = 2)]
     pub(crate) pick: Vec<f32>,
-    /// The window \[points\]
+    /// The window [points]
     #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [1280.0, 800.0])]
     pub(crate) size: Vec<f32>,
     /// Pixels of the picture to one of the window, along an edge
@@ -196,7 +196,7 @@ pub(crate) struct ViewArguments {
     /// Pictures before the screenshot
     #[arg(long, value_name = "N", default_value_t = 1, requires = "screenshot")]
     pub(crate) frames: u32,
-    /// How far the camera turns before the last of them \[degrees\]
+    /// How far the camera turns before the last of them [degrees]
     #[arg(
         long,
         value_name = "DEGREES",
@@ -229,7 +229,7 @@ pub(crate) struct InfoArguments {
 pub(crate) struct LightArguments {
     /// A scene file, or any other file that `gobo info --formats` lists
     pub(crate) scene: PathBuf,
-    /// `NumPy` array of 32-bit floats: N x 3 positions \[m\], or N x 6 positions and unit normals
+    /// `NumPy` array of 32-bit floats: N x 3 positions [m], or N x 6 positions and unit normals
     #[arg(long, value_name = "P.npy")]
     pub(crate) points: PathBuf,
     /// The array to write: N x lights x 3 shares, 1 where nothing is between

@@ -79,7 +79,7 @@ pub(super) fn preview(curve: &CurveMap) -> Vec<[f32; 3]> {
 mod tests {
     use super::*;
 
-    /// Sizes of what is written at once \[bytes\].
+    /// Sizes of what is written at once [bytes].
     #[derive(Default)]
     struct Pieces(Vec<usize>);
 

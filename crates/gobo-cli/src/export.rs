@@ -79,11 +79,11 @@ pub(super) struct BindingEntry {
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Kind {
-    /// `size` of the struct \[bytes\].
+    /// `size` of the struct [bytes].
     Uniform {
         size: u64,
     },
-    /// `element_size` of the array \[bytes\].
+    /// `element_size` of the array [bytes].
     Storage {
         access: &'static str,
         element_size: u64,

@@ -21,7 +21,7 @@ pub(crate) enum Failure {
     /// A benchmark whose maps are wrong.
     #[error("{0}")]
     Wrong(String),
-    /// The host cannot allocate so much memory \[bytes\].
+    /// The host cannot allocate so much memory [bytes].
     #[error("no memory for {} MiB of shadow maps, casters, pixels and points", .0 >> 20)]
     Memory(u64),
     /// No window can be opened.

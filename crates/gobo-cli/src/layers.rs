@@ -6,7 +6,7 @@ use super::{
 use gobo_picture::{RenderOptions, Renderer, Surface};
 use gobo_scene::Scene;
 
-/// Depth where there is no surface \[m\], as Blender writes it.
+/// Depth where there is no surface [m], as Blender writes it.
 const NO_SURFACE: f32 = 1e10;
 
 /// What no two layers may share; those of lights have the lights' own names.

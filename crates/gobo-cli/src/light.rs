@@ -16,7 +16,7 @@ use std::{
     path::Path,
 };
 
-/// Largest coordinate of a point, like that of scenes \[m\].
+/// Largest coordinate of a point, like that of scenes [m].
 const FARTHEST: f32 = 1e7;
 /// Most points that are in memory at a time: as many as a device looks up at once.
 const MAX_POINTS: usize = 1 << 22;
@@ -89,7 +89,7 @@ fn unreadable(path: &Path, error: &io::Error) -> Failure {
     Failure::refused(path, error.to_string(), "check the name, and that the file may be read")
 }
 
-/// Length of the file \[bytes\].
+/// Length of the file [bytes].
 fn length(path: &Path) -> Result<u64, Failure> {
     let metadata = fs::metadata(path).map_err(|error| unreadable(path, &error))?;
     if !metadata.is_file() {
@@ -108,7 +108,7 @@ struct Points<R> {
 }
 
 impl<R: Read> Points<R> {
-    /// `length`: of the file \[bytes\].
+    /// `length`: of the file [bytes].
     fn new(file: R, length: u64) -> Result<Self, Fault> {
         let array = npy::Reader::new(file, length)?;
         let &[rows, columns @ (3 | 6)] = &array.shape[..] else {

@@ -15,16 +15,16 @@ struct ViewEntry<'a> {
     light: &'a str,
     view: &'a str,
     kind: &'static str,
-    /// Width and height \[texels\].
+    /// Width and height [texels].
     size: [u32; 2],
     /// Nodes of its curve, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     nodes: Option<usize>,
-    /// Near plane \[m\].
+    /// Near plane [m].
     near: f32,
-    /// Far plane \[m\].
+    /// Far plane [m].
     far: f32,
-    /// Position of a spot or point light, world space \[m\].
+    /// Position of a spot or point light, world space [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     position: Option<[f64; 3]>,
     /// Direction in which a directional light travels, world space.
@@ -100,7 +100,7 @@ pub(super) fn of_lights<'a>(
 
 /// The maps of one view, texels row by row.
 pub(super) struct Arrays<'a> {
-    /// Width and height \[texels\].
+    /// Width and height [texels].
     pub size: [u32; 2],
     pub filter: &'a [[f32; 3]],
     pub nearest: &'a [f32],

@@ -30,7 +30,7 @@ impl Needs {
         self.missing(scene).map_or(Ok(()), |bytes| Err(Failure::Memory(bytes)))
     }
 
-    /// What they are, if the host cannot allocate so much \[bytes\].
+    /// What they are, if the host cannot allocate so much [bytes].
     pub fn missing(&self, scene: &Scene) -> Option<u64> {
         let bytes = self.bytes(scene);
         let mut probe = Vec::<u8>::new();
@@ -45,7 +45,7 @@ impl Needs {
         self.points.saturating_mul(64 + 12 * scene.lights.len() as u64)
     }
 
-    /// Estimate \[bytes\].
+    /// Estimate [bytes].
     fn bytes(&self, scene: &Scene) -> u64 {
         let mut bytes = self.of_points(scene);
         if self.maps || self.backend_is_cpu {

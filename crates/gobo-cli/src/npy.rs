@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 /// The problem and the remedy.
 pub(crate) type Fault = (String, &'static str);
 
-/// Longest header that is read \[bytes\]; `NumPy` itself reads 10,000.
+/// Longest header that is read [bytes]; `NumPy` itself reads 10,000.
 const MAX_HEADER: usize = 1 << 16;
 const WRITE_AGAIN: &str = "write it again with numpy.save";
 
@@ -80,7 +80,7 @@ pub(crate) struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// `length`: that of the whole file \[bytes\].
+    /// `length`: that of the whole file [bytes].
     pub(crate) fn new(mut file: R, length: u64) -> Result<Self, Fault> {
         let mut head = [0; 8];
         let is_array = file.read_exact(&mut head).is_ok() && head.starts_with(b"\x93NUMPY");

@@ -44,18 +44,18 @@ pub(super) struct Head {
     pub colored: bool,
     /// Start of each view's file names.
     pub names: Vec<String>,
-    /// Width and height of each view \[texels\].
+    /// Width and height of each view [texels].
     pub sizes: Vec<[u32; 2]>,
     /// The `views.json` of the maps.
     pub views: String,
 }
 
-/// Longest head that is read \[bytes\]: thousands of views have a megabyte each thousand.
+/// Longest head that is read [bytes]: thousands of views have a megabyte each thousand.
 const MAX_HEAD: u64 = 1 << 26;
 const MAGIC: &[u8] = b"gobo part 2\n";
 const DIGEST: u64 = 32;
 
-/// Longest name of a view's files, of two numbered names of 64 characters at most \[bytes\].
+/// Longest name of a view's files, of two numbered names of 64 characters at most [bytes].
 const MAX_NAME: usize = 150;
 
 /// Whether a name is that of a file beside others: no path, no hidden file, and none that a terminal takes for more.
@@ -135,7 +135,7 @@ impl Head {
         self.sizes[view].map(u64::from).iter().product()
     }
 
-    /// Length of a view's arrays \[bytes\].
+    /// Length of a view's arrays [bytes].
     fn bytes(&self, view: usize) -> u64 {
         let words: usize = Self::ARRAYS.iter().map(|&array| self.words(array)).sum();
         self.texels(view).saturating_mul(4 * words as u64)
@@ -271,7 +271,7 @@ fn write(path: &Path, head: &Head, maps: &[ViewMaps]) -> Result<(), Failure> {
 pub(super) struct Part {
     pub path: PathBuf,
     pub head: Head,
-    /// Where the arrays begin \[bytes\].
+    /// Where the arrays begin [bytes].
     first: u64,
 }
 

@@ -235,7 +235,7 @@ fn failed(path: &Path, error: png::EncodingError) -> Failure {
     Failure::file(path, error.into())
 }
 
-/// Duration of a frame \[s\], as numerator and denominator.
+/// Duration of a frame [s], as numerator and denominator.
 fn delay(fps: f64) -> [u16; 2] {
     // Integer rates are exact; for others both numbers are as large as 16 bits allow.
     let per = if fps.fract() == 0.0 { fps } else { 6e4 * fps.min(1.0) };

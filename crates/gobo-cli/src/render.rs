@@ -21,7 +21,7 @@ use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
-/// Time from which a frame of the CPU reference is announced \[s\].
+/// Time from which a frame of the CPU reference is announced [s].
 const LONG: f64 = 10.0;
 
 pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), Failure> {
@@ -203,7 +203,7 @@ impl Job<'_> {
         Ok(true)
     }
 
-    /// Says before the first frame, which is at a time \[s\], how long the CPU reference will take.
+    /// Says before the first frame, which is at a time [s], how long the CPU reference will take.
     fn announce(&mut self, seconds: f64) {
         if std::mem::replace(&mut self.is_announced, true) || self.renderer.has_device() {
             return;
@@ -227,7 +227,7 @@ impl Job<'_> {
         }
     }
 
-    /// Layers of the frame that was rendered; `whole`: its light, `next`: the time of the next \[s\].
+    /// Layers of the frame that was rendered; `whole`: its light, `next`: the time of the next [s].
     fn layers(&mut self, whole: &[[f32; 3]], next: f64) -> Result<Vec<Channel>, Failure> {
         let next = (!self.scene.motions.is_empty()).then(|| {
             let mut scene = self.scene.clone();

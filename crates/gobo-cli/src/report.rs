@@ -13,16 +13,16 @@ struct Report<'a> {
     picture: std::borrow::Cow<'a, str>,
     #[serde(flatten)]
     counters: &'a Counters,
-    /// Phase and its time on the wall clock \[ms\].
+    /// Phase and its time on the wall clock [ms].
     #[serde(serialize_with = "as_map")]
     milliseconds: &'a [(&'static str, f64)],
-    /// Stage and its time \[ms\].
+    /// Stage and its time [ms].
     #[serde(serialize_with = "as_map")]
     stages: &'a [(&'static str, f64)],
-    /// Stage of the picture and its time \[ms\].
+    /// Stage of the picture and its time [ms].
     #[serde(serialize_with = "as_map")]
     picture_stages: &'a [(&'static str, f64)],
-    /// Buffer or texture and its size \[bytes\].
+    /// Buffer or texture and its size [bytes].
     #[serde(serialize_with = "as_map")]
     bytes: &'a [(&'static str, u64)],
     /// Sum over all buffers and textures.

@@ -70,7 +70,7 @@ pub(crate) struct Kernel {
     pub(crate) constants: BTreeMap<String, f64>,
     /// Overrides that stay open, by their ids in SPIR-V.
     pub(crate) open: BTreeMap<String, u32>,
-    /// Size by binding: of a whole uniform, of an array's element \[bytes\].
+    /// Size by binding: of a whole uniform, of an array's element [bytes].
     pub(crate) sizes: HashMap<u32, u64>,
 }
 

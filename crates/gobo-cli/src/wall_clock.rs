@@ -26,7 +26,7 @@ struct State {
     until: Instant,
     /// Names of the spans that the thread is in.
     spans: Vec<&'static str>,
-    /// Phase and its time \[ms\].
+    /// Phase and its time [ms].
     spent: Vec<(&'static str, f64)>,
 }
 
@@ -51,7 +51,7 @@ impl WallClock {
         Self { thread: thread::current().id(), state: Arc::new(Mutex::new(state)) }
     }
 
-    /// Phases since the start, or since the last call, and their times \[ms\].
+    /// Phases since the start, or since the last call, and their times [ms].
     pub(super) fn take(&self) -> Vec<(&'static str, f64)> {
         let mut state = self.state();
         state.settle();

@@ -8,7 +8,7 @@ pub(crate) struct BenchArguments {
     /// Casters: 10k, 2m, 1g; more than 16m are rendered in shares, whose maps are joined
     #[arg(long, value_delimiter = ',', value_parser = count, default_value = "10k,100k,1m")]
     pub(super) casters: Vec<u32>,
-    /// Mean diameter of the casters in the map \[texels\]; 6,16 where not given
+    /// Mean diameter of the casters in the map [texels]; 6,16 where not given
     #[arg(long, value_delimiter = ',', value_parser = footprint)]
     pub(super) footprint: Vec<f32>,
     /// Opacity of the casters
@@ -41,7 +41,7 @@ pub(crate) struct BenchArguments {
     /// Directional lights, each with a map of its own
     #[arg(long, value_delimiter = ',', value_parser = lights, default_value = "1")]
     pub(super) lights: Vec<u32>,
-    /// Edge of a map \[texels\]
+    /// Edge of a map [texels]
     #[arg(long, value_delimiter = ',', value_parser = size, default_value = "1024")]
     pub(super) size: Vec<u32>,
     /// Measure the raster pipeline too, and hold the maps against its maps

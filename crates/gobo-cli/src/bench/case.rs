@@ -18,12 +18,12 @@ use std::ops::Range;
 pub(super) struct Case {
     pub(super) shape: ShapeName,
     pub(super) casters: u32,
-    /// Mean diameter \[texels\].
+    /// Mean diameter [texels].
     pub(super) footprint: f32,
     pub(super) opacity: f32,
     pub(super) layout: Layout,
     pub(super) lights: u32,
-    /// Edge of a map \[texels\].
+    /// Edge of a map [texels].
     pub(super) size: u32,
 }
 

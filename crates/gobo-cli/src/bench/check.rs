@@ -38,7 +38,7 @@ impl Sample {
     }
 }
 
-/// Where a disc's centre is in the map \[texels\], and its light depth.
+/// Where a disc's centre is in the map [texels], and its light depth.
 fn center(particle: &Particle, view: &View) -> (DVec2, f64) {
     let p = view.view_from_world.as_dmat4().transform_point3(particle.center.as_dvec3());
     let texel = DVec2::new(p.x, -p.y) * f64::from(view.scale) + view.size.as_dvec2() * 0.5;
@@ -114,7 +114,7 @@ fn meet_disc(samples: &mut [Sample], particle: &Particle, view: &View) {
     }
 }
 
-/// Where a splat's alpha is below 2e-8 \[deviations\].
+/// Where a splat's alpha is below 2e-8 [deviations].
 const FARTHEST: f64 = 6.0;
 
 fn meet_splat(samples: &mut [Sample], gaussian: &Gaussian, view: &View) {

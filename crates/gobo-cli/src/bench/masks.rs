@@ -10,14 +10,14 @@ use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::Scene;
 use serde::Serialize;
 
-/// \[pixels\]
+/// [pixels]
 const SIZES: [UVec2; 2] = [UVec2::new(1280, 720), UVec2::new(1920, 1080)];
 const LIGHTS: [u32; 4] = [1, 4, 16, 64];
 const TAPS: u32 = 11;
-/// Half the edge of the ground \[m\].
+/// Half the edge of the ground [m].
 const HALF: f32 = 8.0;
 
-/// Time of the shadows in a picture \[ms\]: less the same picture whose lights have no shadow.
+/// Time of the shadows in a picture [ms]: less the same picture whose lights have no shadow.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Row {
     width: u32,

@@ -21,7 +21,7 @@ use half::f16;
 use serde::Serialize;
 use tracing::debug_span;
 
-/// Median, least and largest \[ms\].
+/// Median, least and largest [ms].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Times {
     pub(super) median: f64,
@@ -60,16 +60,16 @@ pub(super) struct Measured {
     pub(super) compute_ms: f64,
     pub(super) compute_min: f64,
     pub(super) compute_max: f64,
-    /// Phase of the command since the row before and its time on the wall clock \[ms\].
+    /// Phase of the command since the row before and its time on the wall clock [ms].
     #[serde(serialize_with = "as_map")]
     pub(super) milliseconds: Vec<(&'static str, f64)>,
-    /// Stage and its time \[ms\]; each was waited for, so their sum is more than a frame's.
+    /// Stage and its time [ms]; each was waited for, so their sum is more than a frame's.
     #[serde(serialize_with = "as_map")]
     pub(super) stages: Vec<(&'static str, f64)>,
     /// Each dispatch was waited for or is a pass of its own, so their sum is more than the stages'.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) kernels: Vec<KernelRow>,
-    /// Buffer or texture and its size \[bytes\].
+    /// Buffer or texture and its size [bytes].
     #[serde(serialize_with = "as_map")]
     pub(super) bytes: Vec<(&'static str, u64)>,
     pub(super) pairs: u64,
@@ -91,15 +91,15 @@ pub(super) struct KernelRow {
 /// Results of the raster baseline.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct RasterRow {
-    /// Median time of the faster recipe \[ms\].
+    /// Median time of the faster recipe [ms].
     pub(super) raster_ms: f64,
     pub(super) raster_min: f64,
     pub(super) raster_max: f64,
     /// `raster_ms / compute_ms`: above 1 if compute is faster.
     pub(super) ratio: f64,
-    /// Time of colour and nearest depth in one pass \[ms\].
+    /// Time of colour and nearest depth in one pass [ms].
     pub(super) raster_one_pass_ms: f64,
-    /// Time of a depth pass followed by a colour pass \[ms\].
+    /// Time of a depth pass followed by a colour pass [ms].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) raster_two_pass_ms: Option<f64>,
     /// The faster vertex input of the quads.
@@ -285,7 +285,7 @@ impl Bench {
         }
     }
 
-    /// Time of the whole translucent pass, from casters to maps \[ms\].
+    /// Time of the whole translucent pass, from casters to maps [ms].
     pub(super) fn compute(&self, prepared: &Prepared) -> Result<f64, Failure> {
         let mut recorded = Ok(());
         let ms = self.clock.time(&self.gpu, |encoder| recorded = prepared.record(encoder))?;

@@ -11,7 +11,7 @@ const COLORS: [&str; 10] = [
     "#7f7f7f", "#bcbd22",
 ];
 const WIDTH: f64 = 900.0;
-/// Approximate width of a character of the labels \[px\].
+/// Approximate width of a character of the labels [px].
 const CHARACTER: f64 = 6.5;
 
 pub(super) fn page(report: &Report) -> String {
@@ -87,7 +87,7 @@ struct Axis {
     /// Powers of ten at its ends.
     low: i32,
     high: i32,
-    /// Position of its low end, and its length \[px\].
+    /// Position of its low end, and its length [px].
     start: f64,
     length: f64,
 }

@@ -15,7 +15,7 @@ pub(super) struct Report<R = Row> {
     pub(super) driver: String,
     pub(super) tier: &'static str,
     reason: String,
-    /// `wall` \[submit to done\] or `timestamps`.
+    /// `wall` [submit to done] or `timestamps`.
     pub(super) clock: &'static str,
     /// Kind of the casters: `particles`, `splats`, opaque `triangles`, or those of a `scene`.
     casters: &'static str,
@@ -93,7 +93,7 @@ pub(super) fn line(row: &Row) -> String {
     line + "\n" + &below(&row.compute)
 }
 
-/// Median, least and largest \[ms\].
+/// Median, least and largest [ms].
 fn spread(median: f64, min: f64, max: f64) -> String {
     format!("{median:.2} ({min:.2}..{max:.2})")
 }

@@ -98,7 +98,7 @@ struct Samples<'a> {
     texels: Vec<([u32; 2], DVec3)>,
 }
 
-/// Edge of a cell \[texels\].
+/// Edge of a cell [texels].
 const CELL: u32 = 16;
 const COUNT: usize = 64;
 /// Casters are projected in 32 bits and have 16-bit opacities; their sums are rounded to 2^-16 each by a dither.
@@ -165,7 +165,7 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Optical depth of a soft disc at a distance from its centre \[texels\], enlarged to a texel if it is smaller.
+/// Optical depth of a soft disc at a distance from its centre [texels], enlarged to a texel if it is smaller.
 fn optical_depth(particle: &Particle, distance: f64, scale: f64) -> DVec3 {
     let projected = f64::from(particle.radius) * scale;
     let radius = projected.max(std::f64::consts::FRAC_1_SQRT_2);

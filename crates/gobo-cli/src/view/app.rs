@@ -24,7 +24,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Time budget of a picture while something changes \[ms\].
+/// Time budget of a picture while something changes [ms].
 const PATIENCE_MS: f64 = 120.0;
 /// Time without a change after which the picture is rendered at full resolution.
 const REST: Duration = Duration::from_millis(250);
@@ -40,7 +40,7 @@ pub(super) struct App {
     pub(super) knobs: Option<Knobs>,
     /// Pixels of the picture per pixel of the window, along an edge.
     pub(super) scale: f32,
-    /// Size of the area for the picture \[pixels\].
+    /// Size of the area for the picture [pixels].
     space: UVec2,
     asked: Option<Look>,
     number: u64,
@@ -48,7 +48,7 @@ pub(super) struct App {
     pub(super) shown: Option<Shown>,
     /// Counters of the last picture for which maps were rendered.
     pub(super) counters: Option<Counters>,
-    /// Stages, each with the time of its last run \[ms\].
+    /// Stages, each with the time of its last run [ms].
     pub(super) stages: Vec<(&'static str, f64)>,
     /// Pictures on the screen, from the left.
     textures: Vec<TextureHandle>,
@@ -62,7 +62,7 @@ pub(super) struct App {
     unread: Option<String>,
     /// Of the last request.
     problem: Option<String>,
-    /// Time per million pixels of a picture \[ms\].
+    /// Time per million pixels of a picture [ms].
     pace: f64,
     script: Option<Script>,
     /// What is picked in the first picture that has its place in the window, right and down, 0..1.
@@ -274,7 +274,7 @@ impl App {
         context.request_repaint_after(REST);
     }
 
-    /// Size at full resolution \[pixels\].
+    /// Size at full resolution [pixels].
     fn size_of_a_picture(&self, knobs: &Knobs) -> UVec2 {
         let share = if knobs.beside { Vec2::new(0.5, 1.0) } else { Vec2::ONE };
         (self.space.as_vec2() * share * self.scale).as_uvec2().max(UVec2::splat(16))

@@ -3,7 +3,7 @@ use eframe::egui::{Color32, ColorImage};
 use gobo::glam::Vec3;
 use gobo_picture::ViewMaps;
 
-/// Longest edge of a picture \[pixels\].
+/// Longest edge of a picture [pixels].
 const EDGE: usize = 160;
 /// Colour of texels without a depth.
 const NOTHING: Color32 = Color32::from_rgb(24, 34, 58);
@@ -12,7 +12,7 @@ const NOTHING: Color32 = Color32::from_rgb(24, 34, 58);
 #[derive(Clone)]
 pub(super) struct Inset {
     pub(super) view: &'static str,
-    /// Size of the view's map \[texels\].
+    /// Size of the view's map [texels].
     pub(super) size: [u32; 2],
     /// Images of the filter, the nearest depth and the opaque depth.
     pub(super) pictures: [ColorImage; 3],

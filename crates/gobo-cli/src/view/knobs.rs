@@ -29,7 +29,7 @@ pub(super) struct Knobs {
     pub(super) pick: Option<Pick>,
     /// Where a scene that moves is.
     pub(super) line: Option<TimeLine>,
-    /// Approximate size of the scene \[m\].
+    /// Approximate size of the scene [m].
     reach: f32,
 }
 

@@ -5,20 +5,20 @@ use gobo::{
 };
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Largest elevation: at the poles the direction is undefined \[radians\].
+/// Largest elevation: at the poles the direction is undefined [radians].
 const MAX_PITCH: f32 = FRAC_PI_2 - 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Orbit {
-    /// Point that the camera orbits, world space \[m\].
+    /// Point that the camera orbits, world space [m].
     target: Vec3,
-    /// Distance of the eye from the target \[m\].
+    /// Distance of the eye from the target [m].
     distance: f32,
-    /// Rotation about y, 0 where the eye is at +z of the target \[radians\].
+    /// Rotation about y, 0 where the eye is at +z of the target [radians].
     yaw: f32,
-    /// Elevation of the eye above the target \[radians\].
+    /// Elevation of the eye above the target [radians].
     pitch: f32,
-    /// Vertical field of view \[radians\].
+    /// Vertical field of view [radians].
     fov_y: f32,
 }
 

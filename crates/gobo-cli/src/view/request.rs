@@ -5,19 +5,19 @@ use gobo::{Bounds, Camera, Counters, Light, Receiver, Scene, ShadowSettings, gla
 use gobo_scene::LoadOptions;
 use std::{collections::BTreeMap, path::PathBuf};
 
-/// Time after which the time line of a scene that moves without an end starts anew \[s\].
+/// Time after which the time line of a scene that moves without an end starts anew [s].
 const ENDLESS: f64 = 10.0;
 
 /// Overrides of a scene file's values.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Look {
     pub(super) camera: Camera,
-    /// Exposure \[stops\].
+    /// Exposure [stops].
     pub(super) exposure: f32,
     pub(super) shadow: ShadowSettings,
     /// Lights that were changed, by index.
     pub(super) lights: BTreeMap<usize, Light>,
-    /// Time of the animation \[s\].
+    /// Time of the animation [s].
     pub(super) time: f64,
     /// Light whose maps are read back.
     pub(super) maps_of: Option<usize>,
@@ -65,7 +65,7 @@ pub(super) struct Facts {
     pub(super) shadow: ShadowSettings,
     pub(super) lights: Vec<Light>,
     pub(super) bounds: Bounds,
-    /// Last time of its animation \[s\], if part of it moves.
+    /// Last time of its animation [s], if part of it moves.
     pub(super) end: Option<f64>,
     pub(super) particles: usize,
     pub(super) triangles: usize,
@@ -101,11 +101,11 @@ pub(super) struct Shown {
     pub(super) pictures: Vec<(Receiver, ColorImage)>,
     pub(super) insets: Vec<Inset>,
     pub(super) counters: Counters,
-    /// Time of each stage \[ms\].
+    /// Time of each stage [ms].
     pub(super) stages: Vec<(&'static str, f64)>,
-    /// Memory on the devices \[bytes\].
+    /// Memory on the devices [bytes].
     pub(super) memory: u64,
-    /// Time from the request to the pictures \[ms\].
+    /// Time from the request to the pictures [ms].
     pub(super) ms: f64,
     /// What is at the picked pixel, if one is picked.
     pub(super) picked: Option<Picked>,
@@ -114,7 +114,7 @@ pub(super) struct Shown {
 /// What is at a picked pixel: without a surface, none of the rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Picked {
-    /// Where its opaque surface is, less the scene's origin, and in the world \[m\].
+    /// Where its opaque surface is, less the scene's origin, and in the world [m].
     pub(super) surface: Option<[Vec3; 2]>,
     /// Of each receiver, from the left, the share of each light that reaches it.
     pub(super) shares: Vec<Vec<[f32; 3]>>,

@@ -10,7 +10,7 @@ use std::{
 pub(super) struct Script {
     file: PathBuf,
     frames: u32,
-    /// Rotation before each frame after the first \[turns\].
+    /// Rotation before each frame after the first [turns].
     step: f32,
     shown: u32,
     /// Passes of the window since the last picture arrived: after one the picture is on the screen.
@@ -26,7 +26,7 @@ impl Script {
         Some(Self { file, frames, step, shown: 0, passes: 0, done })
     }
 
-    /// Counts a picture, or an error beside the last one; returns the rotation before the next one \[turns\], if there is
+    /// Counts a picture, or an error beside the last one; returns the rotation before the next one [turns], if there is
     /// one.
     pub(super) fn next(&mut self) -> Option<f32> {
         self.shown += 1;

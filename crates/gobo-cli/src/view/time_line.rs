@@ -6,9 +6,9 @@ use std::time::Instant;
 /// Where a scene that moves is.
 #[derive(Debug)]
 pub(super) struct TimeLine {
-    /// \[s\]
+    /// [s]
     pub(super) time: f64,
-    /// Where it starts anew \[s\].
+    /// Where it starts anew [s].
     end: f64,
     /// When it last moved by itself, while it plays.
     moved: Option<Instant>,
@@ -24,7 +24,7 @@ impl TimeLine {
         Self { time: self.time.min(end), end, ..self }
     }
 
-    /// Goes to a time \[s\], or to the nearest that there is.
+    /// Goes to a time [s], or to the nearest that there is.
     pub(super) fn go_to(&mut self, time: f64) {
         self.time = time.max(0.0).min(self.end);
     }

@@ -15,7 +15,7 @@ use gobo::{
     },
 };
 
-/// Edge of a block of columns, as long as a tile \[columns\]. WGSL: `wgsl/records/air_item.wgsl`.
+/// Edge of a block of columns, as long as a tile \[columns\]. WGSL: `crates/gobo-picture/wgsl/records/air_item.wgsl`.
 pub const AIR_BLOCK: u32 = 4;
 /// Slices of an item: a run of a block's.
 pub const AIR_RUN: u32 = 4;

@@ -7,15 +7,15 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ellipse {
-    /// \[texels\]
+    /// [texels]
     pub(crate) center: DVec2,
     /// Light depth at its centre.
     pub(crate) depth: f64,
-    /// Principal axes of one deviation \[texels\].
+    /// Principal axes of one deviation [texels].
     pub(crate) axes: [DVec2; 2],
     /// Change of the light depth over each.
     pub(crate) tilt: DVec2,
-    /// Where it ends \[deviations\].
+    /// Where it ends [deviations].
     pub(crate) reach: f64,
     /// At its centre.
     pub(crate) opacity: f64,
@@ -49,13 +49,13 @@ impl Ellipse {
         }
     }
 
-    /// Place along its axes \[deviations\].
+    /// Place along its axes [deviations].
     pub(crate) fn place(&self, texel: DVec2) -> DVec2 {
         let away = texel - self.center;
         DVec2::from_array(self.axes.map(|axis| away.dot(axis) / axis.length_squared()))
     }
 
-    /// Half the box around all within `reach` deviations along each axis \[texels\].
+    /// Half the box around all within `reach` deviations along each axis [texels].
     pub(crate) fn half_box(&self, reach: f64) -> DVec2 {
         (self.axes[0].abs() + self.axes[1].abs()) * reach
     }

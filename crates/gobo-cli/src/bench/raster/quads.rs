@@ -42,7 +42,7 @@ struct DiscVertex {
 struct SplatVertex {
     /// In clip space.
     center: Vec3,
-    /// \[deviations\]
+    /// [deviations]
     reach: f32,
     /// Half axes, in clip space.
     axes: [Vec2; 2],
