@@ -21,9 +21,7 @@ mod unrolled;
 
 pub use parse::words;
 #[cfg(any(target_arch = "wasm32", feature = "export"))]
-pub use printed::for_browsers;
-#[cfg(feature = "export")]
-pub use printed::{ENABLED, printed};
+pub use printed::{ENABLED, for_browsers, printed};
 pub(super) use pruned::prune;
 
 use parse::{File, Import};

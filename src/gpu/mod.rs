@@ -29,7 +29,7 @@ pub use host_part::bind_host_part;
 pub use kernel::{HostText, Kernel};
 pub use kernel_error::KernelError;
 pub use link::{Constant, FEW_TURNS, Item, Library, LinkError, Linked, SAMPLED, UNROLLED, words};
-#[cfg(feature = "export")]
+#[cfg(any(target_arch = "wasm32", feature = "export"))]
 pub use link::{ENABLED, for_browsers, printed};
 #[cfg(feature = "device")]
 pub use open::{adapters, all_adapters};

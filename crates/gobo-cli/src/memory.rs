@@ -30,7 +30,7 @@ impl Needs {
         self.missing(scene).map_or(Ok(()), |bytes| Err(Failure::Memory(bytes)))
     }
 
-    /// What they are, if the host cannot allocate so much [bytes].
+    /// What they are, if the host cannot allocate so much \[bytes\].
     pub fn missing(&self, scene: &Scene) -> Option<u64> {
         let bytes = self.bytes(scene);
         let mut probe = Vec::<u8>::new();

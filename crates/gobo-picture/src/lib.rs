@@ -1,5 +1,7 @@
 //! Rendering of scenes to frames, on a GPU or on the CPU.
 #![warn(missing_docs)]
+// A browser's wgpu objects stay on their thread.
+#![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 mod emitters;
 mod engine;
 mod estimate;

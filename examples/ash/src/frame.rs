@@ -83,8 +83,8 @@ impl<'a> Frame<'a> {
     pub fn run(&self) -> Result<(), Failure> {
         let mut result = Ok(());
         self.vulkan.run(|commands| {
-            result =
-                each(&self.value["commands"]).try_for_each(|command| self.record(commands, command));
+            result = each(&self.value["commands"])
+                .try_for_each(|command| self.record(commands, command));
         })?;
         result
     }
@@ -98,8 +98,12 @@ impl<'a> Frame<'a> {
                 resource.map_err(|error| format!("{id} binds {name}: {error}").into())
             };
             let groups = match &dispatch["indirect"] {
-                Value::Null => Groups::Counts([0, 1, 2].map(|i| number(&dispatch["groups"][i]) as u32)),
-                counts => Groups::Indirect(self.buffer(&counts["buffer"])?, number(&counts["offset"])),
+                Value::Null => {
+                    Groups::Counts([0, 1, 2].map(|i| number(&dispatch["groups"][i]) as u32))
+                }
+                counts => {
+                    Groups::Indirect(self.buffer(&counts["buffer"])?, number(&counts["offset"]))
+                }
             };
             let set = kernel.bind(self.vulkan, bound)?;
             kernel.record(self.vulkan, commands, set, &groups);
@@ -127,8 +131,22 @@ impl<'a> Frame<'a> {
                 device.cmd_copy_buffer(commands, from.buffer, to.buffer, &[region]);
             }
         }
-        if command["copy_texture"].is_object() || command["copy_to_texture"].is_object() {
-            return Err("this example copies no textures".into());
+        let copy = &command["copy_to_texture"];
+        if copy.is_object() {
+            let (from, to) = (self.buffer(&copy["from"])?, self.image(&copy["to"]["texture"])?);
+            let part = |value: &Value| [0, 1, 2].map(|i| number(&value[i]) as u32);
+            let (origin, size) = (part(&copy["to"]["origin"]), part(&copy["size"]));
+            let row = number(&copy["bytes_per_row"]) as u32;
+            self.vulkan.copy_to_image(
+                commands,
+                (&from, number(&copy["from_offset"]), row),
+                &to,
+                origin,
+                size,
+            );
+        }
+        if command["copy_texture"].is_object() {
+            return Err("this example copies no texture to another".into());
         }
         Ok(())
     }

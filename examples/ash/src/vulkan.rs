@@ -217,6 +217,38 @@ impl Vulkan {
         })
     }
 
+    /// Records a copy from a buffer, at an offset and with bytes in a row (0: as many as a row of `size` has), to a part of an image.
+    pub fn copy_to_image(
+        &self,
+        commands: vk::CommandBuffer,
+        (from, offset, row): (&Buffer, u64, u32),
+        to: &Image,
+        [x, y, layer]: [u32; 3],
+        [width, height, layers]: [u32; 3],
+    ) {
+        let layers = vk::ImageSubresourceLayers::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .base_array_layer(layer)
+            .layer_count(layers);
+        let region = vk::BufferImageCopy::default()
+            .buffer_offset(offset)
+            .buffer_row_length(row / to.format.bytes)
+            .image_subresource(layers)
+            .image_offset(vk::Offset3D { x: x as i32, y: y as i32, z: 0 })
+            .image_extent(vk::Extent3D { width, height, depth: 1 });
+        // SAFETY: `commands` is being recorded, and the region is within buffer and image.
+        unsafe {
+            let layout = vk::ImageLayout::GENERAL;
+            self.device.cmd_copy_buffer_to_image(
+                commands,
+                from.buffer,
+                to.image,
+                layout,
+                &[region],
+            );
+        }
+    }
+
     pub fn read_image(&self, image: &Image) -> Result<Vec<u8>, Failure> {
         let staging = self.buffer(image.bytes() as u64)?;
         self.run(|commands| {
