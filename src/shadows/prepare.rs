@@ -123,12 +123,12 @@ impl Reuse {
 
 impl MapSet {
     fn new(request: &Request<'_>) -> Result<Self, Error> {
-        let &Request { views, config, .. } = request;
+        let &Request { queue, views, config, .. } = request;
         let (window, colored) = (request.window(), request.colored());
         let mut memory = Memory::default();
         let device = request.kernels.device();
         let mut allocator = Allocator::new(device, &mut memory);
-        let mut maps = Maps::new(&mut allocator, views, config, colored, window > 0)?;
+        let mut maps = Maps::new(&mut allocator, queue, views, config, colored, window > 0)?;
         let blur = config.settings.blur;
         let mut soften = None;
         if window > 0 {
@@ -234,7 +234,7 @@ impl<'a> Request<'a> {
         relocation: Option<&Relocation>,
         kept: bool,
     ) -> Result<Made, Error> {
-        let &Self { kernels, config, casters, .. } = self;
+        let &Self { queue, kernels, config, casters, .. } = self;
         let mut memory = casters.memory();
         memory.add_all(&set.memory);
         memory.add_all(&scratch.1);
@@ -242,13 +242,13 @@ impl<'a> Request<'a> {
             relocation.count(&mut memory);
         }
         if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
+            set.raw().fill_clear(queue);
             plans.iter_mut().for_each(|plan| plan.cleared = true);
         }
         let shelf = kernels.shelf();
         shelf.iter().for_each(|shelf| shelf.turn());
         let allocator = &mut Allocator { shelf, ..Allocator::new(kernels.device(), &mut memory) };
         let (mut rendering, mut counting) = (Commands::new(), Commands::new());
-        let mut fills = Commands::new();
         if let Some(relocation) = relocation {
             let raw = set.soften.as_ref().map(|soften| &soften.raw);
             rendering.append(relocation.commands(&set.maps, raw));
@@ -261,7 +261,6 @@ impl<'a> Request<'a> {
         let (mut lists, mut inputs) = (Vec::new(), Vec::new());
         for plan in &plans {
             let batch = Batch::new(&mut self.context(allocator, &scratch.0), plan, set.raw())?;
-            fills.append(batch.fills);
             rendering.append(batch.commands);
             counting.append(batch.counting);
             lists.push(batch.counters);
@@ -271,10 +270,9 @@ impl<'a> Request<'a> {
         let views: Vec<_> =
             plans.iter().zip(&inputs).map(|(plan, inputs)| (plan, &inputs.views)).collect();
         rendering.append(self.smoothing(allocator, set, &views, is_new)?);
-        fills.append(rendering);
         let counted = Counted { lists, host };
         let commands =
-            Arc::new(FrameCommands { rendering: fills, draws: is_new, counting, counted, memory });
+            Arc::new(FrameCommands { rendering, draws: is_new, counting, counted, memory });
         Ok(Made { commands, plans, inputs, config: *config, casters: casters.id() })
     }
 
@@ -367,12 +365,12 @@ impl<'a> Request<'a> {
         plans: &[BatchPlan],
         pairs: Option<u32>,
     ) -> Result<(Arc<Scratch>, Memory), Error> {
-        let &Self { config, .. } = self;
+        let &Self { queue, config, .. } = self;
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
         let nodes = config.nodes();
         let scratch = allocated(allocator.device, || {
-            Scratch::new(&mut allocator, config, plans, pairs, nodes)
+            Scratch::new(&mut allocator, queue, config, plans, pairs, nodes)
         })?;
         Ok((Arc::new(scratch), memory))
     }

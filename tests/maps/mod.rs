@@ -17,7 +17,6 @@ mod dither_maps;
 mod extremes;
 mod faint;
 mod far_sides;
-mod fills;
 mod forms;
 mod fresnel;
 mod gaussian_crowds;

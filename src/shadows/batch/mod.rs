@@ -2,7 +2,6 @@
 pub mod batch_plan;
 mod chunks;
 pub mod context;
-mod fill;
 mod host_chunks;
 mod import;
 pub mod list;
@@ -16,7 +15,6 @@ use crate::shadows::{
     batch::{
         batch_plan::BatchPlan,
         context::{Context, view_uniform},
-        fill::{fill_depths, fill_filters},
         import::imports,
         list::List,
         small::{copy_depths, small_triangles},
@@ -30,8 +28,6 @@ use wgpu::Buffer;
 /// The commands of a batch.
 #[derive(Debug)]
 pub(in crate::shadows) struct Batch {
-    /// Fills maps that no casters are rendered into, before all batches.
-    pub fills: Commands,
     /// From casters to maps.
     pub commands: Commands,
     /// From casters to the number of pairs of both lists.
@@ -97,19 +93,15 @@ impl Batch {
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, tile_count);
         let (blocking, filtering) = (list(0)?, list(1)?);
         let (small, small_chunks) = small_triangles(context, plan, &views)?.unzip();
+        // Without opaque casters the opaque depth of new maps stays 1, as `Maps` initialised it.
         let has_old_depths = plan.kept && small.is_none();
         let by_channel = maps.colored.is_some() && small.is_some();
         let reads_blocking = blocking.footprint_count > 0 || has_old_depths || by_channel;
+        // `prepare` may have filled the maps with their values without filtering casters.
         let reads_filtering = filtering.footprint_count > 0 || !plan.cleared;
         let is_rendered = reads_blocking || small.is_some();
 
-        let (mut fills, mut commands) = (Commands::new(), Commands::new());
-        if !is_rendered {
-            fill_depths(&mut fills, context.allocator, &plan.views, maps);
-        }
-        if !reads_filtering {
-            fill_filters(&mut fills, context.allocator, &plan.views, maps);
-        }
+        let mut commands = Commands::new();
         if let Some(small) = small {
             commands.append(small);
             if blocking.footprint_count == 0 {
@@ -151,6 +143,6 @@ impl Batch {
             planes: list.chunks.host.map(|host| host.planes),
         });
         let inputs = BatchInputs { views, lists, tiny_chunks, small_chunks, imports, is_rendered };
-        Ok(Self { fills, commands, counting, counters, inputs })
+        Ok(Self { commands, counting, counters, inputs })
     }
 }

@@ -1,7 +1,7 @@
 //! Scratch memory of lists and batches, and its size.
 use crate::shadows::{
     Config,
-    batch::{batch_plan::BatchPlan, fill::SOURCE_BYTES, list_plan::ListPlan},
+    batch::{batch_plan::BatchPlan, list_plan::ListPlan},
 };
 use crate::{
     error::Error,
@@ -174,7 +174,7 @@ impl PartBuffers {
     }
 }
 
-/// Depths of a batch, one element per texel, and the initial value of some.
+/// Depths of a batch, one element per texel, and their initial values.
 #[derive(Debug)]
 pub(crate) struct SmallDepths {
     pub depths: Buffer,
@@ -183,12 +183,13 @@ pub(crate) struct SmallDepths {
 
 impl SmallDepths {
     /// `texels`: 0 if no batch has small triangles.
-    fn new(allocator: &mut Allocator<'_>, texels: u64) -> Result<Self, Error> {
+    fn new(allocator: &mut Allocator<'_>, queue: &wgpu::Queue, texels: u64) -> Result<Self, Error> {
         let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let depths = allocator.storage::<u32>("small_depths", texels, usage)?;
         let far = if texels > 0 {
-            let count = texels.min(SOURCE_BYTES / size_of::<f32>() as u64);
-            Some(allocator.filled("far_depths", &vec![1.0_f32; count as usize], usage))
+            let far = allocator.storage::<u32>("far_depths", texels, usage)?;
+            queue.write_buffer(&far, 0, bytemuck::cast_slice(&vec![1.0_f32; texels as usize]));
+            Some(far)
         } else {
             None
         };
@@ -200,6 +201,7 @@ impl Scratch {
     /// Memory of batches.
     pub fn new(
         allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
         config: &Config,
         plans: &[BatchPlan],
         pairs: Option<u32>,
@@ -250,7 +252,7 @@ impl Scratch {
             allocator.storage::<[u32; 4]>("dispatches", Dispatch::COUNT, BufferUsages::INDIRECT)?;
         let partials = allocator.storage::<[u32; 4]>("partials", partials, none)?;
         let sums = sums(allocator, config.tier, sizes.summed_tiles * TEXELS)?;
-        let small = SmallDepths::new(allocator, sizes.small_tiles * TEXELS)?;
+        let small = SmallDepths::new(allocator, queue, sizes.small_tiles * TEXELS)?;
         let resources = sums
             .with("footprints", &footprints)
             .with("rects", &rects)

@@ -42,9 +42,9 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// Their contents are undefined.
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
+        queue: &wgpu::Queue,
         views: &[View],
         config: &Config,
         colored: bool,
@@ -69,7 +69,7 @@ impl Maps {
         let slots = atlas.slots;
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
-        allocated(allocator.device, || {
+        let maps = allocated(allocator.device, || {
             let mut texture = |name, format| allocator.texture(name, format, size, usage);
             let opaques = texture("opaques", R32Float)?;
             let nearests = texture("nearests", R32Float)?;
@@ -89,7 +89,16 @@ impl Maps {
                 gain: false,
                 slots,
             })
-        })
+        })?;
+        fill(queue, &maps.opaques, 1.0_f32);
+        maps.colored.iter().for_each(|colored| fill(queue, colored, [1.0_f32; 4]));
+        Ok(maps)
+    }
+
+    /// Fills the maps with their values without translucent casters.
+    pub(in crate::shadows) fn fill_clear(&self, queue: &wgpu::Queue) {
+        fill(queue, &self.filters, [half::f16::ONE; 4].map(half::f16::to_bits));
+        fill(queue, &self.nearests, 1.0_f32);
     }
 
     /// Resets the sums, if there are any: texels that no caster touches keep theirs.
