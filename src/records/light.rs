@@ -25,7 +25,7 @@ pub const LIGHT_POINT: u32 = 2;
 
 /// Numbers of [`ShadowFilter`] in [`GpuLight::taps`].
 pub const FILTER_NONE: u32 = 0;
-/// Percentage closer filtering over a square.
+/// Percentage closer filtering over a square; bilinear with one tap.
 pub const FILTER_BOX: u32 = 1;
 /// A spline over a square.
 pub const FILTER_SPLINE: u32 = 2;
@@ -41,17 +41,17 @@ pub const MAX_TAPS: u32 = 40_960;
 
 /// Fields of [`GpuLight::traits`].
 pub const SHAFTS_BIT: u32 = 1;
-/// First bit of the number of the light's area, from 1; 0 without one.
+/// First bit of the index of its area plus 1, 0 for none.
 pub const AREA_SHIFT: u32 = 1;
 /// Mask of that number.
 pub const AREA_MASK: u32 = 0xff;
-/// First bit of the number of viewpoints.
+/// First bit of the number of viewpoints, less one.
 pub const VIEWPOINTS_SHIFT: u32 = 9;
 /// Mask of that number.
 pub const VIEWPOINTS_MASK: u32 = 0xf;
-/// A spot's light falls off within its cone.
+/// A spot's light falls by the square of the share of its cosines.
 pub const INNER_BIT: u32 = 1 << 13;
-/// The light ends at a distance.
+/// The window at the end of its light is not squared.
 pub const END_BIT: u32 = 1 << 14;
 /// The bias is in texels, not in metres.
 pub const TEXELS_BIT: u32 = 1 << 15;

@@ -7,9 +7,9 @@ pub const MAX_VIEWS: usize = 256;
 
 /// Numbers of [`ViewRole`] in [`GpuView::role`].
 pub const ROLE_WHOLE: u32 = 0;
-/// A face of a point light, or a plane of a spot.
+/// A face of a cube.
 pub const ROLE_FACE: u32 = 1;
-/// A finer window of another view.
+/// One of several windows: a cascade, or a further shadow.
 pub const ROLE_WINDOW: u32 = 2;
 
 crate::records::gpu_struct! {

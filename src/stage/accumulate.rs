@@ -63,7 +63,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
     ..walk::segments("accumulate_ordered", &[FILTER, INVOCATION_ROWS, ORDERED_MAPS])
 };
 
-/// Scatters particles below a texel.
+/// Scatters particles of at most 2 x 2 texels.
 pub const TINY: KernelDesc = KernelDesc {
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],

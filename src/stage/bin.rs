@@ -73,7 +73,7 @@ pub const WIDE_EMIT: KernelDesc = KernelDesc {
     ..KernelDesc::new("bin_emit_wide", "bin/bin_emit_wide.wgsl")
 };
 
-/// First pair and number of pairs of each tile.
+/// First and last pair of each tile; cuts long tiles into segments.
 pub const TILES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
     ..KernelDesc::new("bin_tiles", "bin/bin_tiles.wgsl")
@@ -85,19 +85,19 @@ pub const PART_CLEAR: KernelDesc = KernelDesc {
     ..KernelDesc::new("part_clear", "bin/part_clear.wgsl")
 };
 
-/// Counts the pairs of each tile of a list that does not fit.
+/// Where pairs did not fit: number of pairs of each tile, and the bands of tiles that each footprint may touch.
 pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/part_count.wgsl");
 
-/// Cuts the tiles into parts that fit.
+/// Number of pairs before each tile, and whether the parts that are recorded suffice.
 pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/part_plan.wgsl");
 
-/// Begins with the first part.
+/// Before all parts: none has segments yet.
 pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/part_first.wgsl");
 
-/// Goes on to the next part.
+/// The next part: as many tiles as there is room for their pairs, and first and last pair of each.
 pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/part_next.wgsl");
 
-/// Writes the pairs of a part.
+/// The pairs of each tile of a part, front to back.
 pub const PART_GATHER: KernelDesc = KernelDesc::new("part_gather", "bin/part_gather.wgsl");
 
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
@@ -109,11 +109,11 @@ pub enum Dispatch {
     Segment,
     /// Tiles of several segments.
     Merged,
-    /// Blocks of footprints of a list in parts.
+    /// [`PART_COUNT`], where footprints did not fit.
     PartCount,
-    /// Tiles of the present part.
+    /// A workgroup for each tile of the present part; in place of the sum its first tile.
     Part,
-    /// Footprints of a list in parts.
+    /// No dispatch: x is 1 if the list goes through parts; in place of the sum the tile behind the part.
     Parted,
 }
 

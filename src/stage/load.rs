@@ -54,7 +54,7 @@ pub const CULL_GROUPS: KernelDesc = KernelDesc {
     ..KernelDesc::new("cull_groups", "load/cull_groups.wgsl")
 };
 
-/// Places the visible groups of each view.
+/// Chunks and footprints before each block of groups, and those of the whole list.
 pub const CULL_SCAN: KernelDesc = KernelDesc {
     name: "cull_scan",
     entry: "cull_scan",
@@ -63,7 +63,7 @@ pub const CULL_SCAN: KernelDesc = KernelDesc {
     ..CULL_GROUPS
 };
 
-/// Lists the visible casters of each view.
+/// Chunks for `project`, view by view.
 pub const CULL_LIST: KernelDesc = KernelDesc {
     name: "cull_list",
     entry: "cull_list",

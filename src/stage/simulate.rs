@@ -6,10 +6,10 @@
 use super::load;
 use crate::gpu::{Choice, KernelDesc};
 
-/// Places the particles of an emitter at the start.
+/// Particles that start in some time steps of an emitter.
 pub const START: KernelDesc = KernelDesc::new("start_particles", "simulate/start_particles.wgsl");
 
-/// Moves them by a step.
+/// Some time steps of an emitter's particles.
 pub const PARTICLES: KernelDesc =
     KernelDesc::new("simulate_particles", "simulate/simulate_particles.wgsl");
 

@@ -25,7 +25,7 @@ const KINDS: Flags = Flags::HAS_BRICKS
 pub type ListCounters = BatchCounters;
 
 impl ListCounters {
-    /// Adds the counts of another list.
+    /// Adds the counts of another list; of the pairs needed it keeps the larger.
     pub fn add(&mut self, other: &Self) {
         self.pairs_needed = self.pairs_needed.max(other.pairs_needed);
         self.pair_count += other.pair_count;

@@ -26,7 +26,7 @@ const FREE_PAIRS: u64 = 1 << 20;
 pub struct Scratch {
     /// Resources of it that kernels of every list use.
     pub resources: Resources,
-    /// Keys and footprints of a sort, before and after a pass.
+    /// Depth keys and footprints, before and after a pass of the sort.
     pub keys: [TextureView; 2],
     /// Tiles of each footprint.
     pub rects: TextureView,
@@ -37,7 +37,7 @@ pub struct Scratch {
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
     pub part_room: u32,
     pub(crate) parts: Option<PartBuffers>,
-    /// First pair and number of pairs of each tile.
+    /// First and last pair of each tile.
     pub tiles: TextureView,
     /// Tiles that scattered casters touch.
     pub scattered_tiles: Buffer,

@@ -56,7 +56,7 @@ use wgpu::BufferUsages;
 pub struct Span {
     /// Indices in upload order, of particles and Gaussians.
     pub particles: Range<u32>,
-    /// Records of triangles.
+    /// Indices in upload order, of triangles.
     pub triangles: Range<u32>,
     /// Kinds among them.
     pub features: Features,

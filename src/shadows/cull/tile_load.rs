@@ -35,7 +35,7 @@ impl PairBound {
 pub struct Reach {
     /// \[m\]
     pub most: f32,
-    /// Sum over all tiles.
+    /// Sum over the casters \[m\].
     pub sum: f64,
     /// \[m²\]
     pub sum_of_squares: f64,

@@ -15,27 +15,27 @@ const RANKS: Choice =
     Choice::by_tier("ranks", "sort/ranks_shared.wgsl", Tier::Subgroups, "sort/ranks_subgroup.wgsl");
 /// Replaces `RANKS` where subgroups have more lanes than it reads.
 pub const SHARED_RANKS: Choice = Choice::new("ranks", "sort/ranks_shared.wgsl");
-/// Digits of a block, counted by one lane a block.
+/// Histogram of the digits of each run. One invocation per run.
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
     ..KernelDesc::new("sort_serial_count", "sort/sort_serial_count.wgsl")
 };
 
-/// Places of the digits of each block.
+/// Pairs with the same digit in earlier runs. One invocation per digit.
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     constants: SERIAL_CONSTANTS,
     ..KernelDesc::new("sort_serial_scan", "sort/sort_serial_scan.wgsl")
 };
 
-/// Pairs to their places, by one lane a block.
+/// Moves each pair to its position by digit. One invocation per run.
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
     ..KernelDesc::new("sort_serial_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
-/// [`SERIAL_COUNT`] of long blocks.
+/// [`SERIAL_COUNT`] by digits of 256 values.
 pub const LONG_COUNT: KernelDesc = KernelDesc {
     entry: "sort_serial_count",
     with: &[DIGITS_256],
@@ -43,7 +43,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_long_count", "sort/sort_serial_count.wgsl")
 };
 
-/// [`SERIAL_SCATTER`] of long blocks.
+/// [`SERIAL_SCATTER`] by digits of 256 values.
 pub const LONG_SCATTER: KernelDesc = KernelDesc {
     entry: "sort_serial_scatter",
     with: &[DIGITS_256],
@@ -51,10 +51,10 @@ pub const LONG_SCATTER: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_long_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
-/// Digits of a block, counted by a workgroup.
+/// Histogram of the digits of each block. One workgroup per block.
 pub const WIDE_COUNT: KernelDesc = KernelDesc::new("sort_wide_count", "sort/sort_wide_count.wgsl");
 
-/// Places of the digits of each block.
+/// Pairs with the same digit in earlier blocks. One workgroup per digit.
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: WIDE_CONSTANTS,
@@ -62,7 +62,7 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_wide_scan", "sort/sort_wide_scan.wgsl")
 };
 
-/// Pairs to their places, by a workgroup.
+/// Moves each pair to its position by digit. One workgroup per block.
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     with: &[RANKS, SCAN],
     constants: WIDE_CONSTANTS,

@@ -114,7 +114,7 @@ pub const CASTERS: KernelDesc = of_points(kernel("shade_casters", "shade/shade_c
 /// Points of the lattices in bricks of voxels.
 pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_bricks.wgsl"));
 
-/// Tiles of a part of the picture that each footprint touches.
+/// Tiles of each footprint that are in a part of the picture.
 pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
 
 gobo::gpu_struct! {
