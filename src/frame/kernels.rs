@@ -5,7 +5,7 @@ use crate::{
         Allocator, Constant, Kernel, KernelCache, KernelDesc, KernelError, Memory, Resources,
         Shelf, Tier,
     },
-    stage::{features::Features, profile::Profile},
+    stage::{features::Features, tuning::Tuning},
 };
 use std::{
     collections::{HashMap, hash_map::Entry},
@@ -17,7 +17,7 @@ use std::{
 pub struct Kernels {
     device: wgpu::Device,
     tier: Tier,
-    profile: Profile,
+    tuning: Tuning,
     /// By source: descriptions and features that leave the same code share a pipeline.
     cache: KernelCache,
     linked: Arc<Mutex<HashMap<(&'static str, Features), Kernel>>>,
@@ -27,8 +27,8 @@ pub struct Kernels {
 
 impl Kernels {
     /// `cache`: kernels of other renderers on the device.
-    pub fn new(device: &wgpu::Device, tier: Tier, profile: Profile, cache: KernelCache) -> Self {
-        Self { device: device.clone(), tier, profile, cache, linked: Arc::default(), shelf: None }
+    pub fn new(device: &wgpu::Device, tier: Tier, tuning: Tuning, cache: KernelCache) -> Self {
+        Self { device: device.clone(), tier, tuning, cache, linked: Arc::default(), shelf: None }
     }
 
     /// The same kernels, whose dispatches take over the bind groups of the last frame.
@@ -52,9 +52,9 @@ impl Kernels {
         self.tier
     }
 
-    /// The profile of the adapter.
-    pub fn profile(&self) -> Profile {
-        self.profile
+    /// The tuning of the adapter.
+    pub fn tuning(&self) -> Tuning {
+        self.tuning
     }
 
     /// A kernel, specialised to features: [`Self::finish`] compiles it.
@@ -75,9 +75,9 @@ impl Kernels {
         desc: &KernelDesc,
         constants: &[Constant],
     ) -> Result<Kernel, KernelError> {
-        let Self { device, tier, profile, cache, .. } = self;
-        let constants = [constants, &profile.constants()].concat();
-        cache.request(device, desc, *tier, &profile.choices(), &constants)
+        let Self { device, tier, tuning, cache, .. } = self;
+        let constants = [constants, &tuning.constants()].concat();
+        cache.request(device, desc, *tier, &tuning.choices(), &constants)
     }
 
     /// A dispatch of a kernel with the resources that it declares.
@@ -126,10 +126,10 @@ impl Kernels {
         self.shelf().map_or_else(made, |shelf| shelf.shared_texture(&self.device, desc))
     }
 
-    /// Tunes kernels that are asked for from now on to another profile.
-    pub fn follow(&mut self, profile: Profile) {
-        if profile != self.profile {
-            self.profile = profile;
+    /// Tunes kernels that are asked for from now on to another tuning.
+    pub fn follow(&mut self, tuning: Tuning) {
+        if tuning != self.tuning {
+            self.tuning = tuning;
             self.linked = Arc::default();
         }
     }

@@ -44,7 +44,7 @@ impl Sort {
         count: SortCount<'_>,
         bits: Range<u32>,
     ) -> Result<Self, Error> {
-        let (device, shape) = (kernels_of.device(), kernels_of.profile().shape);
+        let (device, partition) = (kernels_of.device(), kernels_of.tuning().partition);
         let (counts, count_index, capacity) = match count {
             SortCount::Known(count) => {
                 (kernels_of.filled("counts", &[count], BufferUsages::STORAGE), 0, count)
@@ -54,7 +54,7 @@ impl Sort {
         let limit = pair_limit(device);
         let remedy = "lower the pair budget or the number of casters";
         Error::check_limit("pairs to sort", limit.into(), capacity.into(), remedy)?;
-        let partitions = shape.partition_limit(capacity);
+        let partitions = partition.partition_limit(capacity);
         // Few sizes, so that frames of about as much find each other's.
         let [width, height] = histogram_size(partitions.next_power_of_two());
         let (histograms, is_first) = kernels_of.shared_texture(&wgpu::TextureDescriptor {
@@ -67,8 +67,8 @@ impl Sort {
             usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        let digit_bits = shape.digit_bits(capacity, bits.clone());
-        let [count, scan, scatter] = kernels(shape, digit_bits);
+        let digit_bits = partition.digit_bits(capacity, bits.clone());
+        let [count, scan, scatter] = kernels(partition, digit_bits);
         let mut dispatches = Vec::new();
         for (at, digit) in digits(bits, digit_bits).enumerate().filter(|_| partitions > 0) {
             let digit_count = 1 << digit.len();
@@ -81,7 +81,7 @@ impl Sort {
                 .with("pairs", pairs[at % 2])
                 .with("sorted_pairs", pairs[1 - at % 2]);
             let [by_partition, by_digit] =
-                [partitions, digit_count].map(|n| [n.div_ceil(shape.lanes()), 1, 1]);
+                [partitions, digit_count].map(|n| [n.div_ceil(partition.lanes()), 1, 1]);
             for (desc, groups) in [(count, by_partition), (scan, by_digit), (scatter, by_partition)]
             {
                 dispatches.push(kernels_of.dispatch(desc, Features::NONE, &resources, groups)?);

@@ -233,17 +233,17 @@ pub enum Resource {
 }
 
 /// A resource in the form that a bind group takes.
-pub(super) enum Bound<'a> {
+pub(super) enum Bindable<'a> {
     Given(wgpu::BindingResource<'a>),
     /// A view of a texture, made for the binding.
     Made(wgpu::TextureView),
 }
 
 impl Resource {
-    pub(super) fn bound(&self, kind: BindingKind) -> Bound<'_> {
+    pub(super) fn bound(&self, kind: BindingKind) -> Bindable<'_> {
         match self {
-            Self::Buffer(buffer) => Bound::Given(buffer.as_entire_binding()),
-            Self::View(view) => Bound::Given(wgpu::BindingResource::TextureView(view)),
+            Self::Buffer(buffer) => Bindable::Given(buffer.as_entire_binding()),
+            Self::View(view) => Bindable::Given(wgpu::BindingResource::TextureView(view)),
             Self::Texture(texture) => {
                 let dimension = kind.dimension();
                 let desc = wgpu::TextureViewDescriptor {
@@ -251,13 +251,13 @@ impl Resource {
                     mip_level_count: Some(1),
                     ..Default::default()
                 };
-                Bound::Made(texture.create_view(&desc))
+                Bindable::Made(texture.create_view(&desc))
             }
         }
     }
 }
 
-impl Bound<'_> {
+impl Bindable<'_> {
     pub(super) fn resource(&self) -> wgpu::BindingResource<'_> {
         match self {
             Self::Given(resource) => resource.clone(),

@@ -23,7 +23,7 @@ impl View {
     /// If a number is not finite, the axes are not orthogonal or not right-handed, the far plane is infinite, the
     /// frustum is not symmetric, or texels of a map of `size` would not be square.
     pub fn from_clip(clip_from_world: &Mat4, size: UVec2) -> Result<Self, InvalidClip> {
-        let camera = Camera::new(&clip_from_world.as_dmat4())?;
+        let camera = ClipCamera::new(&clip_from_world.as_dmat4())?;
         let across = camera.scale * size.as_dvec2() * 0.5;
         if size.min_element() == 0 || (across.x - across.y).abs() > SLACK * across.x {
             return Err(invalid("its texels are not square: give the size of the engine's map"));
@@ -57,7 +57,7 @@ fn invalid(problem: &'static str) -> InvalidClip {
 }
 
 /// What a matrix says of its camera.
-struct Camera {
+struct ClipCamera {
     projection: Projection,
     /// Right, up and back, unit.
     axes: [DVec3; 3],
@@ -69,7 +69,7 @@ struct Camera {
     far: f64,
 }
 
-impl Camera {
+impl ClipCamera {
     fn new(clip_from_world: &DMat4) -> Result<Self, InvalidClip> {
         if !clip_from_world.is_finite() {
             return Err(invalid("a number is not finite"));

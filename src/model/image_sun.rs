@@ -1,5 +1,5 @@
 //! The sun of an environment's image.
-use super::environment::{Map, SunDisc};
+use super::environment::{RadianceMap, SunDisc};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -21,7 +21,7 @@ const SUN_EXCESS: f32 = 20.0;
 /// Least light of a sun, as a share of what even light as bright as all else sends.
 const SUN_SHARE: f32 = 0.3;
 
-impl Map {
+impl RadianceMap {
     /// Takes the sun out of the map: what is [`SUN_EXCESS`] times brighter than the mean around the brightest texel, if
     /// that sends more light than [`SUN_SHARE`] of what all else sends to a surface that faces it.
     pub(super) fn take_sun(&mut self) -> Option<ImageSun> {

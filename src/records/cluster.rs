@@ -42,7 +42,7 @@ crate::records::gpu_struct! {
 
 /// Grid of clusters in the camera's frustum.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
+pub struct ClusterGrid {
     /// Number of cells in x, y and depth.
     pub cells: UVec3,
     /// Edge of a cluster \[pixels\].
@@ -65,7 +65,7 @@ const PIXEL_MARGIN: f32 = 1.0 / 64.0;
 /// Padding of slices, relative to the depth: far above the error of a logarithm.
 const DEPTH_MARGIN: f32 = 1e-4;
 
-impl Grid {
+impl ClusterGrid {
     /// A grid coarser than the settings if the bits of `light_count` lights would exceed `MAX_WORDS`.
     pub fn new(settings: &ClusterSettings, camera: &View, light_count: usize) -> Self {
         let words = word_count(light_count);

@@ -1,5 +1,5 @@
 //! Configuration of a frame, by who chooses: the device, the host, and tests.
-use crate::{gpu::Tier, model::ShadowSettings, stage::profile::Profile};
+use crate::{gpu::Tier, model::ShadowSettings, stage::tuning::Tuning};
 
 /// Configuration of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -7,7 +7,7 @@ pub struct Config {
     /// The device's.
     pub tier: Tier,
     /// The adapter's.
-    pub profile: Profile,
+    pub tuning: Tuning,
     /// The host's; the pair budget within what the device has.
     pub settings: ShadowSettings,
     /// Those of tests and the renderer.
@@ -23,9 +23,9 @@ pub struct Toggles {
     /// Whether all filtering casters are scattered, and their sums kept as they are
     /// ([`Maps::sums`](super::Maps::sums)) instead of filters: maps of shares of the casters are merged from them.
     pub sums: bool,
-    /// Whether tiny particles are scattered: the profile's value at first.
+    /// Whether tiny particles are scattered: the tuning's value at first.
     pub scatter_tiny: bool,
-    /// Whether discs are collected in a queue, if the device can: the profile's value at first.
+    /// Whether discs are collected in a queue, if the device can: the tuning's value at first.
     pub queued: bool,
     /// Whether groups wholly behind an opaque surface are culled, which changes no bit.
     pub hide: bool,
@@ -39,17 +39,17 @@ pub struct Toggles {
 impl Config {
     /// The usual configuration on an adapter.
     pub fn new(tier: Tier, adapter: &wgpu::AdapterInfo) -> Self {
-        let profile = Profile::of(adapter);
+        let tuning = Tuning::of(adapter);
         let toggles = Toggles {
             parts: true,
             sums: false,
-            scatter_tiny: profile.scatter_tiny,
-            queued: profile.queued,
+            scatter_tiny: tuning.scatter_tiny,
+            queued: tuning.queued,
             hide: true,
             count_cost: false,
             count_first: false,
         };
-        Self { tier, profile, settings: ShadowSettings::default(), toggles }
+        Self { tier, tuning, settings: ShadowSettings::default(), toggles }
     }
 
     /// Nodes of a curve (K); 0 without curves.

@@ -38,9 +38,9 @@ impl Request<'_> {
     ) -> Result<u32, Error> {
         let (queue, device) = (self.queue, self.kernels.device());
         let listed = &plan.lists[i];
-        let may_overflow = listed.may_overflow(self.config.profile.shape, scratch.pair_capacity);
+        let may_overflow = listed.may_overflow(self.config.tuning.partition, scratch.pair_capacity);
         // The contents of the host's buffers say nothing about later frames.
-        if listed.host.is_some() || !(may_overflow || listed.has_segments(&self.config.profile)) {
+        if listed.host.is_some() || !(may_overflow || listed.has_segments(&self.config.tuning)) {
             return Ok(0);
         }
         let mut memory = Memory::default();

@@ -212,17 +212,13 @@ impl<'a> Request<'a> {
         let is_of = |made: &Option<Arc<HostSets>>| {
             made.as_ref().map(Arc::as_ptr) == host.as_ref().map(Arc::as_ptr)
         };
-        let profile = &self.config.profile;
+        let tuning = &self.config.tuning;
         made.config == *self.config
             && self.config.settings.mips == 0
             && made.casters == self.casters.id()
             && is_of(&made.commands.counted.host)
             && made.plans.len() == plans.len()
-            && made
-                .plans
-                .iter()
-                .zip(plans)
-                .all(|(made, plan)| made.is_alike(plan, profile, scratch))
+            && made.plans.iter().zip(plans).all(|(made, plan)| made.is_alike(plan, tuning, scratch))
     }
 
     /// The commands of a frame.

@@ -95,7 +95,7 @@ impl Shadows {
         if !missing.is_empty() {
             return Err(Error::Unsupported { tier, missing });
         }
-        Ok(Self::of(queue, Kernels::new(device, tier, config.profile, cache), config))
+        Ok(Self::of(queue, Kernels::new(device, tier, config.tuning, cache), config))
     }
 
     fn of(queue: &wgpu::Queue, kernels: Kernels, config: Config) -> Self {
@@ -320,7 +320,7 @@ impl Shadows {
     #[doc(hidden)]
     pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
         change(&mut self.config);
-        self.kernels.follow(self.config.profile);
+        self.kernels.follow(self.config.tuning);
     }
 
     /// Uploads changes of `casters`, or makes their set anew, and returns its identity.

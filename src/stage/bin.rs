@@ -5,7 +5,7 @@
 //! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
 //! binned again in parts of its tiles (`src/shadows/batch/parts.rs`).
 //! `dispatches` holds the workgroup counts that only the GPU knows.
-use super::{sort::Shape, walk};
+use super::{sort::Partition, walk};
 use crate::gpu::{Constant, KernelDesc, Tier};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
@@ -102,7 +102,7 @@ pub const PART_GATHER: KernelDesc = KernelDesc::new("part_gather", "bin/part_gat
 
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
-pub enum Dispatch {
+pub enum DispatchEntry {
     /// Casters whose pairs did not fit.
     Overflow,
     /// Segments of long tiles.
@@ -117,7 +117,7 @@ pub enum Dispatch {
     Parted,
 }
 
-impl Dispatch {
+impl DispatchEntry {
     /// Number of entries.
     pub const COUNT: u64 = 6;
 
@@ -128,7 +128,7 @@ impl Dispatch {
 }
 
 // `CLEAR` has an invocation for each word of them.
-const _: () = assert!(4 * Dispatch::COUNT <= TILE_LANES as u64);
+const _: () = assert!(4 * DispatchEntry::COUNT <= TILE_LANES as u64);
 
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/bin.wgsl`.
@@ -150,7 +150,7 @@ crate::records::gpu_struct! {
 impl BinParams {
     /// Parameters of a list, with room for so many pairs.
     pub fn new(
-        shape: Shape,
+        partition: Partition,
         footprint_count: u32,
         pair_capacity: u32,
         tile_count: u32,
@@ -166,13 +166,13 @@ impl BinParams {
             tile_count,
             view_count,
             segment_length,
-            block_runs: block_runs(shape),
+            block_runs: block_runs(partition),
         }
     }
 
     /// Workgroups of the kernels that count and emit.
-    pub fn run_groups(&self, shape: Shape) -> [u32; 3] {
-        [self.run_count.div_ceil(block_runs(shape)), 1, 1]
+    pub fn run_groups(&self, partition: Partition) -> [u32; 3] {
+        [self.run_count.div_ceil(block_runs(partition)), 1, 1]
     }
 
     /// Workgroups of [`CLEAR`], [`PART_CLEAR`] and [`TILES`].
@@ -237,18 +237,18 @@ crate::records::gpu_struct! {
 pub const RUN_PAIRS: u32 = 49152;
 
 /// Runs of a workgroup of `count` and `emit`: one for each invocation, or one for all.
-pub fn block_runs(shape: Shape) -> u32 {
-    match shape {
-        Shape::Serial => SERIAL_LANES,
-        Shape::Wide => 1,
+pub fn block_runs(partition: Partition) -> u32 {
+    match partition {
+        Partition::Serial => SERIAL_LANES,
+        Partition::Wide => 1,
     }
 }
 
 /// Kernels that count and emit.
-pub fn count_and_emit(shape: Shape) -> [&'static KernelDesc; 2] {
-    match shape {
-        Shape::Serial => [&COUNT, &EMIT],
-        Shape::Wide => [&WIDE_COUNT, &WIDE_EMIT],
+pub fn count_and_emit(partition: Partition) -> [&'static KernelDesc; 2] {
+    match partition {
+        Partition::Serial => [&COUNT, &EMIT],
+        Partition::Wide => [&WIDE_COUNT, &WIDE_EMIT],
     }
 }
 
@@ -257,9 +257,9 @@ pub fn count_and_emit(shape: Shape) -> [&'static KernelDesc; 2] {
 const USUAL_RUNS: u32 = 2048;
 
 /// Most runs of a list and blocks of them.
-pub fn max_offsets(shape: Shape) -> u32 {
+pub fn max_offsets(partition: Partition) -> u32 {
     let runs = 2 * USUAL_RUNS;
-    runs + runs.div_ceil(block_runs(shape))
+    runs + runs.div_ceil(block_runs(partition))
 }
 
 /// Length of a run \[footprints\]. With its pairs ([`RUN_PAIRS`]) it stays below llvmpipe's 65,535

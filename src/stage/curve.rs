@@ -48,7 +48,7 @@ pub(super) const RAY_SEGMENT: Choice = Choice::new("output", "curve/ray_segment.
 const RAY_RESOLVED: Choice = Choice::new("output", "curve/ray_resolve.wgsl");
 /// Stores curves and maps.
 const STORED: Choice = Choice::new("maps", "curve/maps_stored.wgsl");
-/// Where nodes that are finished go; [`Profile`](super::profile::Profile) may replace it.
+/// Where nodes that are finished go; [`Tuning`](super::tuning::Tuning) may replace it.
 const WRITTEN: Choice = Choice::new("written", "curve/written_at_once.wgsl");
 const TWO_WALKS: Choice = Choice::new("traversal", "curve/two_walks.wgsl");
 /// One of the walks.
@@ -68,7 +68,7 @@ const WALKED_TWICE: &[Choice] = &[
     LANE_CASTER,
     SUMS,
 ];
-/// Nodes during insertion; [`Profile`](super::profile::Profile) may replace it.
+/// Nodes during insertion; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");

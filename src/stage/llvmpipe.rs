@@ -1,4 +1,4 @@
-//! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). To do
+//! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Tuning`](super::tuning::Tuning). To do
 //! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS, PLAIN, SPLATS},

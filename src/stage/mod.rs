@@ -16,12 +16,12 @@ pub mod llvmpipe;
 pub mod load;
 pub mod mask;
 pub mod occlude;
-pub mod profile;
 pub mod project;
 pub mod resolve;
 pub mod simulate;
 pub mod soften;
 pub mod sort;
+pub mod tuning;
 pub mod walk;
 
 pub use walk::WalkKernels;

@@ -35,14 +35,14 @@ pub(super) const SCAN: Choice = Choice::by_tier(
 );
 /// Lanes load and test any caster, and broadcast it.
 pub const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
-/// A workgroup walks the tile of its index; [`Profile`](super::profile::Profile) may replace it.
+/// A workgroup walks the tile of its index; [`Tuning`](super::tuning::Tuning) may replace it.
 pub const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
-/// Texels that an invocation holds; [`Profile`](super::profile::Profile) may replace it.
+/// Texels that an invocation holds; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
 /// Texels that an invocation holds where casters are all of one simple kind;
-/// [`Profile`](super::profile::Profile) may replace it.
+/// [`Tuning`](super::tuning::Tuning) may replace it.
 const COLUMN: Choice = Choice::new("column", "traversal/column_two.wgsl");
-/// Hits that wait for late ones; [`Profile`](super::profile::Profile) may replace it.
+/// Hits that wait for late ones; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
 /// Choices of kernels that walk any casters.

@@ -8,7 +8,7 @@
 use super::{
     Projection, View, ViewRole,
     fit::{light_up, looking},
-    window::{BORDER, Extent, rounded_up, snapped, stepped},
+    window::{BORDER, LightBox, rounded_up, snapped, stepped},
 };
 use crate::model::{Bounds, Camera, Cascades};
 use glam::{Mat4, UVec2, Vec3};
@@ -92,8 +92,8 @@ impl Fit<'_> {
         looking(Vec3::ZERO, self.direction, light_up(self.direction))
     }
 
-    fn extent(&self) -> Extent {
-        Extent::new(&self.axes(), self.bounds)
+    fn extent(&self) -> LightBox {
+        LightBox::new(&self.axes(), self.bounds)
     }
 
     fn view(&self, cascades: &Cascades, index: usize, split: f64, last: bool, size: u32) -> View {

@@ -11,8 +11,8 @@ use super::{
     fit::fitted_views,
 };
 use crate::model::{LightKind, Scene, ShadowFilter, WindowsKey};
-pub(in crate::view) use places::Picture;
 use places::Seen;
+pub(in crate::view) use places::ShownPicture;
 use window::Window;
 
 mod places;
@@ -90,7 +90,7 @@ fn chosen(scene: &Scene, bases: &[View], refined: &[usize]) -> Vec<(usize, Vec<V
     let choose = |wanted: &[usize], visit: &dyn Fn(See<'_>)| {
         let mut seen: Vec<Vec<Seen>> = vec![Vec::new(); wanted.len()];
         visit(&mut |scene| {
-            let picture = Picture::new(scene);
+            let picture = ShownPicture::new(scene);
             for (seen, &index) in seen.iter_mut().zip(wanted) {
                 seen.extend(picture.places(&bases[index]));
             }

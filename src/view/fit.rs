@@ -6,7 +6,7 @@ use crate::{
     },
     view::{
         atlas::{AtlasLimits, Wish, shrink_to_fit},
-        window::{Extent, stepped},
+        window::{LightBox, stepped},
     },
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
@@ -259,7 +259,7 @@ impl Owner<'_> {
     /// until the window grows by a step.
     fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, cover: &Cover<'_>) -> View {
         let axes = looking(Vec3::ZERO, direction, light_up(direction));
-        let extent = Extent::new(&axes, &cover.casters);
+        let extent = LightBox::new(&axes, &cover.casters);
         let (texel, middle) = extent.window(size);
         let (middle, reach) =
             (middle.as_vec2(), Vec2::splat((texel * f64::from(size) * 0.5) as f32));

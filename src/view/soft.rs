@@ -3,11 +3,11 @@
 //! Texels are as fine as the narrowest penumbrae ask for; a light whose middle does not see much of what shades its penumbrae
 //! has more viewpoints. They follow from what the scene holds when it is loaded and in the moments of its
 //! [`Course`](crate::model::Course): all frames have the same.
-use super::{View, detail::Picture, shadow_views};
+use super::{View, detail::ShownPicture, shadow_views};
 use crate::model::{
     Light, LightKind, MAX_MAP_SIZE, MIN_MAP_SIZE, Scene, SoftLight, Source, TILE_SIZE,
 };
-use penumbrae::{ONE_POINT, Seen, penumbrae};
+use penumbrae::{ONE_POINT, SeenPenumbrae, penumbrae};
 
 mod penumbrae;
 
@@ -49,9 +49,9 @@ impl Scene {
         if soft.is_empty() {
             return;
         }
-        let mut seen = vec![[Seen::default(), Seen::default()]; soft.len()];
+        let mut seen = vec![[SeenPenumbrae::default(), SeenPenumbrae::default()]; soft.len()];
         let mut see = |scene: &Self| {
-            let picture = of_picture.then(|| Picture::new(scene));
+            let picture = of_picture.then(|| ShownPicture::new(scene));
             let views = shadow_views(scene);
             for (seen, &index) in seen.iter_mut().zip(&soft) {
                 let light = &scene.lights[index];
@@ -74,7 +74,7 @@ impl Scene {
             }
         }
         let views = shadow_views(self);
-        let wish = |(&index, [all, shown]): (&usize, &[Seen; 2])| {
+        let wish = |(&index, [all, shown]): (&usize, &[SeenPenumbrae; 2])| {
             let light = &self.lights[index];
             let least =
                 views.iter().filter(|view| view.light == Some(index)).map(|view| view.size.x);
@@ -85,7 +85,7 @@ impl Scene {
             if free[index] && is_large {
                 viewpoints = parts(light, shown);
             }
-            Wish {
+            SoftWish {
                 light: index,
                 asked: texels(all),
                 size: if is_worth { stepped(texels(shown)).max(least) } else { least },
@@ -95,7 +95,7 @@ impl Scene {
                 views: light.all_shadows().next().map_or(0, |shadow| shadow.view_count()) as u64,
             }
         };
-        let mut wishes: Vec<Wish> = soft.iter().zip(&seen).map(wish).collect();
+        let mut wishes: Vec<SoftWish> = soft.iter().zip(&seen).map(wish).collect();
         let budget = self.shadow.soft_budget.min(self.shadow.texel_budget);
         keep_within(
             &mut wishes,
@@ -103,7 +103,7 @@ impl Scene {
             MOST_VIEWPOINTS.saturating_sub(self.other_viewpoints(&soft)),
         );
         self.soft = wishes.iter().map(|wish| wish.chosen(&self.lights[wish.light])).collect();
-        for Wish { light, size, least, viewpoints, .. } in wishes {
+        for SoftWish { light, size, least, viewpoints, .. } in wishes {
             let light = &mut self.lights[light];
             if size != least {
                 light.size = Some(size);
@@ -119,7 +119,7 @@ impl Scene {
 }
 
 /// What a light asks for.
-struct Wish {
+struct SoftWish {
     light: usize,
     /// Texels of a map's edge that all penumbrae ask for.
     asked: u32,
@@ -133,7 +133,7 @@ struct Wish {
     views: u64,
 }
 
-impl Wish {
+impl SoftWish {
     fn texels(&self) -> u64 {
         self.views * u64::from(self.viewpoints) * u64::from(self.size).pow(2)
     }
@@ -145,7 +145,7 @@ impl Wish {
 }
 
 /// Texels of a map's edge that nearly all penumbrae are content with; 0 for hardly any penumbrae.
-fn texels(seen: &Seen) -> u32 {
+fn texels(seen: &SeenPenumbrae) -> u32 {
     let mut texels: Vec<f64> = seen.penumbrae.iter().map(|penumbra| penumbra.texels).collect();
     if texels.len() < LEAST {
         return 0;
@@ -162,7 +162,7 @@ fn stepped(texels: u32) -> u32 {
 }
 
 /// Viewpoints for penumbrae.
-fn parts(light: &Light, seen: &Seen) -> u32 {
+fn parts(light: &Light, seen: &SeenPenumbrae) -> u32 {
     // One point of the light may be behind the border of what its middle sees.
     let hidden = seen.penumbrae.iter().map(|penumbra| (penumbra.hidden - ONE_POINT).max(0.0));
     let deep = seen.penumbrae.iter().filter(|penumbra| penumbra.hidden >= DEEP).count();
@@ -182,11 +182,11 @@ fn parts(light: &Light, seen: &Seen) -> u32 {
 
 /// Takes away what is over a budget of texels and of viewpoints: first of the largest maps, then of maps of lights with more
 /// viewpoints, down to half of their least edge, then viewpoints.
-fn keep_within(wishes: &mut [Wish], budget: u64, most: u32) {
-    let texels = |wishes: &[Wish]| wishes.iter().map(Wish::texels).sum::<u64>();
+fn keep_within(wishes: &mut [SoftWish], budget: u64, most: u32) {
+    let texels = |wishes: &[SoftWish]| wishes.iter().map(SoftWish::texels).sum::<u64>();
     let smaller = |size: u32| (size * 7 / 8).next_multiple_of(16);
     while texels(wishes) > budget {
-        let can = |wish: &&mut Wish| {
+        let can = |wish: &&mut SoftWish| {
             let least =
                 if wish.is_free && wish.viewpoints > 1 { wish.least / 2 } else { wish.least };
             smaller(wish.size) >= least && smaller(wish.size) < wish.size
@@ -199,7 +199,7 @@ fn keep_within(wishes: &mut [Wish], budget: u64, most: u32) {
         largest.size = smaller(largest.size);
     }
     while texels(wishes) > budget || wishes.iter().map(|wish| wish.viewpoints).sum::<u32>() > most {
-        let can = |wish: &&mut Wish| wish.is_free && wish.viewpoints > 1;
+        let can = |wish: &&mut SoftWish| wish.is_free && wish.viewpoints > 1;
         let Some(last) = wishes.iter_mut().rfind(can) else { break };
         (last.viewpoints, last.size) = (1, last.least);
     }

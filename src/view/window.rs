@@ -28,13 +28,13 @@ pub(super) fn stepped(length: f32) -> f32 {
 
 /// Box in a space that looks along a light's direction, with a margin that keeps points on it off a window's
 /// border and off depths 0 and 1.
-pub(super) struct Extent {
+pub(super) struct LightBox {
     pub(super) min: Vec3,
     pub(super) max: Vec3,
     pub(super) margin: f32,
 }
 
-impl Extent {
+impl LightBox {
     /// `axes`: world space to the light's.
     pub(super) fn new(axes: &Mat4, bounds: &Bounds) -> Self {
         let corners = bounds.corners().map(|corner| axes.transform_point3(corner));

@@ -2,7 +2,7 @@
 use super::commands::Folder;
 use crate::common::splats::{SPLATS, Stored, bare, ply};
 use gobo::glam::Vec3;
-use gobo_scene::{load_splats, splats::Cloud};
+use gobo_scene::{load_splats, splats::SplatCloud};
 use std::fs;
 
 /// The sun alone, and no light from around.
@@ -27,21 +27,21 @@ fn shapes() -> Vec<Stored> {
     all.map(|(sigma, rotation)| Stored { sigma, rotation, opacity: 0.95, ..SPLATS[0] }).collect()
 }
 
-fn relit(folder: &Folder, scene: &str, out: &str, more: &[&str]) -> Cloud {
+fn relit(folder: &Folder, scene: &str, out: &str, more: &[&str]) -> SplatCloud {
     fs::write(folder.0.join("lit.toml"), scene).unwrap();
     let arguments = ["relight", "in.ply", "--scene", "lit.toml", "-o", out, "--backend", "cpu"];
     assert_eq!(folder.run(&[&arguments, more].concat()), format!("{out}\n"));
     load_splats(&folder.0.join(out)).unwrap()
 }
 
-fn put(folder: &Folder, stored: &[Stored]) -> Cloud {
+fn put(folder: &Folder, stored: &[Stored]) -> SplatCloud {
     let path = folder.0.join("in.ply");
     fs::write(&path, ply("binary_little_endian", stored, 0)).unwrap();
     load_splats(&path).unwrap()
 }
 
 /// A colour and its coefficient are a few roundings apart.
-fn assert_colors(read: &Cloud, wanted: impl Fn(usize) -> Vec3, most: f32) {
+fn assert_colors(read: &SplatCloud, wanted: impl Fn(usize) -> Vec3, most: f32) {
     for (i, splat) in read.splats.iter().enumerate() {
         let far = (splat.color - wanted(i)).abs().max_element();
         assert!(far <= most, "splat {i}: {}, wanted {}", splat.color, wanted(i));

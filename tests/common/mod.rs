@@ -152,7 +152,7 @@ fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) 
     let queued = scene.shadow.receiver != Receiver::Curve;
     renderer.configure(|config| {
         config.toggles.scatter_tiny = scatter;
-        config.toggles.queued = queued && config.profile.queued;
+        config.toggles.queued = queued && config.tuning.queued;
     });
     renderer.render(scene, options).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -11,7 +11,7 @@ use syn::visit::{self, Visit};
 pub(super) type Module = Vec<String>;
 
 /// Crates beside the library: how paths begin, and the folder.
-const CRATES: &[(&str, &str)] = &[
+pub(super) const CRATES: &[(&str, &str)] = &[
     ("gobo_cli", "gobo-cli"),
     ("gobo_picture", "gobo-picture"),
     ("gobo_reference", "gobo-reference"),

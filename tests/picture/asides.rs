@@ -12,7 +12,7 @@ use gobo_scene::Scene;
 
 fn picture(scene: &Scene, in_registers: bool) -> Picture {
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
-    renderer.configure(|config| config.profile.columns = in_registers);
+    renderer.configure(|config| config.tuning.columns = in_registers);
     let options = RenderOptions { light: true, ..RenderOptions::default() };
     let frame = renderer.render(scene, &options);
     frame.unwrap_or_else(|error| panic!("{error}")).picture

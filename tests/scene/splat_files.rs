@@ -10,11 +10,11 @@ use gobo::{
 };
 use gobo_scene::{
     SceneError, load_splats,
-    splats::{self, Cloud},
+    splats::{self, SplatCloud},
 };
 use std::io::Write as _;
 
-fn load(bytes: impl AsRef<[u8]>) -> Result<Cloud, SceneError> {
+fn load(bytes: impl AsRef<[u8]>) -> Result<SplatCloud, SceneError> {
     // The name says nothing.
     let folder = Folder::new();
     load_splats(&folder.write("some.file", bytes))

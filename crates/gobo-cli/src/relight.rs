@@ -13,7 +13,7 @@ use gobo_scene::splats;
 
 /// Kind of a file of splats that is written.
 #[derive(Clone, Copy)]
-enum Written {
+enum SplatOutput {
     Ply,
     Spz,
 }
@@ -22,8 +22,8 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     let ending = out.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let written = match ending.as_deref() {
-        Some("ply") => Written::Ply,
-        Some("spz") => Written::Spz,
+        Some("ply") => SplatOutput::Ply,
+        Some("spz") => SplatOutput::Spz,
         _ => {
             let help = "let the name end in .ply or .spz";
             return Err(Failure::refused(out, "no kind of splats that gobo writes", help));
@@ -61,8 +61,8 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
         tracing::warn!("{missing} splats are too far for the scene: they keep their colours");
     }
     let bytes = match written {
-        Written::Ply => splats::to_ply(&cloud.splats, &colors),
-        Written::Spz => splats::to_spz(&cloud.splats, &colors)
+        SplatOutput::Ply => splats::to_ply(&cloud.splats, &colors),
+        SplatOutput::Spz => splats::to_spz(&cloud.splats, &colors)
             .map_err(|error| Failure::refused(out, error.to_string(), "write a .ply instead"))?,
     };
     output::write(out, &bytes)?;

@@ -32,18 +32,18 @@ pub(super) struct Sidecar {
     /// SHA-256 of the scene, the options and the version.
     pub(super) inputs: String,
     /// Contents by path from the folder.
-    files: BTreeMap<String, Contents>,
+    files: BTreeMap<String, SidecarContents>,
 }
 
 #[derive(Debug, Deserialize, PartialEq, Serialize)]
-struct Contents {
+struct SidecarContents {
     bytes: u64,
     sha256: String,
 }
 
 /// Problem of a file of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(super) enum SidecarFault {
     Missing,
     Damaged,
 }
@@ -76,12 +76,12 @@ impl Sidecar {
     }
 
     /// Files that have changed since they were written.
-    pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, Fault)> {
+    pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, SidecarFault)> {
         self.files.iter().filter_map(move |(name, expected)| {
             let fault = match expected.agrees(&dir.join(name)) {
                 Ok(true) => return None,
-                Ok(false) => Fault::Damaged,
-                Err(_) => Fault::Missing,
+                Ok(false) => SidecarFault::Damaged,
+                Err(_) => SidecarFault::Missing,
             };
             Some((name.as_str(), fault))
         })
@@ -93,7 +93,7 @@ impl Sidecar {
 pub(super) struct FrameFiles<'a> {
     dir: &'a Path,
     /// None if the frame gets no sidecar.
-    written: Option<BTreeMap<String, Contents>>,
+    written: Option<BTreeMap<String, SidecarContents>>,
 }
 
 impl<'a> FrameFiles<'a> {
@@ -119,7 +119,7 @@ impl<'a> FrameFiles<'a> {
             Ok(())
         })?;
         let bytes = fs::metadata(&path).map_err(|source| Failure::file(&path, source))?.len();
-        written.insert(name, Contents { bytes, sha256: hex(digest.finalize()) });
+        written.insert(name, SidecarContents { bytes, sha256: hex(digest.finalize()) });
         Ok(())
     }
 
@@ -223,7 +223,7 @@ fn plain(path: &Path) -> io::Result<fs::File> {
     Err(io::ErrorKind::NotFound.into())
 }
 
-impl Contents {
+impl SidecarContents {
     fn agrees(&self, path: &Path) -> io::Result<bool> {
         let mut file = plain(path)?;
         if file.metadata()?.len() != self.bytes {

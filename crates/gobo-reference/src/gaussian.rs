@@ -41,7 +41,7 @@ pub const MEDIUM_REACH: f32 = 4.0;
 pub const ROOT_TAU: f32 = 2.506_628_3;
 
 /// A Gaussian's place in a view's map, before its opacity.
-struct Placed {
+struct PlacedGaussian {
     /// Footprint's centre, and depth.
     center: Vec2,
     depth: f32,
@@ -107,7 +107,7 @@ pub fn project_gaussian(
     } else {
         nearest
     };
-    let Placed { center: at, depth, is_beside, mut setup, thin, bounds, ellipse } = placed;
+    let PlacedGaussian { center: at, depth, is_beside, mut setup, thin, bounds, ellipse } = placed;
     let radius = squared.sqrt() * if is_beside { -1.0 } else { 1.0 };
     let Some(rect) = tile_rect(view, view_index, bounds, at, f32::INFINITY, false) else {
         return nothing;
@@ -141,7 +141,7 @@ fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
 
 /// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis \[m\];
 /// `squared`: where it ends.
-fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed {
+fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> PlacedGaussian {
     let half = view.size * 0.5;
     let range = view.far - view.near;
     let [x, y, z] = [0, 1, 2].map(|i| row(axes, i));
@@ -161,7 +161,7 @@ fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed
     let conic = Conic::new(p, q, along, is_perspective);
     let ellipse = conic.ellipse(at, squared, is_perspective);
     let endless = || TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
-    Placed {
+    PlacedGaussian {
         center: at,
         depth: (center.z - view.near) / range,
         is_beside: false,
@@ -272,7 +272,13 @@ impl Conic {
 
 /// A Gaussian without a place in the map: relative to the map's centre, `u` has an offset, the footprint's centre, and
 /// `e = depth + tilt . delta` [1/m].
-fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f32) -> Placed {
+fn beside(
+    view: &GpuView,
+    center: Vec3,
+    axes: [Vec3; 3],
+    sigma: Vec3,
+    squared: f32,
+) -> PlacedGaussian {
     let half = view.size * 0.5;
     let sphere = sigma.max_element() * squared.sqrt();
     let x = tangents(center.x, center.z, sphere);
@@ -302,7 +308,7 @@ fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f
         tilt: Vec2::new(ahead.dot(right), ahead.dot(down)),
         ..GaussianSetup::default()
     };
-    Placed {
+    PlacedGaussian {
         center: Vec2::new(first.dot(along), second.dot(along)),
         depth: ahead.dot(along),
         is_beside: true,

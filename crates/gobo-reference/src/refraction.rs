@@ -59,7 +59,7 @@ fn refracted(ray: Vec3, normal: Vec3, ratio: f32) -> Vec3 {
 
 /// A body on the eye's ray.
 #[derive(Clone, Copy, Debug)]
-struct Body {
+struct BodyOnRay {
     entered: f32,
     bent: Vec3,
     left: f32,
@@ -70,7 +70,7 @@ struct Body {
 /// The eye's ray through the panes of a pixel.
 #[derive(Clone, Debug, Default)]
 pub struct Ray {
-    bodies: Vec<Body>,
+    bodies: Vec<BodyOnRay>,
     /// Light depth and direction behind the face by which it entered the present body.
     entered: Option<(f32, Vec3)>,
     blur_square: f32,
@@ -84,7 +84,12 @@ impl Ray {
             Some((entered, bent)) if face.leaves => {
                 // Up to the plane of the face.
                 let share = face.cosine / face.normal.dot(bent).min(MIN_LEAVING);
-                self.bodies.push(Body { entered, bent, left: depth, share: share.clamp(0.5, 1.5) });
+                self.bodies.push(BodyOnRay {
+                    entered,
+                    bent,
+                    left: depth,
+                    share: share.clamp(0.5, 1.5),
+                });
                 self.entered = None;
             }
             None if !face.leaves => self.entered = Some((depth, bent)),
@@ -101,11 +106,11 @@ impl Ray {
         behind: f32,
     ) -> Option<(Vec2, f32)> {
         if let Some((entered, bent)) = self.entered.filter(|_| behind < 1.0) {
-            self.bodies.push(Body { entered, bent, left: behind, share: 1.0 });
+            self.bodies.push(BodyOnRay { entered, bent, left: behind, share: 1.0 });
         }
         let slope = (pixel - view.size * 0.5) / view.scale;
         let metres = (view.far - view.near) * (1.0 + slope.length_squared()).sqrt();
-        let aside = |body: &Body| {
+        let aside = |body: &BodyOnRay| {
             let start = world_point(view, world_from_view, pixel, body.entered);
             let position = start + body.bent * (body.share * (body.left - body.entered) * metres);
             let seen = view.view_from_world.transform_point3(position);

@@ -80,14 +80,14 @@ struct Keyed {
 }
 
 /// Format of a target's keys.
-struct Kind {
+struct KeyFormat {
     /// Numbers per key.
     count: usize,
     range: RangeInclusive<f32>,
 }
 
 impl Target {
-    fn kind(self, scene: &Scene) -> Kind {
+    fn kind(self, scene: &Scene) -> KeyFormat {
         let (count, range) = match self {
             Self::Eye | Self::LookAt | Self::Up | Self::Position(_) | Self::Direction(_) => {
                 (3, -FARTHEST..=FARTHEST)
@@ -104,7 +104,7 @@ impl Target {
             | Self::Metallic(_) => (1, 0.0..=1.0),
             Self::Scattering | Self::Extinction => (3, 0.0..=1e3),
         };
-        Kind { count, range }
+        KeyFormat { count, range }
     }
 }
 
@@ -220,7 +220,7 @@ pub(super) fn animate(
             }
             _ => {
                 let target = find(&check, &parts, scene)?;
-                let Kind { count, range } = target.kind(scene);
+                let KeyFormat { count, range } = target.kind(scene);
                 let track = track(&check, count, &range)?;
                 scene.motions.push(Arc::new(Keyed { target, track, range, origin: Vec3::ZERO }));
             }

@@ -7,7 +7,7 @@ use super::{
     document::{Document, ShapeTable, TextureSource, VolumeTable},
     gltf::{
         announced::{self, Announced},
-        file::File,
+        file::GltfFile,
     },
     images,
     limits::Limit,
@@ -66,7 +66,7 @@ impl Loader<'_> {
         for table in &document.mesh {
             let path = self.folder.join(&table.get_ref().file);
             let model = *known.entry(path).or_insert_with_key(|path| {
-                File::open(path).map(|file| announced::announced(&file)).unwrap_or_default()
+                GltfFile::open(path).map(|file| announced::announced(&file)).unwrap_or_default()
             });
             let part = |count| Claim::new(table.span(), "file", count);
             triangles.push(part(model.triangles));

@@ -117,7 +117,7 @@ impl Cloud {
         let point = |voxel: IVec3| (voxel.as_vec3() - middle) * edge;
         let half = self.size * Vec3::new(0.5, 1.0, 0.5);
         let [width, height, depth] = count.to_array();
-        let slice = |noise: &mut Noise, z: u32| -> Vec<f32> {
+        let slice = |noise: &mut CloudNoise, z: u32| -> Vec<f32> {
             let voxels = (0..width * height).map(|i| UVec3::new(i % width, i / width, z));
             let density = |voxel: UVec3| {
                 let at = point(voxel.as_ivec3());
@@ -142,7 +142,7 @@ impl Cloud {
         };
         let mut bricks = Brick::of_voxels(IVec3::ZERO, count.as_ivec3() - 1, density);
         if let Some(kelvin) = kelvin {
-            let heat = |noise: &mut Noise, brick: &mut Brick| {
+            let heat = |noise: &mut CloudNoise, brick: &mut Brick| {
                 let origin = brick.origin;
                 brick.temperature = Some(Voxels::new(|voxel| {
                     let at = point(origin + voxel.as_ivec3());
@@ -188,14 +188,14 @@ impl Field {
     }
 
     /// Its noise, for one thread.
-    fn noise(&self) -> Noise {
+    fn noise(&self) -> CloudNoise {
         let age = match self.kind {
             KindOfCloud::Cloud => 0.1 * self.time,
             KindOfCloud::Plume => 0.3 * self.time,
             KindOfCloud::Explosion => 0.5 * self.age(),
             KindOfCloud::Chest => 0.0,
         };
-        Noise {
+        CloudNoise {
             octaves: std::array::from_fn(|i| {
                 let scale = (1 << i) as f32;
                 LatticeNoise::new(age * scale.sqrt(), pcg(self.seed ^ ((i as u32) << 24)))
@@ -210,7 +210,7 @@ impl Field {
     }
 
     /// Density at a place, as a share of half the box (`part`) and of half its longest edge (`place`).
-    fn density(&self, noise: &mut Noise, part: Vec3, point: Vec3) -> f32 {
+    fn density(&self, noise: &mut CloudNoise, part: Vec3, point: Vec3) -> f32 {
         /// No sum of octaves reaches farther.
         const MOST: f32 = 1.2;
         let time = self.time;
@@ -263,7 +263,7 @@ impl Field {
 
     /// Temperature of an explosion as a share of the highest, at a place as for [`Self::density`]: hottest in the middle
     /// and in clefts, it cools as it grows.
-    fn heat(&self, noise: &mut Noise, part: Vec3, point: Vec3) -> f32 {
+    fn heat(&self, noise: &mut CloudNoise, part: Vec3, point: Vec3) -> f32 {
         let age = self.age();
         let (from, at) = self.blown(part, age);
         let clefts = noise.billows(at * 1.3 + point * 0.2);
@@ -280,13 +280,13 @@ impl Field {
 }
 
 /// The noise of a [`Field`]; what it keeps makes neighbours quick.
-struct Noise {
+struct CloudNoise {
     octaves: [LatticeNoise; OCTAVES],
     /// What bends a plume, along x and z.
     wind: [LatticeNoise; 2],
 }
 
-impl Noise {
+impl CloudNoise {
     /// Sum of octaves with round lumps and narrow clefts, mostly from -0.5 to 1.
     fn billows(&mut self, at: Vec3) -> f32 {
         let mut sum = 0.0;

@@ -1,7 +1,7 @@
 //! Skins and morph targets of glTF meshes: deformation of triangles.
 use super::{
     SceneError,
-    gltf::{file::File, items::Items},
+    gltf::{file::GltfFile, items::Items},
     limits::{self, Limit},
     track::Track,
 };
@@ -15,13 +15,13 @@ use gobo::model::Triangle;
 /// Skin and morph targets of the triangles of one draw.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Deform {
-    targets: Vec<Target>,
+    targets: Vec<MorphTarget>,
     skin: Option<Skin>,
 }
 
 /// A morph target: offsets of each corner.
 #[derive(Clone, Debug, PartialEq)]
-struct Target {
+struct MorphTarget {
     /// Weight without a track.
     weight: f32,
     track: Option<Track>,
@@ -53,7 +53,7 @@ impl Deform {
     /// `kept`: vertices of the triangles that were made from the primitive. `tracks`: of the node's
     /// weights. `morphed`: triangles and keys of all targets of the file so far.
     pub(super) fn new(
-        file: &File,
+        file: &GltfFile,
         node: &gltf::Node<'_>,
         primitive: &gltf::Primitive<'_>,
         kept: &[[usize; 3]],
@@ -71,7 +71,7 @@ impl Deform {
     /// Replaces the file's nodes by the rig's; `number`: index in the rig of a node of the file.
     pub(super) fn find(
         &mut self,
-        file: &File,
+        file: &GltfFile,
         number: impl Fn(usize) -> Option<usize>,
     ) -> Result<(), SceneError> {
         for (joint, _) in self.skin.iter_mut().flat_map(|skin| &mut skin.joints) {
@@ -147,7 +147,7 @@ pub(super) struct Pose {
     joints: Vec<Mat4>,
 }
 
-impl Target {
+impl MorphTarget {
     fn at(&self, seconds: f64) -> f32 {
         self.track.as_ref().map_or(self.weight, |track| track.at(seconds).x)
     }
@@ -155,7 +155,7 @@ impl Target {
 
 impl Skin {
     fn new(
-        file: &File,
+        file: &GltfFile,
         skin: &gltf::Skin<'_>,
         primitive: &gltf::Primitive<'_>,
         kept: &[[usize; 3]],
@@ -245,13 +245,13 @@ impl Skin {
 }
 
 fn targets(
-    file: &File,
+    file: &GltfFile,
     node: &gltf::Node<'_>,
     primitive: &gltf::Primitive<'_>,
     kept: &[[usize; 3]],
     tracks: &[Track],
     morphed: &mut u64,
-) -> Result<Vec<Target>, SceneError> {
+) -> Result<Vec<MorphTarget>, SceneError> {
     let of_mesh = node.mesh().and_then(|mesh| mesh.weights());
     let weights = node.weights().or(of_mesh).unwrap_or_default();
     // Those without a weight take a step as well.
@@ -276,13 +276,13 @@ fn targets(
             Some(normals) => deltas(file, &normals, kept)?,
             None => Vec::new(),
         };
-        targets.push(Target { weight, track, positions, normals });
+        targets.push(MorphTarget { weight, track, positions, normals });
     }
     Ok(targets)
 }
 
 fn deltas(
-    file: &File,
+    file: &GltfFile,
     accessor: &Accessor<'_>,
     kept: &[[usize; 3]],
 ) -> Result<Vec<[Vec3; 3]>, SceneError> {
@@ -304,7 +304,7 @@ fn deltas(
     kept.iter().map(|&[a, b, c]| Ok([delta(a)?, delta(b)?, delta(c)?])).collect()
 }
 
-fn items<'f>(file: &'f File, accessor: &Accessor<'_>) -> Result<Items<'f>, SceneError> {
+fn items<'f>(file: &'f GltfFile, accessor: &Accessor<'_>) -> Result<Items<'f>, SceneError> {
     file.check(accessor, accessor.size())?;
     file.items(accessor)
 }

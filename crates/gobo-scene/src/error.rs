@@ -5,6 +5,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
+/// A problem and its remedy, of a reader that knows no path.
+pub(crate) type Fault = (String, &'static str);
+
 /// Error of loading a scene.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

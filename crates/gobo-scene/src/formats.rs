@@ -240,32 +240,32 @@ pub fn format_of(path: &Path) -> Option<&'static Format> {
     let named = |name: &str| FORMATS.iter().find(|format| format.name == name);
     if let Some(kind) = splat_file::kind_of_file(path) {
         return named(match kind {
-            splats::Kind::Ply => "PLY of 3D Gaussian splatting",
-            splats::Kind::Packed => "compressed PLY",
-            splats::Kind::Bare => "splat",
-            splats::Kind::Ksplat => "ksplat 0.1",
-            splats::Kind::Spz => "SPZ 1 to 4",
-            splats::Kind::Sog | splats::Kind::SogFolder => "SOG 2",
-            splats::Kind::SogLevels => "streamed SOG 1",
+            splats::SplatKind::Ply => "PLY of 3D Gaussian splatting",
+            splats::SplatKind::Packed => "compressed PLY",
+            splats::SplatKind::Bare => "splat",
+            splats::SplatKind::Ksplat => "ksplat 0.1",
+            splats::SplatKind::Spz => "SPZ 1 to 4",
+            splats::SplatKind::Sog | splats::SplatKind::SogFolder => "SOG 2",
+            splats::SplatKind::SogLevels => "streamed SOG 1",
         });
     }
     if let Some(kind) = points::kind_of_file(path) {
         return named(match kind {
-            points::Kind::Las => {
+            points::PointsKind::Las => {
                 if ending(path) == "laz" {
                     "LAZ"
                 } else {
                     "LAS 1.0 to 1.4"
                 }
             }
-            points::Kind::Pcd => "PCD 0.7",
-            points::Kind::E57 => "E57",
+            points::PointsKind::Pcd => "PCD 0.7",
+            points::PointsKind::E57 => "E57",
         });
     }
     if let Some(kind) = models::kind_of_file(path) {
         return named(match kind {
-            models::Kind::Ply => "PLY with faces",
-            models::Kind::Obj => "OBJ",
+            models::ModelKind::Ply => "PLY with faces",
+            models::ModelKind::Obj => "OBJ",
         });
     }
     if let Some(endings) = VolumeFile::endings_of(path) {

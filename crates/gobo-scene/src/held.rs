@@ -55,9 +55,9 @@ impl HeldFile {
 }
 
 /// Files by path.
-type Table = HashMap<PathBuf, HeldFile>;
+type FilesByPath = HashMap<PathBuf, HeldFile>;
 
-static TABLE: RwLock<Option<Table>> = RwLock::new(None);
+static TABLE: RwLock<Option<FilesByPath>> = RwLock::new(None);
 
 /// Files that are read instead of those of the file system; see [`hold_files`].
 #[derive(Debug)]

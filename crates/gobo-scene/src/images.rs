@@ -12,7 +12,7 @@ use std::{
 };
 
 /// The problem and the remedy.
-pub(super) type Fault = (String, String);
+pub(super) type ImageFault = (String, String);
 
 /// Width and height of an image \[texels\], from its head; `None` if it is none, or has a side past `most`.
 pub(super) fn size(bytes: &[u8], most: u32) -> Option<[u32; 2]> {
@@ -56,7 +56,7 @@ fn size_of(contents: impl BufRead + Seek, most: u32) -> Option<[u32; 2]> {
 }
 
 /// Decodes an image. `most`: longest side \[texels\]; `texels`: of all textures so far, grows by the image's.
-pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, Fault> {
+pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, ImageFault> {
     let help = || format!("use a PNG, JPEG, WebP or KTX2 of at most {most} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());
     if ktx2::is_container(bytes) {
@@ -84,7 +84,7 @@ fn admitted(
     most: u32,
     texels: u64,
     help: impl Fn() -> String,
-) -> Result<u64, Fault> {
+) -> Result<u64, ImageFault> {
     if width > most || height > most {
         return Err((format!("the image has {width} x {height} texels"), help()));
     }

@@ -18,7 +18,7 @@ use super::{
     share::Share,
     source::{self, SceneText},
     splat_file::{kind_of_file, load_splats},
-    splats::{Cloud, Kind},
+    splats::{SplatCloud, SplatKind},
     tables,
     volume_file::VolumeFile,
 };
@@ -127,7 +127,7 @@ pub struct Relit {
     /// The scene.
     pub scene: Scene,
     /// The file's splats, as the file places them.
-    pub cloud: Cloud,
+    pub cloud: SplatCloud,
     /// Those that the scene holds, in the same order.
     pub range: Range<usize>,
     /// Id of the file's first row.
@@ -188,7 +188,7 @@ struct Contents<'a> {
     /// Lower case.
     extension: &'a str,
     /// Kind of splats, if it holds them.
-    splats: Option<Kind>,
+    splats: Option<SplatKind>,
     /// Whether it is a volume.
     is_volume: bool,
     /// Its tables, or those that stand for it.
@@ -210,7 +210,7 @@ fn load_contents(
     let text = source::joined(&file, set);
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let mut document = document(&source)?;
-    if splats == Some(Kind::SogLevels) {
+    if splats == Some(SplatKind::SogLevels) {
         // A folder may be called `..`.
         let name = path.file_name().map(Into::into).or_else(|| path.canonicalize().ok());
         document.splats.iter_mut().for_each(|table| table.get_mut().file.clone_from(&name));
@@ -280,9 +280,13 @@ fn load_contents(
 }
 
 /// The tables of a scene file, or those that stand for another kind of file.
-fn tables_of(path: &Path, extension: &str, splats: Option<Kind>) -> Result<String, SceneError> {
+fn tables_of(
+    path: &Path,
+    extension: &str,
+    splats: Option<SplatKind>,
+) -> Result<String, SceneError> {
     Ok(match extension {
-        _ if splats == Some(Kind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
+        _ if splats == Some(SplatKind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
         _ if splats.is_some() => defaults::ALONE.to_owned(),
         _ if points::kind_of_file(path).is_some() => {
             [defaults::ALONE, defaults::POINTS_MATERIAL].concat()
@@ -301,11 +305,11 @@ impl Loader<'_> {
         &mut self,
         path: &Path,
         extension: &str,
-        splats: Option<Kind>,
+        splats: Option<SplatKind>,
     ) -> Result<(), SceneError> {
         let is_model = matches!(extension, "glb" | "gltf") || models::kind_of_file(path).is_some();
         match extension {
-            _ if splats == Some(Kind::SogLevels) => {
+            _ if splats == Some(SplatKind::SogLevels) => {
                 self.note_turned(path);
                 Ok(())
             }

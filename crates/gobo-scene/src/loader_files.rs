@@ -134,7 +134,7 @@ impl Loader<'_> {
         let mut file = match points::kind_of_file(path) {
             Some(kind) => {
                 let wanted =
-                    points::Wanted { material: id, radius, first_id: self.next_id, earlier };
+                    points::PointsWanted { material: id, radius, first_id: self.next_id, earlier };
                 points::load(path, kind, wanted, &mut self.points_origin)?
             }
             None => particles::load(path, material, id, radius, self.next_id, earlier)?,

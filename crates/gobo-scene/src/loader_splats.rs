@@ -8,7 +8,7 @@ use super::{
     loader_files::add_skipped,
     rig::{Moving, Placement},
     splat_file::{load_level, load_splats},
-    splats::{Cloud, Kind, placed},
+    splats::{SplatCloud, SplatKind, placed},
     volumes::USUAL_THICKNESS,
 };
 use glam::{DVec3, Quat, Vec3};
@@ -77,10 +77,10 @@ impl Loader<'_> {
     pub(super) fn splats_alone(
         &mut self,
         path: &Path,
-        kind: Option<Kind>,
+        kind: Option<SplatKind>,
     ) -> Result<(), SceneError> {
         let mut cloud = load_splats(path)?;
-        let is_turned = kind.is_some_and(Kind::points_down) && cloud.extinction.is_none();
+        let is_turned = kind.is_some_and(SplatKind::points_down) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
             self.note_turned(path);
@@ -113,7 +113,12 @@ impl Loader<'_> {
     }
 
     /// Adds splats with a neutral shadow. `rotation`: Euler xyz \[degrees\].
-    fn add_neutral(&mut self, path: &Path, cloud: Cloud, rotation: Vec3) -> Result<(), SceneError> {
+    fn add_neutral(
+        &mut self,
+        path: &Path,
+        cloud: SplatCloud,
+        rotation: Vec3,
+    ) -> Result<(), SceneError> {
         self.note_of_file(path, &cloud);
         let material = Material {
             name: "splats".to_owned(),
@@ -133,7 +138,7 @@ impl Loader<'_> {
         self.scene.notes.push(format!("{name}: {note}"));
     }
 
-    fn note_of_file(&mut self, path: &Path, cloud: &Cloud) {
+    fn note_of_file(&mut self, path: &Path, cloud: &SplatCloud) {
         let name = path.display();
         self.scene.notes.extend(cloud.notes.iter().map(|note| format!("{name}: {note}")));
     }
@@ -144,7 +149,7 @@ impl Loader<'_> {
         span: &Range<usize>,
         given: &SplatsTable,
         material: Material,
-        cloud: &Cloud,
+        cloud: &SplatCloud,
     ) -> Result<Material, SceneError> {
         let gaussian = opacity_of(given.opacity, given.density, cloud).map_err(|message| {
             let key = if given.opacity.is_some() { "opacity" } else { "density" };
@@ -163,7 +168,7 @@ impl Loader<'_> {
     /// Adds the splats of a cloud; returns what keys may move.
     fn add_splats(
         &mut self,
-        cloud: Cloud,
+        cloud: SplatCloud,
         material: Material,
         placement: &Placement,
         is_keyed: bool,
@@ -208,10 +213,10 @@ impl Loader<'_> {
         &mut self,
         span: &Range<usize>,
         generate: &Generate,
-    ) -> Result<Cloud, SceneError> {
+    ) -> Result<SplatCloud, SceneError> {
         let _phase = tracing::debug_span!("generate").entered();
         self.check_generate(span, generate)?;
-        let room = Cloud::with_room(generate.count().into());
+        let room = SplatCloud::with_room(generate.count().into());
         let mut cloud =
             room.map_err(|(message, help)| self.error(span, "generate", &message, help))?;
         let mut chance = Chance::new(generate.seed() ^ u64::from(u32::MAX));
@@ -234,7 +239,7 @@ impl Loader<'_> {
 }
 
 /// Optical depth of a medium along y, on the mean over what it absorbs, as if it were one Gaussian; 0 for splats.
-fn thickness(cloud: &Cloud) -> f64 {
+fn thickness(cloud: &SplatCloud) -> f64 {
     let (mut all, mut first, mut second) = (0.0, DVec3::ZERO, DVec3::ZERO);
     for splat in &cloud.splats {
         let (center, sigma) = (splat.center.as_dvec3(), splat.sigma.as_dvec3());
@@ -253,7 +258,7 @@ fn thickness(cloud: &Cloud) -> f64 {
 fn opacity_of(
     opacity: Option<Opacity>,
     density: Option<f32>,
-    cloud: &Cloud,
+    cloud: &SplatCloud,
 ) -> Result<GaussianOpacity, &'static str> {
     match (opacity, density.or(cloud.extinction)) {
         (Some(Opacity::Splat), _) if cloud.extinction.is_some() => {

@@ -6,7 +6,7 @@ use super::{
     keys::Keys,
     look_presets::PRESETS,
     plain::nearest,
-    vdb::{Fault, Tree},
+    vdb::{Tree, VolumeFault},
 };
 use glam::{DAffine3, DVec3, DVec4, IVec3, Vec3};
 
@@ -162,7 +162,11 @@ impl Look {
     }
 
     /// Makes densities of a tree's values, where they are shown. A value of 0 is nothing.
-    pub(super) fn shown(&self, mut tree: Tree, volume_from_index: DAffine3) -> Result<Tree, Fault> {
+    pub(super) fn shown(
+        &self,
+        mut tree: Tree,
+        volume_from_index: DAffine3,
+    ) -> Result<Tree, VolumeFault> {
         if self.has_values() {
             for value in tree.values_mut().filter(|value| **value != 0.0) {
                 *value = self.density(*value);

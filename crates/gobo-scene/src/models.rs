@@ -2,7 +2,7 @@
 use super::{
     SceneError,
     faces::Surface,
-    gltf::{self, Earlier, Model, Wanted, file::File, mesh::cofactors},
+    gltf::{self, Earlier, Model, Wanted, file::GltfFile, mesh::cofactors},
     limits::Limit,
     obj,
     particles::FARTHEST,
@@ -18,18 +18,18 @@ const LONGEST_HEAD: u64 = 1 << 16;
 
 /// Kind of a file of faces that is no glTF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ModelKind {
     Ply,
     Obj,
 }
 
 /// Kind of a file, by its head and name; `None` for glTF, what is none, and what cannot be read.
-pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+pub(super) fn kind_of_file(path: &Path) -> Option<ModelKind> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj")) {
-        return Some(Kind::Obj);
+        return Some(ModelKind::Obj);
     }
     let (head, _) = read::head(path, LONGEST_HEAD).ok()?;
-    ply_mesh::is_mesh(&head).then_some(Kind::Ply)
+    ply_mesh::is_mesh(&head).then_some(ModelKind::Ply)
 }
 
 /// Loads a file; the rest is that of [`gltf::load`].
@@ -47,8 +47,8 @@ pub(super) fn load(
         return Err(SceneError::invalid(path, "has no variants of materials", help));
     }
     let surface = match kind {
-        Kind::Ply => ply_mesh::read(path, earlier.triangles as u64)?,
-        Kind::Obj => obj::read(path, earlier, wanted.blend)?,
+        ModelKind::Ply => ply_mesh::read(path, earlier.triangles as u64)?,
+        ModelKind::Obj => obj::read(path, earlier, wanted.blend)?,
     };
     Limit::Triangles.grown_in(path, earlier.triangles as u64, surface.faces.len() as u64)?;
     Ok(model(surface, transform, wanted.is_keyed))
@@ -94,7 +94,7 @@ fn place(triangles: &mut Vec<Triangle>, world: Mat4) {
 
 /// What a glTF file holds: names and counts.
 pub(super) fn facts(path: &Path) -> Vec<(&'static str, String)> {
-    let Ok(file) = File::open(path) else { return Vec::new() };
+    let Ok(file) = GltfFile::open(path) else { return Vec::new() };
     let document = &file.document;
     let counts = [
         ("nodes", document.nodes().len()),

@@ -2,7 +2,7 @@
 use super::{
     SceneError, dense,
     document::{Document, TextureSource, VolumeTable},
-    gltf::file::File,
+    gltf::file::GltfFile,
     load::{document, scene_text},
     obj, read,
     source::SceneText,
@@ -54,7 +54,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
 /// Files that a model names.
 fn named_by_model(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     match path.extension().unwrap_or_default().to_ascii_lowercase().to_str() {
-        Some("glb" | "gltf") => File::open(path)?.named(),
+        Some("glb" | "gltf") => GltfFile::open(path)?.named(),
         Some("obj") => obj::named(path),
         _ => Ok(Vec::new()),
     }

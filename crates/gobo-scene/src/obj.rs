@@ -5,7 +5,7 @@ use super::{
     faces::{Face, Surface},
     gltf::Earlier,
     limits::{self, Limit},
-    obj_materials::{Materials, beside},
+    obj_materials::{ObjMaterials, beside},
     particles::linear_from_srgb,
     read,
 };
@@ -47,7 +47,7 @@ pub(super) fn read(
 ) -> Result<Surface, SceneError> {
     let Parsed { models, materials, notes, .. } = parse(path)?;
     let mut surface = Surface { notes, ..Surface::default() };
-    let mut made = Materials::new(path, earlier, blend, materials);
+    let mut made = ObjMaterials::new(path, earlier, blend, materials);
     let count = models.iter().fold(0, |sum: u64, model| sum + model.mesh.indices.len() as u64 / 3);
     Limit::Triangles.grown_in(path, earlier.triangles as u64, count)?;
     limits::reserve(&mut surface.faces, count as usize, "triangles", path)?;
@@ -63,7 +63,7 @@ pub(super) fn read(
 /// MTL files and images that a file names.
 pub(super) fn named(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let Parsed { materials, mut files, .. } = parse(path)?;
-    files.extend(materials.iter().flat_map(|material| Materials::images(path, material)));
+    files.extend(materials.iter().flat_map(|material| ObjMaterials::images(path, material)));
     files.retain(|file| read::is_file(file));
     Ok(files)
 }

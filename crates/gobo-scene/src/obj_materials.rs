@@ -22,7 +22,7 @@ const MAX_EMISSION: f32 = 1e4;
 /// Lines of a material that say how it is shaded, and are not read.
 const UNREAD: [&str; 4] = ["Ka", "Ks", "Tf", "illum"];
 
-pub(super) struct Materials<'a> {
+pub(super) struct ObjMaterials<'a> {
     path: &'a Path,
     earlier: &'a Earlier,
     texels: u64,
@@ -37,7 +37,7 @@ pub(super) struct Materials<'a> {
     missing: HashSet<String>,
 }
 
-impl<'a> Materials<'a> {
+impl<'a> ObjMaterials<'a> {
     pub(super) fn new(
         path: &'a Path,
         earlier: &'a Earlier,

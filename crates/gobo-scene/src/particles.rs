@@ -32,7 +32,7 @@ pub(super) struct StrandFile {
 }
 
 /// Columns of a row, in the order of [`NAMES`].
-pub(super) type Row = [f64; NAMES.len()];
+pub(super) type ParticleRow = [f64; NAMES.len()];
 
 /// Names of the columns; the first three are required.
 pub(super) const NAMES: [&str; 10] =
@@ -45,7 +45,7 @@ const ROTATION: usize = 8;
 const ID: usize = 9;
 
 /// Values of a row for missing columns.
-pub(super) const BLANK: Row = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+pub(super) const BLANK: ParticleRow = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
 
 /// Storage of a column in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -255,7 +255,11 @@ impl<'a> RowKind<'a> {
     }
 
     /// The particle of a row, or why it is left out. `number`: of the row.
-    pub(super) fn particle(&self, row: &Row, number: u32) -> Result<Particle, &'static str> {
+    pub(super) fn particle(
+        &self,
+        row: &ParticleRow,
+        number: u32,
+    ) -> Result<Particle, &'static str> {
         let value = |i: usize| row[i] as f32;
         let color = |i: usize| match self.storage[i] {
             Storage::Byte if i == ALPHA => value(i) / 255.0,

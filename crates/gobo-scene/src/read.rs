@@ -49,12 +49,12 @@ pub(super) fn head(path: &Path, most: u64) -> Result<(Vec<u8>, u64), SceneError>
 }
 
 /// What a decoder reads a file from.
-pub(super) trait Contents: BufRead + Seek {}
+pub(super) trait Readable: BufRead + Seek {}
 
-impl<T: BufRead + Seek> Contents for T {}
+impl<T: BufRead + Seek> Readable for T {}
 
 /// A regular file, to be read in parts.
-pub(super) fn open(path: &Path) -> Result<Box<dyn Contents>, SceneError> {
+pub(super) fn open(path: &Path) -> Result<Box<dyn Readable>, SceneError> {
     if let Some(file) = held(path) {
         return Ok(Box::new(Cursor::new(held_bytes(path, &file, u64::MAX)?)));
     }

@@ -3,7 +3,7 @@ use super::{
     SceneError,
     gltf::splats,
     read,
-    splats::{Cloud, Kind, files, kind_of, read_kind},
+    splats::{SplatCloud, SplatKind, files, kind_of, read_kind},
 };
 use std::{
     borrow::Cow,
@@ -17,12 +17,12 @@ const LONGEST_HEAD: u64 = 1 << 16;
 const METAS: [&str; 2] = ["lod-meta.json", "meta.json"];
 
 /// Reads a file or folder of splats, whatever its name. World space = the file's space.
-pub fn load_splats(path: &Path) -> Result<Cloud, SceneError> {
+pub fn load_splats(path: &Path) -> Result<SplatCloud, SceneError> {
     load_level(path, None)
 }
 
 /// Like [`load_splats`], at a level of detail, of which 0 is the finest; `None`: the usual one.
-pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<Cloud, SceneError> {
+pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, SceneError> {
     let path = &*inside(path);
     let bytes = read::bytes(path)?;
     let of_file = |(message, help): (String, &str)| SceneError::invalid(path, message, help);
@@ -54,7 +54,7 @@ pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
 }
 
 /// Kind of splats in a file or folder, by its head; `None` if they are none, or glTF, or the file cannot be read.
-pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+pub(super) fn kind_of_file(path: &Path) -> Option<SplatKind> {
     let path = inside(path);
     let (head, length) = read::head(&path, LONGEST_HEAD).ok()?;
     kind_of(&head, length).or_else(|| kind_of_name(&path))
@@ -64,7 +64,7 @@ pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
 pub(super) fn named_files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let path = inside(path).into_owned();
     let mut all = Vec::new();
-    if let Some(kind @ (Kind::SogFolder | Kind::SogLevels)) = kind_of_file(&path) {
+    if let Some(kind @ (SplatKind::SogFolder | SplatKind::SogLevels)) = kind_of_file(&path) {
         let bytes = read::bytes(&path)?;
         let of_file = |(message, help): (String, &str)| SceneError::invalid(&path, message, help);
         all = files(kind, &path, &bytes).map_err(of_file)?;
@@ -74,10 +74,10 @@ pub(super) fn named_files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
 }
 
 /// Kind by a name that no other kind of file has.
-fn kind_of_name(path: &Path) -> Option<Kind> {
+fn kind_of_name(path: &Path) -> Option<SplatKind> {
     match path.file_name()?.to_str()? {
-        "lod-meta.json" => Some(Kind::SogLevels),
-        "meta.json" => Some(Kind::SogFolder),
+        "lod-meta.json" => Some(SplatKind::SogLevels),
+        "meta.json" => Some(SplatKind::SogFolder),
         _ => None,
     }
 }

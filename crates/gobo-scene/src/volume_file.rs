@@ -3,7 +3,7 @@ use super::{
     SceneError,
     dense::{self, Dense},
     read,
-    vdb::{Fault, Vdb},
+    vdb::{Vdb, VolumeFault},
 };
 use std::path::Path;
 
@@ -52,7 +52,7 @@ impl VolumeFile {
             return Err(SceneError::invalid(path, "a volume of no known kind", &help));
         }
         let vdb = Vdb::new(bytes);
-        let of_file = |Fault { message, help }| SceneError::invalid(path, message, help);
+        let of_file = |VolumeFault { message, help }| SceneError::invalid(path, message, help);
         vdb.map(Self::Vdb).map_err(of_file)
     }
 

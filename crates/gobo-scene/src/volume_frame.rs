@@ -9,7 +9,7 @@ use super::{
     plain::nearest,
     read,
     units::Up,
-    vdb::{Bricks, Fault, Tree, Vdb, VdbGrid},
+    vdb::{Bricks, Tree, Vdb, VdbGrid, VolumeFault},
     volume_file::VolumeFile,
 };
 use glam::{DAffine3, DMat3, DVec3};
@@ -165,18 +165,18 @@ impl FileContent {
             VolumeFile::Vdb(vdb) => self.of_vdb(path, vdb),
             VolumeFile::Dense(dense) => self.of_dense(path, dense),
         };
-        frame.map_err(|Fault { message, help }| SceneError::invalid(path, message, help))
+        frame.map_err(|VolumeFault { message, help }| SceneError::invalid(path, message, help))
     }
 
-    fn of_dense(&self, path: &Path, dense: &Dense) -> Result<Frame, Fault> {
+    fn of_dense(&self, path: &Path, dense: &Dense) -> Result<Frame, VolumeFault> {
         if self.color.is_some() || self.hot.is_some() {
             let help = "remove color_grid and emission, or write the grids to a .vdb file";
-            return Err(Fault::new("it has no grids of colours or temperatures", help));
+            return Err(VolumeFault::new("it has no grids of colours or temperatures", help));
         }
         let is_colored = dense.channels() > 1;
         if is_colored && self.look.has_values() {
             let help = "remove colors and window, or write one number for each voxel";
-            return Err(Fault::new("its voxels have colours of their own", help));
+            return Err(VolumeFault::new("its voxels have colours of their own", help));
         }
         let volume_from_index = dense.volume_from_index(self.unit, self.up);
         let density = |voxel: [usize; 3]| {
@@ -196,14 +196,17 @@ impl FileContent {
         Ok(Frame::of_bricks(bricks, wrong, volume_from_index, notes))
     }
 
-    fn of_vdb(&self, path: &Path, vdb: &Vdb) -> Result<Frame, Fault> {
+    fn of_vdb(&self, path: &Path, vdb: &Vdb) -> Result<Frame, VolumeFault> {
         let (name, color) = (self.grid.as_deref(), self.color.as_deref());
         let i = chosen(vdb, name)?;
         let mut grid = vdb.read(i, true)?;
         let chosen = vdb.names().nth(i).unwrap_or_default();
         if grid.class == "level set" {
             let message = format!("the grid {} is a level set, not a density", quoted(chosen));
-            return Err(Fault::new(message, "convert it to a fog volume, or name another grid"));
+            return Err(VolumeFault::new(
+                message,
+                "convert it to a fog volume, or name another grid",
+            ));
         }
         let note = |text: &str| format!("{}: {text}", path.display());
         let mut notes: Vec<String> = vdb.unread.iter().map(|unread| note(unread)).collect();
@@ -219,7 +222,7 @@ impl FileContent {
             let message =
                 format!("the grids {} and {} differ in place or scale", names[0], names[1]);
             (other.world_from_index != grid.world_from_index)
-                .then(|| Fault::new(message, "resample one to the other"))
+                .then(|| VolumeFault::new(message, "resample one to the other"))
         };
         for other in vdb.color_names().filter(|&other| Some(other) != color) {
             notes.push(note(&format!(
@@ -280,7 +283,7 @@ pub(super) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
 }
 
 /// Place of the grid of densities in the file.
-fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
+fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, VolumeFault> {
     let wanted = name.unwrap_or("density");
     if let Some(i) = vdb.names().position(|known| known == wanted) {
         return Ok(i);
@@ -288,7 +291,7 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
     let known: Vec<&str> = vdb.names().collect();
     if known.is_empty() {
         let message = format!("no grid of numbers is there; {}", vdb.unread.join("; "));
-        return Err(Fault::new(message, "write a grid of floats or halves, as for fog"));
+        return Err(VolumeFault::new(message, "write a grid of floats or halves, as for fog"));
     }
     if name.is_none() {
         return Ok(0);
@@ -297,14 +300,14 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
 }
 
 /// Place of a grid of colours in the file.
-fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, Fault> {
+fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, VolumeFault> {
     if let Some(i) = vdb.color_names().position(|known| known == name) {
         return Ok(i);
     }
     let known: Vec<&str> = vdb.color_names().collect();
     if known.is_empty() {
         let message = format!("no grid of colours is there, and so no {}", quoted(name));
-        return Err(Fault::new(
+        return Err(VolumeFault::new(
             message,
             "remove color_grid, or write colours as vectors of floats",
         ));
@@ -312,10 +315,10 @@ fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, Fault> {
     Err(unknown("grid of colours", name, known))
 }
 
-fn unknown(kind: &str, wanted: &str, mut known: Vec<&str>) -> Fault {
+fn unknown(kind: &str, wanted: &str, mut known: Vec<&str>) -> VolumeFault {
     known.truncate(8);
     let of = known.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
     let near = nearest(wanted, known).unwrap_or_default();
     let message = format!("there is no {kind} {}, but {of}; {near}", quoted(wanted));
-    Fault::new(message.trim_end_matches("; "), "name one of the file's grids")
+    VolumeFault::new(message.trim_end_matches("; "), "name one of the file's grids")
 }

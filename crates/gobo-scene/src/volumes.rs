@@ -22,7 +22,7 @@ use toml::Spanned;
 
 /// A volume of a scene that changes.
 #[derive(Clone, Debug)]
-struct Moving {
+struct MovingVolume {
     /// Index into the scene's grids.
     index: usize,
     /// Index into the scene's materials.
@@ -35,7 +35,7 @@ struct Moving {
     start: Option<Arc<Frame>>,
 }
 
-impl Motion for Moving {
+impl Motion for MovingVolume {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         let start = self.start.as_ref().filter(|_| seconds == 0.0);
         let frame = match start {
@@ -79,7 +79,7 @@ impl Motion for Moving {
 }
 
 /// A grid of a volume: all of it, a channel, or a row of a table of colours.
-struct Part {
+struct VolumePart {
     content: Content,
     /// What it shows at the start.
     start: Frame,
@@ -90,7 +90,7 @@ struct Part {
     material: usize,
 }
 
-impl Part {
+impl VolumePart {
     fn new(content: Content, start: Frame) -> Self {
         Self { content, start, extinction: Vec3::ONE, albedo: Vec3::ONE, material: 0 }
     }
@@ -143,15 +143,15 @@ pub(super) const USUAL_THICKNESS: f64 = 4.0;
 /// A part for each row of the table of colours, or one without a table.
 fn rows(
     given: &VolumeTable,
-    of_look: impl Fn(Look) -> Result<Part, SceneError>,
-) -> Result<Vec<Part>, SceneError> {
+    of_look: impl Fn(Look) -> Result<VolumePart, SceneError>,
+) -> Result<Vec<VolumePart>, SceneError> {
     let rows = given.look.rows();
     if rows.is_empty() {
         return Ok(vec![of_look(given.look.clone())?]);
     }
     let of_row = |(material, (look, color)): (usize, (Look, Vec3))| {
         let [extinction, albedo] = delta_eddington(color, given.ahead);
-        Ok(Part { extinction, albedo, material, ..of_look(look)? })
+        Ok(VolumePart { extinction, albedo, material, ..of_look(look)? })
     };
     rows.into_iter().enumerate().map(of_row).collect()
 }
@@ -205,14 +205,15 @@ impl Loader<'_> {
             self.scene.notes.extend_from_slice(&part.start.notes);
             add_skipped(&mut self.scene.skipped, &part.start.skipped);
         }
-        for (Part { content, start, .. }, mut grid) in parts.into_iter().zip(grids) {
+        for (VolumePart { content, start, .. }, mut grid) in parts.into_iter().zip(grids) {
             grid.factor *= factor;
             if content.moves() {
                 let is_outline = !self.makes_start && content.outline().is_some();
                 let start = (!is_outline).then(|| Arc::new(start));
                 let index = self.scene.grids.len();
                 let material = grid.material;
-                let moving = Moving { index, material, content, world_from_volume, factor, start };
+                let moving =
+                    MovingVolume { index, material, content, world_from_volume, factor, start };
                 let motions = if is_outline { &mut self.resting } else { &mut self.scene.motions };
                 motions.push(Arc::new(moving));
             }
@@ -226,7 +227,7 @@ impl Loader<'_> {
         &self,
         table: &Spanned<VolumeTable>,
         named: &impl Fn(SceneError) -> SceneError,
-    ) -> Result<(&'static str, Vec<Part>), SceneError> {
+    ) -> Result<(&'static str, Vec<VolumePart>), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
         match (&given.file, &given.generate) {
             (Some(file), None) => {
@@ -257,7 +258,7 @@ impl Loader<'_> {
     fn grid(
         &self,
         table: &Spanned<VolumeTable>,
-        part: &Part,
+        part: &VolumePart,
         world_from_volume: DMat4,
     ) -> Result<Grid, SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
@@ -286,7 +287,7 @@ impl Loader<'_> {
         &self,
         table: &Spanned<VolumeTable>,
         cloud: Cloud,
-    ) -> Result<Vec<Part>, SceneError> {
+    ) -> Result<Vec<VolumePart>, SceneError> {
         let given = table.get_ref();
         let kelvin = match &given.emission {
             None => None,
@@ -305,7 +306,7 @@ impl Loader<'_> {
             let content = Content::Cloud { cloud, kelvin, look };
             let outline = content.outline().filter(|_| !self.makes_start);
             let start = outline.map_or_else(|| content.at(0.0), Ok)?;
-            Ok(Part::new(content, start))
+            Ok(VolumePart::new(content, start))
         };
         rows(given, part)
     }
@@ -316,7 +317,7 @@ impl Loader<'_> {
         table: &Spanned<VolumeTable>,
         content: &FileContent,
         named: &impl Fn(SceneError) -> SceneError,
-    ) -> Result<Vec<Part>, SceneError> {
+    ) -> Result<Vec<VolumePart>, SceneError> {
         let given = table.get_ref();
         if given.color_grid.is_some() && !given.look.rows().is_empty() {
             let help = "remove one of the two";
@@ -327,13 +328,13 @@ impl Loader<'_> {
         let path = content.path(0.0);
         let part = |content: FileContent| {
             let start = content.frame(&path, &file).map_err(named)?;
-            Ok(Part::new(Content::File(content), start))
+            Ok(VolumePart::new(Content::File(content), start))
         };
         if given.color_grid.is_some() || file.channels() > 1 {
             // Each channel is a grid that takes no other.
             let of_channel = |channel| {
                 let part = part(content.with_channel(channel))?;
-                Ok(Part { extinction: Vec3::AXES[channel], ..part })
+                Ok(VolumePart { extinction: Vec3::AXES[channel], ..part })
             };
             return (0..CHANNELS).map(of_channel).collect();
         }

@@ -34,7 +34,7 @@ pub(in crate::gpu) fn prune(module: &mut Module) {
 /// Prunes a function, and returns its answer if it has one.
 fn prune_function(function: &mut Function, module: &Module, answers: &Answers) -> Option<bool> {
     function.named_expressions.clear();
-    let mut walk = Walk {
+    let mut walk = Traversal {
         module,
         answers,
         expressions: &mut function.expressions,
@@ -50,7 +50,7 @@ fn prune_function(function: &mut Function, module: &Module, answers: &Answers) -
     }
 }
 
-struct Walk<'a> {
+struct Traversal<'a> {
     module: &'a Module,
     answers: &'a Answers,
     expressions: &'a mut Arena<Expression>,
@@ -60,7 +60,7 @@ struct Walk<'a> {
     stored: HashMap<Handle<LocalVariable>, Option<bool>>,
 }
 
-impl Walk<'_> {
+impl Traversal<'_> {
     fn block(&mut self, block: Block) -> Block {
         let mut kept = Vec::with_capacity(block.len());
         for (statement, _) in block.span_into_iter() {

@@ -12,8 +12,8 @@ use crate::{
     records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
         features::{Features, Flags, Simple},
-        profile::Profile,
         project::Chunk,
+        tuning::Tuning,
     },
     view::atlas::MapSlot,
 };
@@ -142,7 +142,7 @@ impl BatchPlan {
 
     /// Whether the commands of `other` are this one's, too, with the same scratch memory: they differ in the
     /// contents of the [inputs](super::BatchInputs).
-    pub(crate) fn is_alike(&self, other: &Self, profile: &Profile, scratch: &Scratch) -> bool {
+    pub(crate) fn is_alike(&self, other: &Self, tuning: &Tuning, scratch: &Scratch) -> bool {
         let place =
             |view: &GpuView| (view.first_tile, view.tiles_x, view.size, view.origin, view.layer);
         let same_depths = |((a, of_a), (b, of_b)): (&(usize, DepthInput), &(usize, DepthInput))| {
@@ -158,7 +158,7 @@ impl BatchPlan {
                 .lists
                 .iter()
                 .zip(&other.lists)
-                .all(|(list, other)| list.is_alike(other, profile, scratch, self.tile_count))
+                .all(|(list, other)| list.is_alike(other, tuning, scratch, self.tile_count))
     }
 
     fn new(pending: &[PendingView<'_>], casters: &CasterSet, config: &Config, kept: bool) -> Self {

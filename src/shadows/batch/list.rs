@@ -76,12 +76,12 @@ impl List {
         let counters =
             context.allocator.storage::<BatchCounters>("counters", 1, BufferUsages::COPY_SRC)?;
         let values = BinParams::new(
-            context.config.profile.shape,
+            context.config.tuning.partition,
             plan.footprint_count,
             context.pair_capacity(plan),
             tile_count,
             view_count,
-            plan.segment_length(&context.config.profile),
+            plan.segment_length(&context.config.tuning),
         );
         let params = context.listed_uniform("bin_params", &values, plan.host.is_some());
         let chunks = Chunks::new(context, plan, &params)?;
@@ -173,12 +173,12 @@ fn bin_pairs(
     resources: &Resources,
     values: &BinParams,
 ) -> Result<[Dispatch; 3], Error> {
-    let (scratch, shape) = (context.scratch, context.config.profile.shape);
+    let (scratch, partition) = (context.scratch, context.config.tuning.partition);
     let resources = resources
         .clone()
         .with("pairs", &scratch.pairs[0])
         .with("rects", context.binned_rects.unwrap_or(&scratch.rects));
     let run = |desc, groups: [u32; 3]| context.kernels.dispatch(desc, features, &resources, groups);
-    let ([count, emit], runs) = (bin::count_and_emit(shape), values.run_groups(shape));
+    let ([count, emit], runs) = (bin::count_and_emit(partition), values.run_groups(partition));
     Ok([run(count, runs)?, run(&bin::SCAN, [1, 1, 1])?, run(emit, runs)?])
 }

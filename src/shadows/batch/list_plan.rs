@@ -1,7 +1,7 @@
 //! The casters that a list of a batch projects.
 use crate::shadows::{
     batch::scratch::Scratch,
-    casters::{CasterSet, group::Kind, host_casters::planes, host_kinds::HostKinds},
+    casters::{CasterSet, group::CasterKind, host_casters::planes, host_kinds::HostKinds},
     cull::PairBound,
 };
 use crate::{
@@ -13,9 +13,9 @@ use crate::{
         bin::{self, SEGMENT_LENGTH},
         features::{Features, Flags},
         light_points::ROUND_LENGTH,
-        profile::Profile,
         project::Chunk,
-        sort::Shape,
+        sort::Partition,
+        tuning::Tuning,
     },
 };
 use glam::Vec4;
@@ -70,7 +70,8 @@ impl ListPlan {
             }
             chunks
         };
-        let chunks = [Kind::Gaussians, Kind::Particles, Kind::Triangles].map(&mut chunks_of);
+        let chunks = [CasterKind::Gaussians, CasterKind::Particles, CasterKind::Triangles]
+            .map(&mut chunks_of);
         let count = |chunks: &Vec<Chunk>| chunks.iter().map(|chunk| chunk.count).sum::<u32>();
         let [gaussian_count, particle_count, _] = chunks.each_ref().map(count);
         Self {
@@ -99,7 +100,7 @@ impl ListPlan {
             let listed = visible.iter().map(|&group| &groups[group as usize]);
             listed
                 .filter(|group| {
-                    group.class == Class::Translucent && group.kind() == Kind::Particles
+                    group.class == Class::Translucent && group.kind() == CasterKind::Particles
                 })
                 .map(|group| &group.extent)
         });
@@ -132,18 +133,18 @@ impl ListPlan {
     pub(crate) fn is_alike(
         &self,
         other: &Self,
-        profile: &Profile,
+        tuning: &Tuning,
         scratch: &Scratch,
         tile_count: u32,
     ) -> bool {
-        let (shape, capacity) = (profile.shape, scratch.pair_capacity);
+        let (partition, capacity) = (tuning.partition, scratch.pair_capacity);
         let decided = |list: &Self| {
             let chunk_counts = (list.chunks.each_ref().map(Vec::len), list.tiny_chunks.len());
             (
                 (list.filters, list.camera, list.features, chunk_counts),
                 (list.footprint_count, list.gaussian_count, list.first_setup),
-                list.has_segments(profile),
-                (list.may_overflow(shape, capacity), list.may_part(shape, capacity)),
+                list.has_segments(tuning),
+                (list.may_overflow(partition, capacity), list.may_part(partition, capacity)),
                 list.most_parts(scratch.part_room, tile_count),
                 list.host.as_ref().map(HostList::shape),
             )
@@ -157,7 +158,7 @@ impl ListPlan {
     }
 
     /// Pairs that one workgroup walks at a time.
-    pub(crate) fn segment_length(&self, profile: &Profile) -> u32 {
+    pub(crate) fn segment_length(&self, tuning: &Tuning) -> u32 {
         match self.features {
             _ if self.camera => ROUND_LENGTH,
             Features { nodes: 1.., flags, .. } if flags.contains(Flags::HAS_BRICKS) => {
@@ -169,24 +170,24 @@ impl ListPlan {
                 ORDERED_SEGMENT
             }
             Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            features if features.has(Flags::QUEUED) || features.is_plain() => profile.disc_segment,
+            features if features.has(Flags::QUEUED) || features.is_plain() => tuning.disc_segment,
             _ => SEGMENT_LENGTH,
         }
     }
 
     /// Whether a tile may have more pairs than a segment.
-    pub(crate) fn has_segments(&self, profile: &Profile) -> bool {
-        self.bound.of_tile > self.segment_length(profile)
+    pub(crate) fn has_segments(&self, tuning: &Tuning) -> bool {
+        self.bound.of_tile > self.segment_length(tuning)
     }
 
     /// Whether some footprints' pairs may not fit.
-    pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
+    pub(crate) fn may_overflow(&self, partition: Partition, capacity: u32) -> bool {
         let of_caster = u64::from(self.bound.of_caster);
         // Rows of outlines take turns, too.
         let outlined = self.features.has(Flags::HAS_GAUSSIANS);
         let turns = if outlined { 3 * of_caster + 2 } else { of_caster };
         let of_run = u64::from(bin::run_length(self.footprint_count)) * turns;
-        let is_long = shape == Shape::Serial && of_run > u64::from(bin::RUN_PAIRS);
+        let is_long = partition == Partition::Serial && of_run > u64::from(bin::RUN_PAIRS);
         self.bound.pairs > u64::from(capacity) || is_long
     }
 
@@ -194,10 +195,10 @@ impl ListPlan {
     /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
     /// Of the host's casters, whose pairs have no useful bound, neither while those of earlier frames fit with room to
     /// spare: each part is recorded, needed or not.
-    pub(crate) fn may_part(&self, shape: Shape, capacity: u32) -> bool {
+    pub(crate) fn may_part(&self, partition: Partition, capacity: u32) -> bool {
         let expected = self.host.as_ref().and_then(|host| host.expected);
         let fits = expected.is_some_and(|pairs| pairs <= capacity);
-        self.filters && !self.camera && !fits && self.may_overflow(shape, capacity)
+        self.filters && !self.camera && !fits && self.may_overflow(partition, capacity)
     }
 
     /// Least room for the pairs of a part: for those of any tile, and so many that parts are few.

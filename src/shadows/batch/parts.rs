@@ -44,7 +44,7 @@ impl Parts {
         let toggles = &context.config.toggles;
         let may_part = toggles.parts
             && !toggles.sums
-            && list.may_part(context.config.profile.shape, scratch.pair_capacity);
+            && list.may_part(context.config.tuning.partition, scratch.pair_capacity);
         let Some(buffers) = scratch.parts.as_ref().filter(|_| may_part) else {
             return Ok(None);
         };
@@ -66,19 +66,19 @@ impl Parts {
         let gaussians = list.features.has(Flags::HAS_GAUSSIANS);
         let features = Features::NONE.with(Flags::HAS_GAUSSIANS, gaussians);
         let run = |desc, work: Work| context.kernels.dispatch(desc, features, &resources, work);
-        let by = |counts: bin::Dispatch| Work::indirect(&scratch.dispatches, counts.offset());
+        let by = |counts: bin::DispatchEntry| Work::indirect(&scratch.dispatches, counts.offset());
         let mut plan = Commands::new();
         plan.pass(
             "gobo bin",
             [
                 run(&bin::PART_CLEAR, values.tile_groups().into())?,
-                run(&bin::PART_COUNT, by(bin::Dispatch::PartCount))?,
+                run(&bin::PART_COUNT, by(bin::DispatchEntry::PartCount))?,
                 run(&bin::PART_PLAN, [1, 1, 1].into())?,
             ],
         );
         let next = [
             run(&bin::PART_NEXT, Work::indirect(&buffers.turn, 0))?,
-            run(&bin::PART_GATHER, by(bin::Dispatch::Part))?,
+            run(&bin::PART_GATHER, by(bin::DispatchEntry::Part))?,
         ];
         let first = run(&bin::PART_FIRST, [1, 1, 1].into())?;
         Ok(Some(Self { count, plan, first, next }))

@@ -1,7 +1,7 @@
 //! Groups of a set's casters: the unit of culling, listing and caching.
 use super::group::{Extent, GAUSSIAN_ENLARGED, Group, Members};
 use crate::shadows::cull::{
-    DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, Reach, TileLoadBound, order,
+    CasterReach, DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, TileLoadBound, order,
     typical_size,
 };
 use crate::{
@@ -147,7 +147,7 @@ impl Groups {
                 group.casters = start..start + found.count;
                 group.changed_at = changed_at;
                 let bounds = Bounds { min: found.low - more, max: found.high + more };
-                let reach = Reach::all(largest + more, found.count);
+                let reach = CasterReach::all(largest + more, found.count);
                 let extent = Extent { bounds, min_radius: least, reach };
                 group.extent = if found.count > 0 { extent } else { Extent::of([]) };
             }

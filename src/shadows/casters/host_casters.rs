@@ -85,10 +85,10 @@ struct Given<'a> {
     count: CasterCount<'a>,
     materials: &'a [u32],
     kinds: HostKinds,
-    source: Source<'a>,
+    source: HostSource<'a>,
 }
 
-enum Source<'a> {
+enum HostSource<'a> {
     Set(&'a HostCasters<'a>),
     Bricks(&'a HostBricks),
 }
@@ -97,7 +97,7 @@ impl<'a> Given<'a> {
     fn of_set(index: usize, list: usize, set: &'a HostCasters<'a>) -> Self {
         let &HostCasters { loader, count, materials, .. } = set;
         let kinds = HostKinds { gaussians: loader.gaussians, particles: !loader.gaussians };
-        Self { index: Some(index), list, count, materials, kinds, source: Source::Set(set) }
+        Self { index: Some(index), list, count, materials, kinds, source: HostSource::Set(set) }
     }
 
     fn of_grid(grid: &'a HostGrid<'a>, bricks: &'a HostBricks) -> Self {
@@ -107,7 +107,7 @@ impl<'a> Given<'a> {
             count: CasterCount::Fixed(bricks.count),
             materials: std::slice::from_ref(&grid.grid.material),
             kinds: HostKinds { gaussians: false, particles: true },
-            source: Source::Bricks(bricks),
+            source: HostSource::Bricks(bricks),
         }
     }
 
@@ -125,7 +125,7 @@ impl<'a> Given<'a> {
             count_index,
             group_count: group_count(self.count.capacity()),
             quad_reach: DIAGONAL,
-            may_be_none: u32::from(matches!(self.source, Source::Bricks(_))),
+            may_be_none: u32::from(matches!(self.source, HostSource::Bricks(_))),
             materials,
             ..LoadParams::default()
         }
@@ -141,7 +141,7 @@ impl<'a> Given<'a> {
     ) -> Result<Dispatch, Error> {
         let resources = resources.with_any("host_counts", self.count.buffer().0);
         match self.source {
-            Source::Set(set) => {
+            HostSource::Set(set) => {
                 let looks = looks.filter(|_| self.kinds.gaussians);
                 let resources = resources.with_any("gaussian_looks", looks);
                 let kernel = set.loader.kernel.clone();
@@ -149,7 +149,7 @@ impl<'a> Given<'a> {
                 check(Input::HostCasters, self.index.unwrap_or_default(), &load, set.bindings)?;
                 Ok(load.with_host(HostBindings::new(set.bindings)))
             }
-            Source::Bricks(bricks) => {
+            HostSource::Bricks(bricks) => {
                 let resources = resources.and(&bricks.resources);
                 let groups = grid(group_count);
                 Ok(kernels.dispatch(&load::BRICKS, Features::NONE, &resources, groups)?)

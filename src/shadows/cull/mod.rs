@@ -19,5 +19,5 @@ mod tree;
 
 pub use frustum::{Frustum, widened};
 pub use occluders::{MAX_OCCLUDERS, OccluderPolygons, Occluders};
-pub use tile_load::{PairBound, Reach, TileLoadBound};
+pub use tile_load::{CasterReach, PairBound, TileLoadBound};
 pub use tree::{DOUBLED, GroupTree, typical_size};

@@ -152,7 +152,7 @@ pub struct Occluders {
 impl Occluders {
     /// The polygons as a view sees them.
     pub fn new(polygons: &OccluderPolygons, view: &GpuView) -> Self {
-        let Some(frame) = Frame::new(view) else { return Self::default() };
+        let Some(frame) = WideView::new(view) else { return Self::default() };
         let mut occluders: Vec<Occluder> =
             polygons.0.iter().filter_map(|polygon| frame.occluder(polygon)).collect();
         keep_largest(&mut occluders, MAX_OCCLUDERS, |occluder| occluder.area);
@@ -211,7 +211,7 @@ impl Occluders {
 }
 
 /// A polygon in a view.
-struct Outline {
+struct ViewPolygon {
     count: usize,
     /// Corners in view space \[m\] and in the map \[texels\], so that its area is positive.
     at: [DVec3; 4],
@@ -230,7 +230,7 @@ struct Outline {
 }
 
 /// A view in 64-bit numbers.
-struct Frame {
+struct WideView {
     axes: [DVec3; 3],
     shift: DVec3,
     /// Size of the map \[texels\].
@@ -241,7 +241,7 @@ struct Frame {
     perspective: bool,
 }
 
-impl Frame {
+impl WideView {
     fn new(view: &GpuView) -> Option<Self> {
         let (axes, shift) = rigid_axes(view)?;
         let [near, far, scale] = [view.near, view.far, view.scale].map(f64::from);
@@ -280,7 +280,7 @@ impl Frame {
         Some(Occluder { behind, edges, area: outline.area })
     }
 
-    fn outline(&self, polygon: &Polygon) -> Option<Outline> {
+    fn outline(&self, polygon: &Polygon) -> Option<ViewPolygon> {
         let rounding = f64::from(ROUNDING);
         let n = polygon.count;
         let mut at = polygon.corners.map(|corner| self.view_space(corner));
@@ -320,7 +320,7 @@ impl Frame {
         let of_corners = if self.perspective { (1.0 + slope) / first } else { 1.0 };
         let reach = (low.abs().max(high.abs()) + self.size).element_sum();
         let corner = rounding * (coordinates * self.scale * of_corners + reach);
-        Some(Outline {
+        Some(ViewPolygon {
             count: n,
             at,
             map,
@@ -334,8 +334,8 @@ impl Frame {
     }
 
     /// Planes through the edges; `None` unless the outline is convex: the two triangles are no polygon then.
-    fn edges(&self, outline: &Outline) -> Option<Vec<Plane>> {
-        let &Outline { count: n, map, farthest, wide, corner, .. } = outline;
+    fn edges(&self, outline: &ViewPolygon) -> Option<Vec<Plane>> {
+        let &ViewPolygon { count: n, map, farthest, wide, corner, .. } = outline;
         let edge = |i: usize| {
             let (a, b, c) = (map[i], map[(i + 1) % n], map[(i + 2) % n]);
             let turn = (b - a).perp_dot(c - b);
@@ -359,8 +359,8 @@ impl Frame {
     }
 
     /// Planes of the one or two triangles; `None` for a sliver.
-    fn behind(&self, outline: &Outline) -> Option<Vec<Plane>> {
-        let &Outline { at, map, depths: [first, last], farthest, along, corner, .. } = outline;
+    fn behind(&self, outline: &ViewPolygon) -> Option<Vec<Plane>> {
+        let &ViewPolygon { at, map, depths: [first, last], farthest, along, corner, .. } = outline;
         let triangle = |part: &[usize; 3]| {
             let [a, b, c] = part.map(|i| map[i]);
             let height =

@@ -32,7 +32,7 @@ impl PairBound {
 
 /// Halves of the longest sides of boxes around single casters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reach {
+pub struct CasterReach {
     /// \[m\]
     pub most: f32,
     /// Sum over the casters \[m\].
@@ -41,7 +41,7 @@ pub struct Reach {
     pub sum_of_squares: f64,
 }
 
-impl Reach {
+impl CasterReach {
     /// Of so many casters that reach that far at most \[m\].
     pub fn all(most: f32, count: u32) -> Self {
         let (reach, count) = (f64::from(most), f64::from(count));
@@ -98,7 +98,7 @@ impl TileLoadBound {
     }
 
     /// Adds the casters of a box. `enlarged`: how far they reach beyond boxes around them at most \[texels\].
-    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: Reach, enlarged: f32) {
+    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: CasterReach, enlarged: f32) {
         let touched = self.touched(bounds, enlarged.into());
         let [columns, rows] = self.cells(touched.as_ref());
         for row in rows {
@@ -154,7 +154,7 @@ impl TileLoadBound {
     }
 
     /// Most pairs of casters within `touched`: the sides of [`Self::tiles_of_one`] are at most linear in the reach.
-    fn tiles_of_all(&self, touched: &Touched, count: u32, reach: Reach) -> u64 {
+    fn tiles_of_all(&self, touched: &Touched, count: u32, reach: CasterReach) -> u64 {
         let per_tile = 2.0 * self.scale / f64::from(TILE_SIZE);
         let [[a, b], [c, d]] = touched.beside.map(|beside| {
             let n = touched.nearest;

@@ -51,9 +51,9 @@ impl GroupTree {
         let (mut groups, mut boxes) = (Vec::new(), Vec::new());
         for (group, bounds) in (0..).zip(bounds) {
             match kind(bounds) {
-                Kind::Empty => {}
-                Kind::Unbounded => tree.unbounded.push(group),
-                Kind::Bounded(Bounds { min, max }) => {
+                Boundedness::Empty => {}
+                Boundedness::Unbounded => tree.unbounded.push(group),
+                Boundedness::Bounded(Bounds { min, max }) => {
                     groups.push(group);
                     boxes.push(Aabb::new(Vec3A::from(min), Vec3A::from(max)));
                 }
@@ -119,15 +119,16 @@ impl GroupTree {
 
     /// Refits the nodes; returns false if a group has lost or gained its bounds.
     fn refit_nodes(&mut self, bounds: &[Bounds]) -> bool {
-        let is_bounded = |bounds: &&Bounds| matches!(kind(bounds), Kind::Bounded(_));
-        let is_unbounded = |&group: &u32| matches!(kind(&bounds[group as usize]), Kind::Unbounded);
+        let is_bounded = |bounds: &&Bounds| matches!(kind(bounds), Boundedness::Bounded(_));
+        let is_unbounded =
+            |&group: &u32| matches!(kind(&bounds[group as usize]), Boundedness::Unbounded);
         if bounds.iter().filter(is_bounded).count() != self.groups.len()
             || !self.unbounded.iter().all(is_unbounded)
         {
             return false;
         }
         for (group, around) in self.groups.iter().zip(&mut self.boxes) {
-            let Kind::Bounded(bounds) = kind(&bounds[*group as usize]) else { return false };
+            let Boundedness::Bounded(bounds) = kind(&bounds[*group as usize]) else { return false };
             *around = bounds;
         }
         for i in (0..self.nodes.len()).rev() {
@@ -218,16 +219,16 @@ pub fn typical_size(boxes: impl Iterator<Item = Bounds>) -> u64 {
 /// Increase of [`typical_size`] by a box of twice the surface.
 pub const DOUBLED: u64 = 1 << 23;
 
-enum Kind {
+enum Boundedness {
     Empty,
     Unbounded,
     Bounded(Bounds),
 }
 
-fn kind(bounds: &Bounds) -> Kind {
+fn kind(bounds: &Bounds) -> Boundedness {
     // A box with a NaN is not empty: it has contents.
     if bounds.min.cmpgt(bounds.max).any() && !bounds.min.is_nan() && !bounds.max.is_nan() {
-        return Kind::Empty;
+        return Boundedness::Empty;
     }
-    widened(bounds).map_or(Kind::Unbounded, Kind::Bounded)
+    widened(bounds).map_or(Boundedness::Unbounded, Boundedness::Bounded)
 }

@@ -106,13 +106,13 @@ pub struct MaskSlot {
 pub struct LightMasks {
     textures: Option<Arc<MaskTextures>>,
     former: FormerSlots,
-    frame: Option<Frame>,
+    frame: Option<MaskFrame>,
     /// Of the device of the last frame.
     shelf: Option<(wgpu::Device, Shelf)>,
 }
 
 #[derive(Debug)]
-struct Frame {
+struct MaskFrame {
     memory: MaskMemory,
     levels: Option<AreaLevels>,
     commands: Commands,
@@ -183,7 +183,7 @@ impl LightMasks {
             commands.compile()?;
             let levels = source.levels;
             levels.iter().try_for_each(AreaLevels::compile)?;
-            self.frame = Some(Frame { memory, levels, commands, bytes });
+            self.frame = Some(MaskFrame { memory, levels, commands, bytes });
             Ok(())
         })
     }
@@ -195,7 +195,7 @@ impl LightMasks {
 
     /// Like [`Self::record`], with timestamps around each pass.
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let Some(Frame { levels, commands, .. }) = &self.frame else { return };
+        let Some(MaskFrame { levels, commands, .. }) = &self.frame else { return };
         levels.iter().for_each(|levels| levels.record(encoder, timeline));
         commands.record(encoder, timeline);
         timeline.end(encoder);

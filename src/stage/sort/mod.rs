@@ -5,7 +5,7 @@
 //! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter.
 //! (Merrill, Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike
 //! in its single-pass successors no workgroup waits for another, since WebGPU does not guarantee forward
-//! progress.) A partition is a *run* of one invocation or a *block* of a workgroup: see [`Shape`].
+//! progress.) A partition is a *run* of one invocation or a *block* of a workgroup: see [`Partition`].
 //!
 //! ```text
 //! pairs       texel (i % 4096, i / 4096) = (key, value) of pair i
@@ -87,9 +87,9 @@ crate::records::gpu_struct! {
     }
 }
 
-/// Partition of the work. Both shapes give the same result on every adapter.
+/// Partition of the work. Both partitions give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum Partition {
     /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For
     /// software adapters, where these are slow and parallelism is scarce.
     Serial,
@@ -98,7 +98,7 @@ pub enum Shape {
     Wide,
 }
 
-impl Shape {
+impl Partition {
     /// Most runs or blocks for `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
         match self {
@@ -131,11 +131,11 @@ impl Shape {
 }
 
 /// Kernels that count, scan and scatter a digit of so many bits.
-pub fn kernels(shape: Shape, digit_bits: u32) -> [&'static KernelDesc; 3] {
-    match (shape, digit_bits) {
-        (Shape::Serial, FEW_BITS) => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
-        (Shape::Serial, _) => [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER],
-        (Shape::Wide, _) => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
+pub fn kernels(partition: Partition, digit_bits: u32) -> [&'static KernelDesc; 3] {
+    match (partition, digit_bits) {
+        (Partition::Serial, FEW_BITS) => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
+        (Partition::Serial, _) => [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER],
+        (Partition::Wide, _) => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
     }
 }
 

@@ -26,7 +26,7 @@ pub(in crate::view) struct Seen {
 }
 
 /// A surface that the picture shows, as a light's view sees it.
-pub(in crate::view) struct Receiver {
+pub(in crate::view) struct ShownSurface {
     /// Toward the eye, unit.
     pub(in crate::view) normal: DVec3,
     /// Depth \[m\]; 1 in a parallel view.
@@ -35,7 +35,7 @@ pub(in crate::view) struct Receiver {
 }
 
 /// What the picture shows, and how wide a pixel is there.
-pub(in crate::view) struct Picture<'a> {
+pub(in crate::view) struct ShownPicture<'a> {
     scene: &'a Scene,
     seen: Image,
     eye: DVec3,
@@ -45,7 +45,7 @@ pub(in crate::view) struct Picture<'a> {
     pixel: f64,
 }
 
-impl<'a> Picture<'a> {
+impl<'a> ShownPicture<'a> {
     pub(in crate::view) fn new(scene: &'a Scene) -> Self {
         let camera = &scene.camera;
         let view = View::from_camera(camera, &scene.held_bounds());
@@ -94,7 +94,7 @@ impl<'a> Picture<'a> {
     }
 
     /// A surface that the picture shows, as a light's view sees it; `None` if the light hardly does.
-    pub(in crate::view) fn receiver(&self, hit: &Nearest, base: &View) -> Option<Receiver> {
+    pub(in crate::view) fn receiver(&self, hit: &Nearest, base: &View) -> Option<ShownSurface> {
         let is_wide = base.projection == Projection::Perspective;
         let view_from_world = base.view_from_world.as_dmat4();
         let in_light = view_from_world.transform_point3(hit.point);
@@ -132,7 +132,7 @@ impl<'a> Picture<'a> {
         let stretch = ((sum + (sum * sum - 4.0 * area * area).max(0.0).sqrt()) * 0.5).sqrt();
         let place = in_light.truncate() / spread;
         let seen = Seen { place, texel: FINENESS / stretch };
-        (stretch.is_finite() && stretch > 0.0 && place.is_finite()).then_some(Receiver {
+        (stretch.is_finite() && stretch > 0.0 && place.is_finite()).then_some(ShownSurface {
             normal,
             spread,
             seen,

@@ -5,7 +5,7 @@
 use crate::{
     model::{Light, Material, Projection, Scene, Source, Transfer, View},
     view::{
-        detail::Picture,
+        detail::ShownPicture,
         raster::{Layer, Layers, Nearest, Raster},
     },
 };
@@ -38,7 +38,7 @@ pub(super) struct Penumbra {
 
 /// What was looked at.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct SeenPenumbrae {
     /// Number of places.
     pub(super) places: usize,
     /// How many of them are in penumbrae.
@@ -47,7 +47,7 @@ pub(super) struct Seen {
     pub(super) penumbrae: Vec<Penumbra>,
 }
 
-impl Seen {
+impl SeenPenumbrae {
     pub(super) fn add(&mut self, other: Self) {
         self.places += other.places;
         self.count += other.count;
@@ -64,7 +64,7 @@ struct Place {
 }
 
 /// The light's view, small.
-struct Map<'a> {
+struct SmallView<'a> {
     scene: &'a Scene,
     view: &'a View,
     raster: Raster,
@@ -94,10 +94,10 @@ pub(super) fn penumbrae(
     scene: &Scene,
     light: &Light,
     view: &View,
-    picture: Option<&Picture<'_>>,
-) -> Seen {
-    let Some(source) = light.area() else { return Seen::default() };
-    let map = Map::new(scene, view, &source);
+    picture: Option<&ShownPicture<'_>>,
+) -> SeenPenumbrae {
+    let Some(source) = light.area() else { return SeenPenumbrae::default() };
+    let map = SmallView::new(scene, view, &source);
     let nearest = map.layers.iter().map(|layers| f64::from(layers[0].depth));
     let first = nearest.fold(f64::INFINITY, f64::min);
     let places = picture.map_or_else(|| map.places(&|_| true), |picture| map.shown(picture));
@@ -109,10 +109,10 @@ pub(super) fn penumbrae(
     if count < ENOUGH && picture.is_none() {
         penumbrae = of(&map.places(&|at| map.is_edge(at)));
     }
-    Seen { places: places.len(), count, penumbrae }
+    SeenPenumbrae { places: places.len(), count, penumbrae }
 }
 
-impl<'a> Map<'a> {
+impl<'a> SmallView<'a> {
     fn new(scene: &'a Scene, view: &'a View, source: &Source) -> Self {
         let raster = Raster::new(view, UVec2::splat(MAP));
         let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
@@ -154,7 +154,7 @@ impl<'a> Map<'a> {
     }
 
     /// What the picture shows of it.
-    fn shown(&self, picture: &Picture<'_>) -> Vec<Place> {
+    fn shown(&self, picture: &ShownPicture<'_>) -> Vec<Place> {
         let count = picture.hits().count();
         let place = |hit: &Nearest| {
             let receiver = picture.receiver(hit, self.view)?;

@@ -111,7 +111,7 @@ impl ShadeFeatures {
 
 /// Dispatches of a band.
 #[derive(Debug)]
-struct Band {
+struct BandDispatches {
     /// Visible opaque surfaces: the rounds of their walk, and their points.
     surfaces: Vec<Dispatch>,
     /// Stores the surfaces for masks, if lights have masks.
@@ -127,7 +127,7 @@ struct Band {
 pub(super) struct Shading {
     casters: Vec<Dispatch>,
     /// Bands of each part.
-    bands: Vec<Vec<Band>>,
+    bands: Vec<Vec<BandDispatches>>,
     /// Whether surfaces stored for the masks are still there for the shading.
     keeps_surfaces: bool,
 }
@@ -164,7 +164,7 @@ impl ToShade<'_, '_> {
         resources: &Resources,
         panes: &Buffer,
         light: &[Dispatch],
-    ) -> Result<Band, Error> {
+    ) -> Result<BandDispatches, Error> {
         let (features, groups) = (self.features, rect.groups());
         let [solid, blended] = self.lists;
         let of_solid = resources
@@ -209,7 +209,7 @@ impl ToShade<'_, '_> {
         }
         pixels.extend_from_slice(light);
         pixels.push(self.run(features.of_composite, features.composite, &of_solid, groups)?);
-        Ok(Band { surfaces, masks, air, pixels })
+        Ok(BandDispatches { surfaces, masks, air, pixels })
     }
 
     /// Runs of particles, as many at a time as the band's memory holds points.

@@ -1,5 +1,5 @@
 //! CPU reference of `wgsl/curve/volumes.wgsl`: volumes on a ray, face by face, as ramps.
-use crate::caster_hit::Face;
+use crate::caster_hit::SurfaceCrossing;
 use glam::{IVec3, Vec3};
 use gobo::records::MAX_TAU;
 
@@ -70,7 +70,7 @@ impl Unentered {
 
 impl Inside {
     /// Counts a face in the sums; returns the change of density behind it.
-    pub fn count(&mut self, face: &Face) -> Vec3 {
+    pub fn count(&mut self, face: &SurfaceCrossing) -> Vec3 {
         let crossing = face.crossing();
         self.tau = self.tau.wrapping_add(crossing.tau);
         self.leaves += crossing.leaves;

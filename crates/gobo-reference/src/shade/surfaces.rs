@@ -1,5 +1,5 @@
 //! What the camera sees first of what is opaque, and where it is in the next frame: data for compositors.
-use super::{super::shading::Lighting, Eye, OfClasses, seen::Seen, solid::Nearest};
+use super::{super::shading::Lighting, Eye, OfClasses, seen::Seen, solid::NearestCaster};
 use crate::{caster_hit::Target, hit::HitTriangle, threads::each, tile::Tile};
 use glam::{UVec2, Vec2, Vec3};
 use gobo::{
@@ -86,7 +86,7 @@ fn pixel_of(camera: &View, point: Vec3) -> Vec2 {
 
 /// How far what is seen moves until the next frame \[m\]: triangles by their index in the scene, with all that bends them,
 /// others by their centre; not at all what is not found again.
-fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Vec3 {
+fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &NearestCaster<'_>, pixel: Vec2) -> Vec3 {
     let footprint = found.footprint;
     let index = (footprint.caster & !TRIANGLE_BIT) as usize;
     if footprint.caster & TRIANGLE_BIT != 0 {
@@ -107,7 +107,7 @@ fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -
 }
 
 impl Eye<'_> {
-    fn surface(&self, solid: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Surface {
+    fn surface(&self, solid: &Seen<'_>, found: &NearestCaster<'_>, pixel: Vec2) -> Surface {
         let point = self.solid_point(solid, found, pixel);
         let footprint = found.footprint;
         let material = if footprint.caster & TRIANGLE_BIT != 0 {

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// A receiving surface, world space; `normal` is on the light's side, zero without one.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
+struct ReceivingSurface {
     pub point: Vec3,
     pub normal: Vec3,
 }
@@ -21,7 +21,7 @@ struct Surface {
 #[derive(Clone, Copy, Debug)]
 struct LookUp<'a> {
     light: &'a GpuLight,
-    surface: Surface,
+    surface: ReceivingSurface,
     slant: Slant,
     receiver: Receiver,
 }
@@ -41,7 +41,7 @@ pub const MIN_INCIDENCE: f32 = 0.0625;
 
 /// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+struct ReceiverPlane {
     point: Vec3,
     normal: Vec3,
     /// Whether what shades the receiver ends at it: of a light with a size.
@@ -61,8 +61,8 @@ pub const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 pub const EDGE_ON: f32 = 0.02;
 
-impl Plane {
-    fn new(view: &GpuView, surface: Surface) -> Self {
+impl ReceiverPlane {
+    fn new(view: &GpuView, surface: ReceivingSurface) -> Self {
         Self {
             point: view.view_from_world.transform_point3(surface.point),
             normal: view.view_from_world.transform_vector3(surface.normal),
@@ -114,7 +114,7 @@ impl Lighting<'_> {
         view: usize,
         texel: Vec2,
         z: f32,
-        plane: Plane,
+        plane: ReceiverPlane,
         bias: Bias,
         receiver: Receiver,
     ) -> Vec3 {
@@ -153,7 +153,7 @@ impl Lighting<'_> {
         let LookUp { light, surface, receiver, .. } = of;
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.views[index];
-        let mut plane = Plane::new(view, surface);
+        let mut plane = ReceiverPlane::new(view, surface);
         if is_soft(light, receiver) {
             if surface.normal == Vec3::ZERO {
                 plane.normal = seen_normal(view, self.maps[index], plane.point, bias.solid);
@@ -254,7 +254,7 @@ impl Lighting<'_> {
             return Vec3::ONE;
         }
         let (toward, _) = incoming(light, point);
-        let surface = Surface { point, normal };
+        let surface = ReceivingSurface { point, normal };
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // Without a normal there is no slope.

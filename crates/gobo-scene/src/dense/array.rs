@@ -1,5 +1,5 @@
 //! Numbers of an array as a file has them, and where each voxel's are.
-use crate::vdb::Fault;
+use crate::vdb::VolumeFault;
 use gobo::model::MAX_INDEX;
 use half::f16;
 
@@ -96,7 +96,11 @@ pub(super) struct Layout {
 
 impl Layout {
     /// `axes`: lengths and meanings, the fastest first. An axis of space that is not there has one voxel.
-    pub(super) fn new(number: Number, is_big: bool, axes: &[(u64, Axis)]) -> Result<Self, Fault> {
+    pub(super) fn new(
+        number: Number,
+        is_big: bool,
+        axes: &[(u64, Axis)],
+    ) -> Result<Self, VolumeFault> {
         const HELP: &str = "write an array of three axes, or of four with colours along one";
         let mut layout = Self {
             number,
@@ -110,11 +114,11 @@ impl Layout {
         let mut stride: u64 = 1;
         for &(length, axis) in axes {
             if length == 0 {
-                return Err(Fault::new("an axis of the array has no voxels", HELP));
+                return Err(VolumeFault::new("an axis of the array has no voxels", HELP));
             }
             if axis != Axis::Other && length > MAX_INDEX as u64 {
                 let message = format!("{length} voxels along an axis of at most {MAX_INDEX}");
-                return Err(Fault::new(message, "cut it into several files"));
+                return Err(VolumeFault::new(message, "cut it into several files"));
             }
             match axis {
                 Axis::Channel => {
@@ -128,12 +132,12 @@ impl Layout {
             }
             // So that no sum of offsets wraps.
             stride = stride.checked_mul(length).filter(|&all| all < 1 << 56).ok_or_else(|| {
-                Fault::damaged("the lengths of its axes are more than any file holds")
+                VolumeFault::damaged("the lengths of its axes are more than any file holds")
             })?;
         }
         if ![1, 3, 4].contains(&layout.channels) {
             let message = format!("{} numbers for each voxel", layout.channels);
-            return Err(Fault::new(
+            return Err(VolumeFault::new(
                 message,
                 "give each voxel one number, or three or four of a colour",
             ));

@@ -25,35 +25,45 @@ mod vti;
 pub(super) use bricks::tree_of;
 pub(super) use voxels::Dense;
 
-use super::{SceneError, read, vdb::Fault};
-use file::File;
+use super::{SceneError, read, vdb::VolumeFault};
+use file::DenseFile;
 use std::path::{Path, PathBuf};
 
 /// A format of files.
-pub(super) struct Format {
+pub(super) struct DenseFormat {
     /// Endings of names.
     pub(super) extensions: &'static [&'static str],
     /// Whether the first bytes of a file are such ones.
     is: fn(&[u8]) -> bool,
-    read: fn(&mut File<'_>) -> Result<Dense, Fault>,
+    read: fn(&mut DenseFile<'_>) -> Result<Dense, VolumeFault>,
     /// Files that a file names.
     named: fn(&[u8], &Path) -> Option<PathBuf>,
 }
 
 /// All formats of dense arrays.
-pub(super) const FORMATS: [Format; 7] = [
-    Format { extensions: &["npy"], is: npy::is, read: npy::read, named: no_file },
-    Format { extensions: &["npz"], is: npy::is_archive, read: npy::read_archive, named: no_file },
-    Format { extensions: &["nrrd", "nhdr"], is: nrrd::is, read: nrrd::read, named: nrrd::named },
-    Format { extensions: &["vti"], is: vti::is, read: vti::read, named: no_file },
-    Format {
+pub(super) const FORMATS: [DenseFormat; 7] = [
+    DenseFormat { extensions: &["npy"], is: npy::is, read: npy::read, named: no_file },
+    DenseFormat {
+        extensions: &["npz"],
+        is: npy::is_archive,
+        read: npy::read_archive,
+        named: no_file,
+    },
+    DenseFormat {
+        extensions: &["nrrd", "nhdr"],
+        is: nrrd::is,
+        read: nrrd::read,
+        named: nrrd::named,
+    },
+    DenseFormat { extensions: &["vti"], is: vti::is, read: vti::read, named: no_file },
+    DenseFormat {
         extensions: &["nii", "nii.gz", "hdr"],
         is: nifti::is,
         read: nifti::read,
         named: nifti::named,
     },
-    Format { extensions: &["mhd", "mha"], is: meta::is, read: meta::read, named: meta::named },
-    Format { extensions: &["tif", "tiff"], is: tiff::is, read: tiff::read, named: no_file },
+    DenseFormat { extensions: &["mhd", "mha"], is: meta::is, read: meta::read, named: meta::named },
+    DenseFormat { extensions: &["tif", "tiff"], is: tiff::is, read: tiff::read, named: no_file },
 ];
 
 /// Head by which a format is recognised, and in which texts name a file \[bytes\].
@@ -64,7 +74,7 @@ fn no_file(_: &[u8], _: &Path) -> Option<PathBuf> {
 }
 
 /// Format of a file by its head; `None` if it is none of these, or cannot be read.
-pub(super) fn format_of(path: &Path) -> Option<&'static Format> {
+pub(super) fn format_of(path: &Path) -> Option<&'static DenseFormat> {
     let (head, _) = read::head(path, HEAD).ok()?;
     FORMATS.iter().find(|format| (format.is)(&head))
 }
@@ -75,11 +85,11 @@ pub(super) fn named(path: &Path) -> Option<PathBuf> {
     FORMATS.iter().find(|format| (format.is)(&head)).and_then(|format| (format.named)(&head, path))
 }
 
-impl Format {
+impl DenseFormat {
     /// Reads a file; `array`: the name of the one that is asked for.
     pub(super) fn read(&self, path: &Path, array: Option<&str>) -> Result<Dense, SceneError> {
-        let mut file = File { path, bytes: read::bytes(path)?, array };
+        let mut file = DenseFile { path, bytes: read::bytes(path)?, array };
         (self.read)(&mut file)
-            .map_err(|Fault { message, help }| SceneError::invalid(path, message, help))
+            .map_err(|VolumeFault { message, help }| SceneError::invalid(path, message, help))
     }
 }

@@ -1,5 +1,5 @@
 //! Where an array of voxels is.
-use crate::{units::Up, vdb::Fault};
+use crate::{units::Up, vdb::VolumeFault};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Where the voxels of a file are.
@@ -10,12 +10,12 @@ pub(super) struct Place {
     /// What the file says of its unit \[m\].
     pub(super) unit: Option<f64>,
     /// The axes of a body, if the file says that they are.
-    pub(super) body: Option<Body>,
+    pub(super) body: Option<BodyAxes>,
 }
 
 /// Towards which side of a body x and y grow; z grows towards its head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Body {
+pub(super) enum BodyAxes {
     /// Left and back, as in DICOM.
     LeftBack,
     /// Right and front, as in `NIfTI`.
@@ -24,7 +24,7 @@ pub(super) enum Body {
     LeftFront,
 }
 
-impl Body {
+impl BodyAxes {
     /// Standing, and facing +z: x to its left, y to its head, as glTF wants of models.
     fn standing(self) -> DMat3 {
         let (left, front) = match self {
@@ -51,12 +51,12 @@ impl Place {
     }
 
     /// Refuses what has no volume.
-    pub(super) fn check(&self) -> Result<(), Fault> {
+    pub(super) fn check(&self) -> Result<(), VolumeFault> {
         let (affine, matrix) = (self.file_from_index, self.file_from_index.matrix3);
         if !affine.is_finite() || !matrix.determinant().is_normal() || !matrix.inverse().is_finite()
         {
             let message = "its voxels have no volume, or none that is finite";
-            return Err(Fault::new(
+            return Err(VolumeFault::new(
                 message,
                 "write finite spacings that are not 0, and axes in three directions",
             ));

@@ -1,6 +1,6 @@
 //! An array of voxels in memory.
 use super::{array::Layout, space::Place};
-use crate::{units::Up, vdb::Fault};
+use crate::{units::Up, vdb::VolumeFault};
 use glam::DAffine3;
 
 /// An array of voxels in memory.
@@ -17,10 +17,10 @@ pub(crate) struct Dense {
 
 impl Dense {
     /// `bytes`: from the first voxel on.
-    pub(super) fn new(bytes: Vec<u8>, layout: Layout, place: Place) -> Result<Self, Fault> {
+    pub(super) fn new(bytes: Vec<u8>, layout: Layout, place: Place) -> Result<Self, VolumeFault> {
         let (have, need) = (bytes.len(), layout.bytes());
         if have < need {
-            return Err(Fault::damaged(format!(
+            return Err(VolumeFault::damaged(format!(
                 "its voxels take {need} bytes, but {have} are there"
             )));
         }

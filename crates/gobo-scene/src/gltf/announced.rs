@@ -3,7 +3,7 @@
 //! Never more than [`super::gltf::load`] makes: a texture that is stored once for bodies and once for
 //! surfaces is counted once.
 use super::{
-    file::File,
+    file::GltfFile,
     mesh::{corners, triangle_count},
     nodes,
     texture::{IMAGES, MAX_SIDE, Product, transmission},
@@ -21,7 +21,7 @@ pub(crate) struct Announced {
 }
 
 /// Counts what the nodes of the file's scene name.
-pub(crate) fn announced(file: &File) -> Announced {
+pub(crate) fn announced(file: &GltfFile) -> Announced {
     let mut triangles = 0_u64;
     let mut materials = Vec::new();
     let mut uses = 0_u64;
@@ -58,7 +58,7 @@ pub(crate) fn announced(file: &File) -> Announced {
 
 /// Number of textures of these materials, and of their texels.
 pub(crate) fn images<'a>(
-    file: &'a File,
+    file: &'a GltfFile,
     materials: impl IntoIterator<Item = Material<'a>>,
 ) -> (u64, u64) {
     let (mut known, mut used) = (HashSet::new(), HashSet::new());
@@ -86,7 +86,7 @@ pub(crate) fn images<'a>(
 }
 
 /// Images of the colour, which become one texture, of the emission, and of what passes diffusely.
-fn images_of<'a>(file: &'a File, material: &Material<'a>) -> [[Option<Image<'a>>; IMAGES]; 3] {
+fn images_of<'a>(file: &'a GltfFile, material: &Material<'a>) -> [[Option<Image<'a>>; IMAGES]; 3] {
     let transmits = transmission(material) > 0.0;
     let color = Product::of(material, transmits, false);
     let diffuse = file.diffuse(material).filter(|_| !transmits);

@@ -1,6 +1,6 @@
 //! Compressed primitives of glTF files: `KHR_draco_mesh_compression`.
-use super::{file::File, json::Fault};
-use crate::{SceneError, limits::Limit};
+use super::file::GltfFile;
+use crate::{SceneError, error::Fault, limits::Limit};
 use draco_core::{DecodeLimits, DecoderBuffer, FaceIndex, Mesh, MeshDecoder};
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -11,7 +11,7 @@ const DAMAGED: &str = "check it with a glTF validator, or compress it again";
 
 /// A compressed primitive: the view that holds its stream, and the views that accessors read it from.
 #[derive(Debug)]
-pub(crate) struct Packed {
+pub(crate) struct PackedPrimitive {
     /// As messages name it.
     name: String,
     stream: usize,
@@ -27,12 +27,12 @@ struct Decoded {
     count: usize,
     /// Of an item.
     components: usize,
-    number: Number,
+    number: ComponentType,
 }
 
 /// Type of a component.
 #[derive(Clone, Copy, Debug)]
-enum Number {
+enum ComponentType {
     I8,
     U8,
     I16,
@@ -43,7 +43,7 @@ enum Number {
 
 /// The file's compressed primitives. Their accessors get views of their own, whose bytes [`unpack`] makes; those that
 /// have a view keep it, as it holds the same without compression.
-pub(crate) fn packed(root: &mut Value) -> Result<Vec<Packed>, Fault> {
+pub(crate) fn packed(root: &mut Value) -> Result<Vec<PackedPrimitive>, Fault> {
     let mut found = Vec::new();
     for (mesh, value) in list(root, "meshes").iter().enumerate() {
         for (index, primitive) in list(value, "primitives").iter().enumerate() {
@@ -74,7 +74,7 @@ fn of_primitive(
     name: String,
     primitive: &Value,
     packed: &Value,
-) -> Result<Option<Packed>, Fault> {
+) -> Result<Option<PackedPrimitive>, Fault> {
     let damaged = |what: &str| (format!("{name}: {what} of its compression is wrong"), DAMAGED);
     let stream = index(packed.get("bufferView")).ok_or_else(|| damaged("bufferView"))?;
     let buffer = list(root, "bufferViews").get(stream).and_then(|view| view.get("buffer"));
@@ -99,7 +99,7 @@ fn of_primitive(
         None if is_needed => return Err(damaged("indices")),
         None => return Ok(None),
     };
-    Ok(Some(Packed { name, stream, indices, attributes }))
+    Ok(Some(PackedPrimitive { name, stream, indices, attributes }))
 }
 
 /// Gives an accessor without a view one of its own; `Some(None)` if it has a view, `None` if it is damaged.
@@ -109,7 +109,7 @@ fn decoded(root: &mut Value, index_of: usize, buffer: &Value) -> Option<Option<D
     if accessor.contains_key("bufferView") {
         return Some(None);
     }
-    let number = Number::of(accessor.get("componentType")?.as_u64()?)?;
+    let number = ComponentType::of(accessor.get("componentType")?.as_u64()?)?;
     let components = match accessor.get("type")?.as_str()? {
         "SCALAR" => 1,
         "VEC2" => 2,
@@ -136,7 +136,7 @@ pub(crate) struct Unpacked {
 }
 
 /// Decompresses primitives to the views of their accessors.
-pub(crate) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneError> {
+pub(crate) fn unpack(file: &GltfFile, packed: &[PackedPrimitive]) -> Result<Unpacked, SceneError> {
     let mut unpacked = Unpacked::default();
     let mut bytes = 0;
     for primitive in packed {
@@ -206,7 +206,7 @@ impl Unpacked {
     }
 }
 
-impl Packed {
+impl PackedPrimitive {
     fn size(&self) -> u64 {
         size_of(self.attributes.iter().map(|(_, decoded)| decoded).chain([&self.indices]))
     }
@@ -217,19 +217,19 @@ impl Decoded {
         let mut bytes = Vec::with_capacity(self.count * self.components * self.number.size());
         for number in numbers {
             match self.number {
-                Number::I8 => bytes.extend((number as i8).to_le_bytes()),
-                Number::U8 => bytes.push(number as u8),
-                Number::I16 => bytes.extend((number as i16).to_le_bytes()),
-                Number::U16 => bytes.extend((number as u16).to_le_bytes()),
-                Number::U32 => bytes.extend((number as u32).to_le_bytes()),
-                Number::F32 => bytes.extend((number as f32).to_le_bytes()),
+                ComponentType::I8 => bytes.extend((number as i8).to_le_bytes()),
+                ComponentType::U8 => bytes.push(number as u8),
+                ComponentType::I16 => bytes.extend((number as i16).to_le_bytes()),
+                ComponentType::U16 => bytes.extend((number as u16).to_le_bytes()),
+                ComponentType::U32 => bytes.extend((number as u32).to_le_bytes()),
+                ComponentType::F32 => bytes.extend((number as f32).to_le_bytes()),
             }
         }
         bytes
     }
 }
 
-impl Number {
+impl ComponentType {
     fn of(component_type: u64) -> Option<Self> {
         Some(match component_type {
             5120 => Self::I8,

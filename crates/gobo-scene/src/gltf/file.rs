@@ -9,7 +9,11 @@ use super::{
     splat_json::{self, SplatPrimitive},
     variants,
 };
-use crate::{SceneError, error::quoted, limits, read};
+use crate::{
+    SceneError,
+    error::{Fault, quoted},
+    limits, read,
+};
 use ::gltf::{
     Document,
     accessor::sparse::IndexType,
@@ -27,7 +31,7 @@ use std::{
 const FEW_ZEROS: usize = 1 << 16;
 
 #[derive(Debug)]
-pub(crate) struct File {
+pub(crate) struct GltfFile {
     pub(crate) path: PathBuf,
     pub(crate) document: Document,
     buffers: Vec<Vec<u8>>,
@@ -42,7 +46,7 @@ pub(crate) struct File {
     pub(crate) notes: Vec<String>,
 }
 
-impl File {
+impl GltfFile {
     pub(crate) fn open(path: &Path) -> Result<Self, SceneError> {
         Self::open_variant(path, None)
     }
@@ -318,7 +322,7 @@ fn copied(bytes: &[u8], path: &Path) -> Result<Vec<u8>, SceneError> {
 }
 
 /// JSON and binary chunk of a `.glb`, or a `.gltf` alone.
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), json::Fault> {
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     let damaged = || ("the file is cut off or damaged".to_owned(), "export it again");
     let Some(rest) = bytes.strip_prefix(b"glTF") else { return Ok((bytes, None)) };
     let number = |at: usize| {

@@ -1,7 +1,10 @@
 //! The JSON of a glTF file, adapted to the `gltf` crate, which refuses some valid files and ignores some
 //! relevant parts.
 use super::ignored::Ignored;
-use crate::{error::quoted, limits};
+use crate::{
+    error::{Fault, quoted},
+    limits,
+};
 use serde_json::{Map, Value, json};
 
 /// Extensions that are supported here or by the crate.
@@ -28,9 +31,6 @@ pub(crate) const EXTENSIONS: [&str; 21] = [
     "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
-
-/// The problem and the remedy.
-pub(crate) type Fault = (String, &'static str);
 
 const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 

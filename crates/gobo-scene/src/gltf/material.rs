@@ -8,7 +8,7 @@
 //! units, so the node's scale multiplies it in that material.
 use super::{
     Earlier,
-    file::File,
+    file::GltfFile,
     texture::{Product, Textures, share, transmission},
 };
 use crate::{SceneError, far_sides::far_side, limits::Limit};
@@ -21,10 +21,10 @@ use std::collections::HashMap;
 const MAX_EMISSION: f32 = 1e4;
 
 #[derive(Debug)]
-pub(crate) struct Materials<'a> {
+pub(crate) struct GltfMaterials<'a> {
     materials: Vec<Material>,
     textures: Textures<'a>,
-    file: &'a File,
+    file: &'a GltfFile,
     /// Materials that the scene had before.
     earlier: usize,
     /// Transfer of alphaMode BLEND.
@@ -86,8 +86,8 @@ impl Uses {
     }
 }
 
-impl<'a> Materials<'a> {
-    pub(crate) fn new(file: &'a File, earlier: &Earlier, blend: Option<Transfer>) -> Self {
+impl<'a> GltfMaterials<'a> {
+    pub(crate) fn new(file: &'a GltfFile, earlier: &Earlier, blend: Option<Transfer>) -> Self {
         Self {
             materials: Vec::new(),
             textures: Textures::new(file, earlier.textures, earlier.texels),

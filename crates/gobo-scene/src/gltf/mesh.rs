@@ -1,8 +1,8 @@
 //! glTF primitives as triangles in world space.
 use super::{
-    file::File,
+    file::GltfFile,
     items::Items,
-    material::{Materials, Uses},
+    material::{GltfMaterials, Uses},
 };
 use crate::{
     SceneError,
@@ -34,7 +34,7 @@ pub(crate) struct Meshes {
 }
 
 /// Vertex attributes of triangles, in the mesh's own space.
-struct Vertices<'a> {
+struct MeshVertices<'a> {
     positions: Items<'a>,
     normals: Option<Items<'a>>,
     uvs: Option<Items<'a>>,
@@ -50,7 +50,7 @@ impl Meshes {
     /// Counts the triangles that [`Self::add`] will make of a primitive, before any of them is made.
     pub(crate) fn promise(
         &mut self,
-        file: &File,
+        file: &GltfFile,
         primitive: &gltf::Primitive<'_>,
     ) -> Result<(), SceneError> {
         if let Some(corners) = corners(primitive) {
@@ -64,8 +64,8 @@ impl Meshes {
     /// Adds the triangles of a primitive in world space, or, if it moves, in the mesh's own space.
     pub(crate) fn add(
         &mut self,
-        file: &File,
-        materials: &mut Materials<'_>,
+        file: &GltfFile,
+        materials: &mut GltfMaterials<'_>,
         primitive: &gltf::Primitive<'_>,
         world: Mat4,
         stays: bool,
@@ -130,7 +130,7 @@ impl Meshes {
 
     fn items<'f>(
         &mut self,
-        file: &'f File,
+        file: &'f GltfFile,
         accessor: &gltf::Accessor<'_>,
     ) -> Result<Items<'f>, SceneError> {
         if self.checked.insert(accessor.index()) {
@@ -141,10 +141,10 @@ impl Meshes {
 
     fn vertices<'f>(
         &mut self,
-        file: &'f File,
+        file: &'f GltfFile,
         primitive: &gltf::Primitive<'_>,
         uses: &Uses,
-    ) -> Result<Vertices<'f>, SceneError> {
+    ) -> Result<MeshVertices<'f>, SceneError> {
         let get = |semantic: Semantic, dimensions: Dimensions| match primitive.get(&semantic) {
             None => Ok(None),
             Some(accessor) if accessor.dimensions() != dimensions => {
@@ -194,12 +194,12 @@ impl Meshes {
             let message = "the attributes of a mesh primitive differ in count";
             return Err(file.invalid(message, "export the file again"));
         }
-        Ok(Vertices { positions, normals, uvs, colors })
+        Ok(MeshVertices { positions, normals, uvs, colors })
     }
 
     fn indices<'f>(
         &mut self,
-        file: &'f File,
+        file: &'f GltfFile,
         primitive: &gltf::Primitive<'_>,
     ) -> Result<Option<Items<'f>>, SceneError> {
         let Some(accessor) = primitive.indices() else { return Ok(None) };
@@ -240,7 +240,7 @@ fn is_sheet(triangles: &[Triangle]) -> bool {
 }
 
 fn triangle(
-    vertices: &Vertices<'_>,
+    vertices: &MeshVertices<'_>,
     corner: [usize; 3],
     world: Mat4,
     normal_from_local: Mat3,

@@ -29,10 +29,10 @@ use crate::{
 };
 use ::gltf::khr_lights_punctual::Kind;
 use animation::NodeTracks;
-use file::File;
+use file::GltfFile;
 use glam::{Mat4, UVec2, Vec3};
 use gobo::model::{Camera, Light, LightKind, Material, Skipped, Texture, Transfer, Triangle};
-use material::Materials;
+use material::GltfMaterials;
 use mesh::Meshes;
 use nodes::{PlacedNode, instances, placed_nodes};
 use std::{collections::HashMap, path::Path, sync::Arc};
@@ -106,7 +106,7 @@ pub(crate) fn load(
     wanted: Wanted<'_>,
 ) -> Result<Model, SceneError> {
     let Wanted { blend, is_keyed, variant } = wanted;
-    let mut file = File::open_variant(path, variant)?;
+    let mut file = GltfFile::open_variant(path, variant)?;
     let mut tracks = animation::tracks(&mut file)?;
     let has_targets = |mesh: gltf::Mesh<'_>| mesh.primitives().any(|p| p.morph_targets().len() > 0);
     let is_soft = file.document.skins().len() > 0 || file.document.meshes().any(has_targets);
@@ -126,7 +126,7 @@ pub(crate) fn load(
     nodes.visit(transform, &mut tracks)?;
     let moves = moves || nodes.draws.iter().any(|draw| is_far(&draw.world));
     nodes.announce_images()?;
-    let mut materials = Materials::new(&file, earlier, blend);
+    let mut materials = GltfMaterials::new(&file, earlier, blend);
     nodes.draw(&mut materials, moves)?;
     let Nodes { meshes, lights, camera, mut skipped, rig, .. } = nodes;
     let (materials, textures, ignored) = materials.finish();
@@ -154,7 +154,7 @@ fn is_far(world: &Mat4) -> bool {
 
 /// Contents of a file's nodes, as they are visited.
 struct Nodes<'a> {
-    file: &'a File,
+    file: &'a GltfFile,
     earlier: &'a Earlier,
     rig: Rig,
     /// Number of each node in the rig.
@@ -270,7 +270,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// Makes the triangles of all draws: in world space or, if the model `moves`, in the meshes' spaces.
-    fn draw(&mut self, materials: &mut Materials<'_>, moves: bool) -> Result<(), SceneError> {
+    fn draw(&mut self, materials: &mut GltfMaterials<'_>, moves: bool) -> Result<(), SceneError> {
         let (file, numbers) = (self.file, &self.numbers);
         let mut morphed = 0;
         for PrimitiveDraw { primitive, node, world, place, weights } in self.draws.drain(..) {

@@ -1,5 +1,5 @@
 //! glTF images as textures of casters: base colour, with transmission and metal multiplied in.
-use super::{diffuse::Diffuse, file::File};
+use super::{diffuse::Diffuse, file::GltfFile};
 use crate::{SceneError, images, limits::Limit, particles::linear_from_srgb};
 use ::gltf::{Document, Image, Material, material::AlphaMode, texture::Info};
 use gobo::model::Texture;
@@ -124,7 +124,7 @@ fn image(document: &Document, texture: Option<usize>) -> Option<Image<'_>> {
 
 #[derive(Debug)]
 pub(crate) struct Textures<'a> {
-    file: &'a File,
+    file: &'a GltfFile,
     pub(crate) textures: Vec<Texture>,
     known: HashMap<Key, u32>,
     means: HashMap<usize, [f32; 4]>,
@@ -136,7 +136,7 @@ pub(crate) struct Textures<'a> {
 
 impl<'a> Textures<'a> {
     /// `earlier` and `texels`: textures that the scene has already.
-    pub(crate) fn new(file: &'a File, earlier: usize, texels: u64) -> Self {
+    pub(crate) fn new(file: &'a GltfFile, earlier: usize, texels: u64) -> Self {
         let (textures, known, means) = (Vec::new(), HashMap::new(), HashMap::new());
         Self { file, textures, known, means, earlier, texels }
     }

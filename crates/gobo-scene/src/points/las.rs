@@ -21,7 +21,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     std::array::from_fn(|i| bytes[at + i])
 }
 
-struct Header {
+struct LasHeader {
     format: u8,
     is_packed: bool,
     /// Size of a record \[bytes\].
@@ -35,7 +35,7 @@ struct Header {
     offset: DVec3,
 }
 
-impl Header {
+impl LasHeader {
     fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         let least = if bytes.get(25) == Some(&4) { HEADER_4 } else { HEADER };
         if bytes.len() < least {
@@ -96,14 +96,14 @@ impl Header {
 
 /// Number of points that a header promises; `None` if the file is too short for them.
 pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
-    let header = Header::parse(head).ok()?;
+    let header = LasHeader::parse(head).ok()?;
     let bytes = header.count.checked_mul(header.size.into())?.checked_add(header.start)?;
     (header.is_packed || bytes <= length).then_some(header.count)
 }
 
 /// Version, format of points and box of a file, in its own axes.
 pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
-    let Ok(header) = Header::parse(head) else { return Vec::new() };
+    let Ok(header) = LasHeader::parse(head) else { return Vec::new() };
     let double = |i: usize| f64::from_le_bytes(number(head, 179 + 8 * i));
     // Largest and least x, then y, then z.
     let [most, least] = [0, 1].map(|k| [0, 2, 4].map(|i| double(i + k)));
@@ -118,7 +118,7 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
 }
 
 pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
-    let header = Header::parse(bytes)?;
+    let header = LasHeader::parse(bytes)?;
     if header.count > most {
         let help = "thin the cloud out, for example by PDAL or CloudCompare";
         return Err((format!("{} points, but a scene has room for {most}", header.count), help));
@@ -135,7 +135,7 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
 
 struct Reader {
     points: Points,
-    header: Header,
+    header: LasHeader,
     /// Largest number of all colours.
     brightest: u16,
 }

@@ -11,7 +11,7 @@ mod spacing;
 
 use super::{
     SceneError,
-    error::quoted,
+    error::{Fault, quoted},
     limits::{self, Limit},
     particles::{FARTHEST, ParticleFile, linear_from_srgb},
     read,
@@ -23,14 +23,11 @@ use std::{
     path::Path,
 };
 
-/// The problem and the remedy.
-pub(super) type Fault = (String, &'static str);
-
 const DAMAGED: &str = "the file is cut off or damaged: write it again";
 
 /// Kind of a file of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PointsKind {
     /// LAS and LAZ.
     Las,
     Pcd,
@@ -38,18 +35,18 @@ pub(super) enum Kind {
 }
 
 /// Kind of a file by its start.
-pub(super) fn kind_of(start: &[u8]) -> Option<Kind> {
+pub(super) fn kind_of(start: &[u8]) -> Option<PointsKind> {
     if start.starts_with(b"LASF") {
-        return Some(Kind::Las);
+        return Some(PointsKind::Las);
     }
     if start.starts_with(b"ASTM-E57") {
-        return Some(Kind::E57);
+        return Some(PointsKind::E57);
     }
-    pcd_header::is_pcd(start).then_some(Kind::Pcd)
+    pcd_header::is_pcd(start).then_some(PointsKind::Pcd)
 }
 
 /// Kind of a file, by its head; `None` if it is none, or cannot be read.
-pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+pub(super) fn kind_of_file(path: &Path) -> Option<PointsKind> {
     let (head, _) = read::head(path, pcd_header::LONGEST).ok()?;
     kind_of(&head)
 }
@@ -58,9 +55,9 @@ pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
 pub(super) fn announced(path: &Path) -> Option<u64> {
     let (head, length) = read::head(path, pcd_header::LONGEST).ok()?;
     match kind_of(&head)? {
-        Kind::Las => las::announced(&head, length),
-        Kind::Pcd => pcd::announced(&head, length),
-        Kind::E57 => None,
+        PointsKind::Las => las::announced(&head, length),
+        PointsKind::Pcd => pcd::announced(&head, length),
+        PointsKind::E57 => None,
     }
 }
 
@@ -68,8 +65,8 @@ pub(super) fn announced(path: &Path) -> Option<u64> {
 pub(super) fn facts(path: &Path) -> Vec<(&'static str, String)> {
     let Ok((head, _)) = read::head(path, pcd_header::LONGEST) else { return Vec::new() };
     match kind_of(&head) {
-        Some(Kind::Las) => las::facts(&head),
-        Some(Kind::Pcd) => pcd::facts(&head),
+        Some(PointsKind::Las) => las::facts(&head),
+        Some(PointsKind::Pcd) => pcd::facts(&head),
         _ => Vec::new(),
     }
 }
@@ -144,7 +141,7 @@ fn linear(rgb: [f32; 3]) -> Vec3 {
 
 /// What a file's points are made into.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted {
+pub(super) struct PointsWanted {
     pub(super) material: u32,
     /// Radius of all points \[m\]; `None`: by their spacing.
     pub(super) radius: Option<f32>,
@@ -156,8 +153,8 @@ pub(super) struct Wanted {
 /// Loads a file as discs. `origin`: what is subtracted from all files' coordinates, set by the first that is far out.
 pub(super) fn load(
     path: &Path,
-    kind: Kind,
-    wanted: Wanted,
+    kind: PointsKind,
+    wanted: PointsWanted,
     origin: &mut Option<DVec3>,
 ) -> Result<ParticleFile, SceneError> {
     let invalid = |(message, help): Fault| SceneError::invalid(path, message, help);
@@ -168,9 +165,9 @@ pub(super) fn load(
     let most = Limit::Particles.most().saturating_sub(wanted.earlier);
     // Crates that read these may panic at damaged files.
     let read = catch_unwind(AssertUnwindSafe(|| match kind {
-        Kind::Las => las::read(&bytes, most),
-        Kind::Pcd => pcd::read(&bytes, most),
-        Kind::E57 => e57::read(&bytes, most),
+        PointsKind::Las => las::read(&bytes, most),
+        PointsKind::Pcd => pcd::read(&bytes, most),
+        PointsKind::E57 => e57::read(&bytes, most),
     }));
     let read = read.unwrap_or_else(|_| Err(("its data are damaged".to_owned(), DAMAGED)));
     let points = read.map_err(invalid)?;
@@ -205,7 +202,7 @@ fn far_origin(points: &Points) -> DVec3 {
 fn discs(
     path: &Path,
     mut points: Points,
-    wanted: Wanted,
+    wanted: PointsWanted,
     origin: &mut Option<DVec3>,
 ) -> Result<ParticleFile, SceneError> {
     let found = far_origin(&points);

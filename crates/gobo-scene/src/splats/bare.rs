@@ -1,6 +1,7 @@
 //! `.splat`: records of 32 bytes without a header (antimatter15/splat): three floats each of centre and
 //! deviations, four bytes rgba, four bytes of the rotation w x y z around 128.
-use super::cloud::{Cloud, Fault, word};
+use super::cloud::{SplatCloud, word};
+use crate::error::Fault;
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 
@@ -31,13 +32,13 @@ pub(super) fn is_whole(length: u64) -> bool {
     length.is_multiple_of(RECORD as u64)
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let (records, rest) = bytes.as_chunks::<RECORD>();
     if !rest.is_empty() {
         let message = format!("the file ends in splat {}: it has 32 bytes each", records.len() + 1);
         return Err((message, "the file is cut off: write it again"));
     }
-    let mut cloud = Cloud::with_room(records.len() as u64)?;
+    let mut cloud = SplatCloud::with_room(records.len() as u64)?;
     for record in records {
         cloud.push(splat(record));
     }

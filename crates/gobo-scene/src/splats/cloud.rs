@@ -1,11 +1,8 @@
 //! Splats of a file, checked one by one.
 use super::place::placed;
-use crate::limits::Limit;
+use crate::{error::Fault, limits::Limit};
 use glam::{Mat4, Vec3};
 use gobo::model::{Gaussian, GaussianOpacity, Skipped};
-
-/// The problem and the remedy.
-pub type Fault = (String, &'static str);
 
 /// Degree-0 spherical harmonic, `1 / (2 sqrt(pi))`: colour = 0.5 + this * coefficient (Kerbl et al. 2023).
 pub(crate) const HARMONIC: f32 = 0.282_094_8;
@@ -17,7 +14,7 @@ pub(super) fn word(bytes: &[u8], i: usize) -> [u8; 4] {
 
 /// The splats of a file.
 #[derive(Clone, Debug, Default)]
-pub struct Cloud {
+pub struct SplatCloud {
     /// Splats in the order of the file, of material 0. Opacities of a medium are shares of the largest.
     pub splats: Vec<Gaussian>,
     /// Extinction at the centre of a splat of opacity 1 [1/m], if the file holds a medium.
@@ -35,7 +32,7 @@ pub struct Cloud {
 /// A deviation of 0 becomes this share of the largest: a flat splat without a division by 0.
 const FLATTEST: f32 = 1e-6;
 
-impl Cloud {
+impl SplatCloud {
     /// An empty cloud with room for `count` splats.
     pub(crate) fn with_room(count: u64) -> Result<Self, Fault> {
         Limit::Splats.grown(0, count)?;

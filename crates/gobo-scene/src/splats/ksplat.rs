@@ -1,7 +1,7 @@
 //! `.ksplat` (mkkellogg/GaussianSplats3D, version 0.1): sections of splats, in buckets relative to whose centres
 //! positions are stored; plain floats, halves, or halves with harmonics of 8 bits (compression levels 0, 1 and 2).
-use super::cloud::{Cloud, Fault, word};
-use crate::limits::Limit;
+use super::cloud::{SplatCloud, word};
+use crate::{error::Fault, limits::Limit};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 use half::f16;
@@ -22,13 +22,13 @@ const USUAL_RANGE: u32 = 32767;
 const DAMAGED: &str = "the file is cut off or damaged: write it again";
 
 /// Header of the file.
-struct Header {
+struct KsplatHeader {
     sections: u64,
     count: u64,
     level: u16,
 }
 
-impl Header {
+impl KsplatHeader {
     /// `None` if the bytes are of no such file.
     fn parse(bytes: &[u8]) -> Option<Self> {
         let number = |i: usize| u32::from_le_bytes(word(bytes, i));
@@ -102,14 +102,14 @@ impl Section {
 
 /// Whether bytes begin such a file of a length \[bytes\].
 pub(super) fn is_ksplat(start: &[u8], length: u64) -> bool {
-    let Some(header) = Header::parse(start) else { return false };
+    let Some(header) = KsplatHeader::parse(start) else { return false };
     let Some(bytes) = start.get(HEADER..HEADER + SECTION) else { return false };
     let fits = |section: Section| header.start() + section.lengths()[1] <= length;
     Section::parse(bytes, header.level).is_ok_and(fits)
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
-    let Some(header) = Header::parse(bytes) else {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
+    let Some(header) = KsplatHeader::parse(bytes) else {
         return Err(("the header is not that of a .ksplat 0.1".to_owned(), DAMAGED));
     };
     Limit::Splats.grown(0, header.count)?;
@@ -130,7 +130,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
         let message = format!("the file ends in its sections: {have} of {all} bytes");
         return Err((message, DAMAGED));
     }
-    let mut cloud = Cloud::with_room(count)?;
+    let mut cloud = SplatCloud::with_room(count)?;
     let mut degree = 0;
     for (i, section) in sections.iter().enumerate() {
         let [lists, all] = section.lengths().map(|length| length as usize);

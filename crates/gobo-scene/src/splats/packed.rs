@@ -1,9 +1,6 @@
 //! Compressed PLY of `PlayCanvas`: chunks of 256 splats with the bounds of their numbers, four words a splat.
-use super::{
-    cloud::{Cloud, Fault},
-    ply::table,
-};
-use crate::{ply_body::Body, ply_header};
+use super::{cloud::SplatCloud, ply::table};
+use crate::{error::Fault, ply_body::PlyBody, ply_header};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 
@@ -22,9 +19,9 @@ const WORDS: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", 
 /// Bounds of a chunk: least and largest of centres, logarithms of deviations and colours.
 type Chunk = [[Vec3; 2]; 3];
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let header = ply_header::parse(bytes)?;
-    let mut body = Body::new(&header, bytes);
+    let mut body = PlyBody::new(&header, bytes);
     let mut chunks: Vec<Chunk> = Vec::new();
     let mut cloud = None;
     let mut harmonics = 0;
@@ -56,7 +53,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
             }
             "vertex" => {
                 let words = table(element, &WORDS)?;
-                let mut splats = Cloud::with_room(element.count as u64)?;
+                let mut splats = SplatCloud::with_room(element.count as u64)?;
                 let read = |index: usize, row: &[f64]| {
                     let chunk = chunks.get(index / CHUNK).ok_or_else(|| {
                         let message = format!(

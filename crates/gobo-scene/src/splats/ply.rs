@@ -1,12 +1,13 @@
 //! PLY with a row per splat: 3D Gaussian splatting (Kerbl et al. 2023) and volumetric primitives (Condor et
 //! al. 2024).
 use super::{
-    cloud::{Cloud, Fault, HARMONIC},
-    kind::Kind,
+    cloud::{HARMONIC, SplatCloud},
+    kind::SplatKind,
 };
 use crate::{
+    error::Fault,
     error::quoted,
-    ply_body::{Body, Table},
+    ply_body::{ElementTable, PlyBody},
     ply_header::{self, Element},
 };
 use glam::{Quat, Vec3};
@@ -23,11 +24,11 @@ const MEDIUM: [&str; 4] = ["sigma_t_0", "albedo_0", "albedo_1", "albedo_2"];
 const PACKED: &str = "packed_position";
 
 /// The `columns` among the properties of `element`, all of which must be there.
-pub(super) fn table(element: &Element, columns: &[&str]) -> Result<Table, Fault> {
+pub(super) fn table(element: &Element, columns: &[&str]) -> Result<ElementTable, Fault> {
     let mut of_properties = vec![None; element.properties.len()];
     for (i, name) in columns.iter().enumerate() {
         let property = element.properties.iter().position(|property| {
-            property.name == *name && matches!(property.kind, ply_header::Kind::One(_))
+            property.name == *name && matches!(property.kind, ply_header::PropertyKind::One(_))
         });
         let Some(property) = property else {
             let message = format!("splats without a column {}", quoted(name));
@@ -35,23 +36,23 @@ pub(super) fn table(element: &Element, columns: &[&str]) -> Result<Table, Fault>
         };
         of_properties[property] = Some(i);
     }
-    Ok(Table { columns: of_properties, width: columns.len() })
+    Ok(ElementTable { columns: of_properties, width: columns.len() })
 }
 
 /// Kind of splats that a header has columns of.
-pub(super) fn kind_of(bytes: &[u8]) -> Option<Kind> {
+pub(super) fn kind_of(bytes: &[u8]) -> Option<SplatKind> {
     let header = ply_header::parse(bytes).ok()?;
     let vertex = header.elements.iter().find(|element| element.name == "vertex")?;
     let has = |name: &str| vertex.properties.iter().any(|property| property.name == name);
     if has(PACKED) {
-        return Some(Kind::Packed);
+        return Some(SplatKind::Packed);
     }
-    ["scale_0", "rot_0", "f_dc_0"].into_iter().any(has).then_some(Kind::Ply)
+    ["scale_0", "rot_0", "f_dc_0"].into_iter().any(has).then_some(SplatKind::Ply)
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let header = ply_header::parse(bytes)?;
-    let mut body = Body::new(&header, bytes);
+    let mut body = PlyBody::new(&header, bytes);
     let mut cloud = None;
     let mut notes = Vec::new();
     for element in &header.elements {
@@ -78,11 +79,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
-fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
+fn vertices(body: &mut PlyBody<'_>, element: &Element) -> Result<SplatCloud, Fault> {
     let is_medium = element.properties.iter().any(|property| property.name == MEDIUM[0]);
     let names = [&SHAPE[..], if is_medium { &MEDIUM } else { &SPLAT }].concat();
     let columns = table(element, &names)?;
-    let mut cloud = Cloud::with_room(element.count as u64)?;
+    let mut cloud = SplatCloud::with_room(element.count as u64)?;
     let mut densest = 0.0_f32;
     let read = |_: usize, row: &[f64]| {
         let number = |i: usize| row[i] as f32;

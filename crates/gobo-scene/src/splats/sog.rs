@@ -1,10 +1,14 @@
 //! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder.
 use super::{
-    cloud::{Cloud, Fault, HARMONIC},
+    cloud::{HARMONIC, SplatCloud},
     packed::smallest_three,
     sog_store::Store,
 };
-use crate::{error::quoted, images, limits, limits::Limit};
+use crate::{
+    error::{Fault, quoted},
+    images, limits,
+    limits::Limit,
+};
 use glam::Vec3;
 use gobo::model::Gaussian;
 use image::RgbaImage;
@@ -29,7 +33,7 @@ const MAX_IMAGE: u64 = 1 << 28;
 const FIRST_MODE: u8 = 252;
 
 #[derive(Deserialize)]
-struct Meta {
+struct SogMeta {
     count: u64,
     means: Means,
     scales: Coded,
@@ -136,9 +140,9 @@ impl Sog {
 }
 
 /// Reads a store: a zip, or the folder of a `meta.json` of this name.
-pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<Cloud, Fault> {
+pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<SplatCloud, Fault> {
     let sog = Sog::open(store, name)?;
-    let mut cloud = Cloud::with_room(sog.count)?;
+    let mut cloud = SplatCloud::with_room(sog.count)?;
     for i in 0..sog.count as usize {
         cloud.push(sog.splat(i)?);
     }
@@ -148,13 +152,13 @@ pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<Cloud, Fault> {
 
 /// Names of the images beside a `meta.json`.
 pub(super) fn images(folder: &Path, name: &str) -> Result<Vec<String>, Fault> {
-    let Meta { means, scales, quats, sh0, higher, .. } = meta(&mut Store::folder(folder), name)?;
+    let SogMeta { means, scales, quats, sh0, higher, .. } = meta(&mut Store::folder(folder), name)?;
     let higher = higher.map(|higher| higher.files).unwrap_or_default();
     let plain = [scales.files, quats.files, sh0.files].concat();
     Ok(means.files.into_iter().chain(plain).chain(higher).collect())
 }
 
-fn meta(store: &mut Store<'_>, name: &str) -> Result<Meta, Fault> {
+fn meta(store: &mut Store<'_>, name: &str) -> Result<SogMeta, Fault> {
     let meta = store.member(name, MAX_META)?;
     let version: serde_json::Value = serde_json::from_slice(&meta)
         .map_err(|error| (format!("meta.json: not valid JSON: {error}"), DAMAGED))?;

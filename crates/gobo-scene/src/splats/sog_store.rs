@@ -1,6 +1,10 @@
 //! Where the files of a SOG are: in a zip, or in a folder.
-use super::{cloud::Fault, sog::DAMAGED};
-use crate::{SceneError, error::quoted, read};
+use super::sog::DAMAGED;
+use crate::{
+    SceneError,
+    error::{Fault, quoted},
+    read,
+};
 use std::{
     borrow::Cow,
     io::{Cursor, Read as _},

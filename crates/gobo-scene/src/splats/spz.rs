@@ -1,10 +1,10 @@
 //! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream for each
 //! attribute. x is right, y up, z back.
 use super::{
-    cloud::{Cloud, Fault, HARMONIC, word},
+    cloud::{HARMONIC, SplatCloud, word},
     packed::smallest_three,
 };
-use crate::limits::Limit;
+use crate::{error::Fault, limits::Limit};
 use flate2::read::MultiGzDecoder;
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
@@ -34,7 +34,7 @@ const NAMES: [&str; 6] =
     ["positions", "alphas", "colours", "scales", "rotations", "spherical harmonics"];
 
 #[derive(Clone, Copy, Debug)]
-struct Header {
+struct SpzHeader {
     version: u32,
     count: usize,
     degree: u8,
@@ -42,7 +42,7 @@ struct Header {
     fraction: u8,
 }
 
-impl Header {
+impl SpzHeader {
     fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         if bytes.len() < HEADER || bytes[..4] != MAGIC {
             return Err(("this is no SPZ file: it does not start with NGSP".to_owned(), DAMAGED));
@@ -85,7 +85,7 @@ pub(super) fn is_spz(bytes: &[u8]) -> bool {
 
 /// The splats of a file, decoded as they are asked for.
 pub(crate) struct Spz {
-    header: Header,
+    header: SpzHeader,
     attributes: Attributes,
 }
 
@@ -120,9 +120,9 @@ impl Spz {
     }
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let file = Spz::open(bytes)?;
-    let mut cloud = Cloud::with_room(file.count() as u64)?;
+    let mut cloud = SplatCloud::with_room(file.count() as u64)?;
     for i in 0..file.count() {
         cloud.push(file.splat(i));
     }
@@ -130,7 +130,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
-fn position(header: Header, bytes: &[u8], i: usize) -> Vec3 {
+fn position(header: SpzHeader, bytes: &[u8], i: usize) -> Vec3 {
     let part = |k: usize| {
         if header.version == 1 {
             let start = 6 * i + 2 * k;
@@ -143,7 +143,7 @@ fn position(header: Header, bytes: &[u8], i: usize) -> Vec3 {
     Vec3::from_array([0, 1, 2].map(part))
 }
 
-fn rotation(header: Header, bytes: &[u8], i: usize) -> Quat {
+fn rotation(header: SpzHeader, bytes: &[u8], i: usize) -> Quat {
     if header.version < 3 {
         let [x, y, z] = [0, 1, 2].map(|k| f32::from(bytes[3 * i + k]) / 127.5 - 1.0);
         let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
@@ -185,9 +185,9 @@ fn pass(from: &mut impl Read, length: usize, name: &str) -> Result<(), Fault> {
 }
 
 /// Versions 1 to 3.
-fn gzip(bytes: &[u8]) -> Result<(Header, Attributes), Fault> {
+fn gzip(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
     let mut plain = MultiGzDecoder::new(bytes);
-    let header = Header::parse(&exactly(&mut plain, HEADER, "header")?)?;
+    let header = SpzHeader::parse(&exactly(&mut plain, HEADER, "header")?)?;
     if header.version > 3 {
         let message = "is SPZ version 4 inside gzip";
         return Err((message.to_owned(), "write version 4 without gzip around it"));
@@ -204,8 +204,8 @@ fn gzip(bytes: &[u8]) -> Result<(Header, Attributes), Fault> {
 }
 
 /// Version 4.
-fn streams(bytes: &[u8]) -> Result<(Header, Attributes), Fault> {
-    let header = Header::parse(bytes)?;
+fn streams(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
+    let header = SpzHeader::parse(bytes)?;
     if header.version < 4 {
         let message = format!("is SPZ version {} without gzip", header.version);
         return Err((message, "compress it by gzip, as its version says"));

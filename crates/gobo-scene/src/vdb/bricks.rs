@@ -1,6 +1,6 @@
 //! Bricks of a tree's voxels: leaves with the first voxels of their neighbours, and boxes of one value.
 use super::{
-    input::Fault,
+    input::VolumeFault,
     tree::{LEAF_EDGE, LEAF_VOXELS, MOST_NODES, Tile, Tree, UPPER_EDGE},
 };
 use crate::limits::has_memory;
@@ -27,13 +27,13 @@ const EDGES: [i32; 3] = [LEAF_EDGE, 128, UPPER_EDGE];
 
 /// Where the voxels of a brick's place come from.
 #[derive(Clone, Copy)]
-pub(super) enum Source<'a> {
+pub(super) enum VoxelSource<'a> {
     /// Values of a leaf, z first.
     Leaf(&'a [f32]),
     Constant(f32),
 }
 
-impl Source<'_> {
+impl VoxelSource<'_> {
     pub(super) fn at(self, voxel: IVec3) -> f32 {
         match self {
             Self::Leaf(values) => values[((voxel.x * 8 + voxel.y) * 8 + voxel.z) as usize],
@@ -62,17 +62,17 @@ impl<'a> VoxelSources<'a> {
     }
 
     /// Source of the 8^3 voxels from `origin` on.
-    pub(super) fn source(&self, origin: IVec3) -> Source<'a> {
+    pub(super) fn source(&self, origin: IVec3) -> VoxelSource<'a> {
         if let Some(&leaf) = self.leaves.get(&origin) {
-            return Source::Leaf(&self.tree.values[leaf * LEAF_VOXELS..][..LEAF_VOXELS]);
+            return VoxelSource::Leaf(&self.tree.values[leaf * LEAF_VOXELS..][..LEAF_VOXELS]);
         }
         let tile =
             |&edge: &i32| self.tiles.get(&(edge, origin.div_euclid(IVec3::splat(edge)) * edge));
-        Source::Constant(EDGES.iter().find_map(tile).copied().unwrap_or(self.unset))
+        VoxelSource::Constant(EDGES.iter().find_map(tile).copied().unwrap_or(self.unset))
     }
 
     /// Sources of the 8^3 voxels from `origin` on and of their upper neighbours.
-    fn sources(&self, origin: IVec3) -> [Source<'a>; 8] {
+    fn sources(&self, origin: IVec3) -> [VoxelSource<'a>; 8] {
         std::array::from_fn(|i| {
             let upper = |axis: usize| (i >> axis & 1) as i32;
             self.source(origin + IVec3::new(upper(0), upper(1), upper(2)) * LEAF_EDGE)
@@ -82,8 +82,10 @@ impl<'a> VoxelSources<'a> {
     /// The brick from `origin` on; `None` if it is 0 throughout.
     fn brick(&self, origin: IVec3) -> Option<Brick> {
         let sources = self.sources(origin);
-        if let Source::Constant(value) = sources[0]
-            && sources.iter().all(|source| matches!(source, Source::Constant(v) if *v == value))
+        if let VoxelSource::Constant(value) = sources[0]
+            && sources
+                .iter()
+                .all(|source| matches!(source, VoxelSource::Constant(v) if *v == value))
         {
             return (value != 0.0).then(|| constant(origin, LEAF_EDGE, value));
         }
@@ -98,7 +100,7 @@ impl<'a> VoxelSources<'a> {
     }
 }
 
-fn voxels(sources: &[Source<'_>; 8]) -> Voxels {
+fn voxels(sources: &[VoxelSource<'_>; 8]) -> Voxels {
     Voxels::new(|voxel| {
         let upper = (voxel / LEAF_EDGE as u32).dot(UVec3::new(1, 2, 4));
         sources[upper as usize].at((voxel % LEAF_EDGE as u32).as_ivec3())
@@ -111,14 +113,17 @@ fn constant(origin: IVec3, edge: i32, density: f32) -> Brick {
 
 impl Tree {
     /// Bricks of all cells that have a corner above 0: also of cells whose lowest corner is in no leaf.
-    pub(crate) fn into_bricks(mut self) -> Result<Bricks, Fault> {
+    pub(crate) fn into_bricks(mut self) -> Result<Bricks, VolumeFault> {
         let (scale, [negative, not_finite]) = self.make_halves();
         let step = IVec3::splat(LEAF_EDGE);
         let mut origins = BTreeSet::new();
         let mut add = |origin: IVec3| {
             if origins.len() == MOST_NODES {
                 let message = format!("its voxels need more than {MOST_NODES} bricks");
-                return Err(Fault::new(message, "resample it with larger voxels, or split it"));
+                return Err(VolumeFault::new(
+                    message,
+                    "resample it with larger voxels, or split it",
+                ));
             }
             origins.insert(origin.to_array());
             Ok(())
@@ -149,7 +154,10 @@ impl Tree {
         let bytes = origins.len() * size_of::<[u16; BRICK_VALUES]>();
         if !has_memory(bytes as u64) {
             let message = format!("no memory for {} bricks ({} MiB)", origins.len(), bytes >> 20);
-            return Err(Fault::new(message, "use a smaller grid, or a machine with more memory"));
+            return Err(VolumeFault::new(
+                message,
+                "use a smaller grid, or a machine with more memory",
+            ));
         }
         let lookup = VoxelSources::new(&self, 0.0);
         let made: Vec<_> =

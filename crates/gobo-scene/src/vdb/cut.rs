@@ -1,6 +1,6 @@
 //! Cutting of a tree: voxels outside are 0.
 use super::{
-    input::Fault,
+    input::VolumeFault,
     tree::{LEAF_EDGE, LEAF_VOXELS, LOWER_EDGE, MOST_NODES, Tile, Tree, too_many},
 };
 use glam::IVec3;
@@ -12,7 +12,7 @@ impl Tree {
         mut self,
         has: impl Fn(IVec3) -> bool,
         has_all: impl Fn(IVec3, IVec3) -> Option<bool>,
-    ) -> Result<Self, Fault> {
+    ) -> Result<Self, VolumeFault> {
         let voxel = |i: usize| IVec3::new(i as i32 / 64, i as i32 / 8 % 8, i as i32 % 8);
         for (&origin, values) in self.leaves.iter().zip(self.values.chunks_exact_mut(LEAF_VOXELS)) {
             for (i, value) in values.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! The nodes of a `NanoVDB` grid. Each says where its children are, in bytes from itself.
 use super::{
-    input::{Fault, Input},
+    input::{Input, VolumeFault},
     nano::GRID,
     tree::{
         FARTHEST, LEAF_EDGE, LEAF_VOXELS, LOWER_EDGE, MOST_NODES, Tile, Tree, UPPER_EDGE, too_many,
@@ -64,7 +64,7 @@ impl NanoType {
     }
 
     /// A value at a place.
-    fn value(self, bytes: &[u8], at: usize) -> Result<f32, Fault> {
+    fn value(self, bytes: &[u8], at: usize) -> Result<f32, VolumeFault> {
         const WHAT: &str = "a value";
         let mut input = Input::new(bytes, at)?;
         let mut two = || Ok(input.take(2, WHAT)?.try_into().unwrap_or_default());
@@ -88,8 +88,12 @@ impl NanoType {
 }
 
 /// The tree of a grid, and the value of voxels that it doesn't have.
-pub(super) fn tree(grid: &[u8], kind: NanoType, has_values: bool) -> Result<(Tree, f32), Fault> {
-    let mut nodes = Nodes { grid, kind, background: 0.0, left: [0; 3], tree: Tree::default() };
+pub(super) fn tree(
+    grid: &[u8],
+    kind: NanoType,
+    has_values: bool,
+) -> Result<(Tree, f32), VolumeFault> {
+    let mut nodes = NanoNodes { grid, kind, background: 0.0, left: [0; 3], tree: Tree::default() };
     // Nodes of each level have bytes of their own: more are copies, and might be without end.
     nodes.left = [UPPER, LOWER, 96].map(|size| grid.len() / size + 1);
     let long = |at: usize| Input::new(grid, at)?.i64("the place of the root");
@@ -99,13 +103,13 @@ pub(super) fn tree(grid: &[u8], kind: NanoType, has_values: bool) -> Result<(Tre
 }
 
 /// A place that is `offset` bytes away.
-fn child(from: usize, offset: i64) -> Result<usize, Fault> {
+fn child(from: usize, offset: i64) -> Result<usize, VolumeFault> {
     let at = i64::try_from(from).ok().and_then(|from| from.checked_add(offset));
     at.and_then(|at| usize::try_from(at).ok())
-        .ok_or_else(|| Fault::damaged("a node is outside of the grid"))
+        .ok_or_else(|| VolumeFault::damaged("a node is outside of the grid"))
 }
 
-struct Nodes<'a> {
+struct NanoNodes<'a> {
     grid: &'a [u8],
     kind: NanoType,
     background: f32,
@@ -114,8 +118,8 @@ struct Nodes<'a> {
     tree: Tree,
 }
 
-impl Nodes<'_> {
-    fn root(&mut self, root: usize, has_values: bool) -> Result<(), Fault> {
+impl NanoNodes<'_> {
+    fn root(&mut self, root: usize, has_values: bool) -> Result<(), VolumeFault> {
         const WHAT: &str = "the root";
         let offsets = self.kind.offsets();
         self.background = self.kind.value(self.grid, root.saturating_add(offsets.background))?;
@@ -134,7 +138,7 @@ impl Nodes<'_> {
             let is_near = origin.cmpge(IVec3::splat(-FARTHEST)).all()
                 && origin.cmple(IVec3::splat(FARTHEST)).all();
             if !is_near || !known.insert(origin) {
-                return Err(Fault::damaged(format!(
+                return Err(VolumeFault::damaged(format!(
                     "a node at {origin} is too far, or there twice"
                 )));
             }
@@ -154,10 +158,10 @@ impl Nodes<'_> {
     }
 
     /// Counts a node of a level.
-    fn count(&mut self, level: usize) -> Result<(), Fault> {
+    fn count(&mut self, level: usize) -> Result<(), VolumeFault> {
         let left = self.left[level].checked_sub(1);
         self.left[level] =
-            left.ok_or_else(|| Fault::damaged("the same node is there many times"))?;
+            left.ok_or_else(|| VolumeFault::damaged("the same node is there many times"))?;
         Ok(())
     }
 
@@ -168,7 +172,7 @@ impl Nodes<'_> {
         table: usize,
         origin: IVec3,
         edge: i32,
-    ) -> Result<Vec<(usize, IVec3)>, Fault> {
+    ) -> Result<Vec<(usize, IVec3)>, VolumeFault> {
         const MASKS: usize = 32;
         self.count(if LOG == 5 { 0 } else { 1 })?;
         let count = 1 << (3 * LOG);
@@ -192,7 +196,7 @@ impl Nodes<'_> {
         Ok(found)
     }
 
-    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), Fault> {
+    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), VolumeFault> {
         self.tree.active += u64::from(is_active) * (i64::from(tile.edge).pow(3) as u64);
         if tile.value == 0.0 || !is_active && tile.value == self.background {
             return Ok(());
@@ -204,7 +208,7 @@ impl Nodes<'_> {
         Ok(())
     }
 
-    fn leaf(&mut self, leaf: usize, origin: IVec3, has_values: bool) -> Result<(), Fault> {
+    fn leaf(&mut self, leaf: usize, origin: IVec3, has_values: bool) -> Result<(), VolumeFault> {
         const WHAT: &str = "a leaf";
         self.count(2)?;
         if self.tree.leaves.len() == MOST_NODES {
@@ -224,7 +228,7 @@ impl Nodes<'_> {
             _ => None,
         };
         if bits.is_none() && self.kind == NanoType::AnySteps {
-            return Err(Fault::damaged("a leaf has steps of more than 16 bits"));
+            return Err(VolumeFault::damaged("a leaf has steps of more than 16 bits"));
         }
         let length = bits.map_or(self.kind.size() * LEAF_VOXELS, |bits| bits * LEAF_VOXELS / 8);
         let mut input = Input::new(self.grid, leaf + table)?;

@@ -1,6 +1,6 @@
 //! Values of a grid's tree: leaves of 8^3 voxels, and tiles of one value.
 use super::{
-    input::{Fault, Input},
+    input::{Input, VolumeFault},
     values::{Encoding, MOST_VALUES, NODE_MASKS, Scratch, count_set, is_set, mask_bytes},
 };
 use glam::IVec3;
@@ -53,7 +53,7 @@ pub(super) struct Topology<'a, 'b> {
 }
 
 impl Topology<'_, '_> {
-    pub(super) fn read(mut self) -> Result<Tree, Fault> {
+    pub(super) fn read(mut self) -> Result<Tree, VolumeFault> {
         self.input.u32("the number of buffers")?;
         self.encoding.background = self.encoding.single(self.input, "the background")?;
         let tiles = self.input.u32("the number of tiles")?;
@@ -74,7 +74,7 @@ impl Topology<'_, '_> {
     }
 
     /// Origin of a part of the root, which must be there once.
-    fn root_entry(&mut self, known: &mut HashSet<IVec3>) -> Result<IVec3, Fault> {
+    fn root_entry(&mut self, known: &mut HashSet<IVec3>) -> Result<IVec3, VolumeFault> {
         let at = self.input.at();
         let origin = self.input.ivec3("the origin of a node")?;
         let is_near = origin.cmpge(IVec3::splat(-FARTHEST)).all()
@@ -85,13 +85,13 @@ impl Topology<'_, '_> {
                 () if origin % UPPER_EDGE != IVec3::ZERO => "not at a multiple of 4096 voxels",
                 () => "there twice",
             };
-            return Err(Fault::damaged(format!("the node {origin} at byte {at} is {why}")));
+            return Err(VolumeFault::damaged(format!("the node {origin} at byte {at} is {why}")));
         }
         Ok(origin)
     }
 
     /// A node of 32^3 parts: returns when all below it are read.
-    fn upper(&mut self, origin: IVec3, values: &mut [f32]) -> Result<(), Fault> {
+    fn upper(&mut self, origin: IVec3, values: &mut [f32]) -> Result<(), VolumeFault> {
         let children = self.inner::<5>(origin, LOWER_EDGE, values)?;
         for origin in children {
             let leaves = self.inner::<4>(origin, LEAF_EDGE, values)?;
@@ -112,7 +112,7 @@ impl Topology<'_, '_> {
         origin: IVec3,
         edge: i32,
         values: &mut [f32],
-    ) -> Result<Vec<IVec3>, Fault> {
+    ) -> Result<Vec<IVec3>, VolumeFault> {
         let count = 1 << (3 * LOG);
         let children = self.input.take(mask_bytes(count), "the mask of an inner node")?;
         let active = self.input.take(mask_bytes(count), "the mask of an inner node")?;
@@ -135,7 +135,7 @@ impl Topology<'_, '_> {
         Ok((0..count).filter(|&i| is_set(children, i)).map(origin_of).collect())
     }
 
-    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), Fault> {
+    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), VolumeFault> {
         self.tree.active += u64::from(is_active) * (i64::from(tile.edge).pow(3) as u64);
         let is_unset = tile.value == self.encoding.unset();
         if is_unset || !is_active && tile.value == self.encoding.background {
@@ -155,11 +155,11 @@ impl Tree {
         &mut self,
         input: &mut Input<'_>,
         encoding: &Encoding,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), VolumeFault> {
         let length = self.leaves.len() * LEAF_VOXELS;
         self.values.try_reserve_exact(length).map_err(|_| {
             let message = format!("no memory for {} leaves", self.leaves.len());
-            Fault::new(message, "use a smaller grid, or a machine with more memory")
+            VolumeFault::new(message, "use a smaller grid, or a machine with more memory")
         })?;
         self.values.resize(length, 0.0);
         let mut scratch = Scratch::default();
@@ -185,7 +185,7 @@ impl Tree {
     }
 }
 
-pub(super) fn too_many(what: &str) -> Fault {
+pub(super) fn too_many(what: &str) -> VolumeFault {
     let message = format!("the grid has more than {MOST_NODES} {what}");
-    Fault::new(message, "resample it with larger voxels, or split it")
+    VolumeFault::new(message, "resample it with larger voxels, or split it")
 }

@@ -1,5 +1,5 @@
 //! Values of a node: numbers behind masks, packed by zlib, Blosc or not at all.
-use super::input::{Fault, Input};
+use super::input::{Input, VolumeFault};
 use half::f16;
 
 /// Bytes of a mask that has a bit for each of `values`.
@@ -18,13 +18,13 @@ pub(super) fn count_set(mask: &[u8]) -> usize {
 
 /// How numbers are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+pub(super) enum VdbNumber {
     Half,
     Float,
     Double,
 }
 
-impl Number {
+impl VdbNumber {
     pub(super) const fn bytes(self) -> usize {
         match self {
             Self::Half => 2,
@@ -54,10 +54,12 @@ impl Masked {
     /// No value is left out.
     const NOTHING: Self = Self(6);
 
-    fn read(input: &mut Input<'_>) -> Result<Self, Fault> {
+    fn read(input: &mut Input<'_>) -> Result<Self, VolumeFault> {
         match input.u8("the kind of a node's values")? {
             kind @ 0..=6 => Ok(Self(kind)),
-            kind => Err(Fault::damaged(format!("a node's values are of kind {kind}, of 0 to 6"))),
+            kind => {
+                Err(VolumeFault::damaged(format!("a node's values are of kind {kind}, of 0 to 6")))
+            }
         }
     }
 
@@ -66,7 +68,7 @@ impl Masked {
     }
 
     /// The values of inactive voxels whose bit is 0 and 1.
-    fn inactive(self, encoding: &Encoding, input: &mut Input<'_>) -> Result<[f32; 2], Fault> {
+    fn inactive(self, encoding: &Encoding, input: &mut Input<'_>) -> Result<[f32; 2], VolumeFault> {
         let mut given = || encoding.single(input, "an inactive value");
         let background = encoding.background;
         Ok(match self.0 {
@@ -88,9 +90,9 @@ impl Masked {
 pub(super) struct Encoding {
     pub(super) version: u32,
     /// Numbers of the grid's type, as single values are stored.
-    pub(super) number: Number,
+    pub(super) number: VdbNumber,
     /// Numbers of whole nodes.
-    pub(super) stored: Number,
+    pub(super) stored: VdbNumber,
     /// Numbers of a value, and the one that is read: a channel of a colour.
     pub(super) width: usize,
     pub(super) channel: usize,
@@ -116,12 +118,12 @@ pub(super) struct Scratch {
 
 impl Encoding {
     /// A value that stands alone.
-    pub(super) fn single(&self, input: &mut Input<'_>, what: &str) -> Result<f32, Fault> {
+    pub(super) fn single(&self, input: &mut Input<'_>, what: &str) -> Result<f32, VolumeFault> {
         let bytes = input.take(self.number.bytes() * self.width, what)?;
         Ok(self.of_value(self.number, bytes))
     }
 
-    fn of_value(&self, number: Number, bytes: &[u8]) -> f32 {
+    fn of_value(&self, number: VdbNumber, bytes: &[u8]) -> f32 {
         number.value(&bytes[number.bytes() * self.channel..][..number.bytes()])
     }
 
@@ -137,7 +139,7 @@ impl Encoding {
         active: &[u8],
         values: &mut [f32],
         scratch: &mut Scratch,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), VolumeFault> {
         let has_kind = self.version >= NODE_MASKS;
         let masked = if has_kind { Masked::read(input)? } else { Masked::NOTHING };
         let inactive = masked.inactive(self, input)?;
@@ -168,7 +170,7 @@ impl Encoding {
         input: &mut Input<'_>,
         count: usize,
         scratch: &mut Scratch,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), VolumeFault> {
         self.unpacked(input, count, scratch).map(|_| ())
     }
 
@@ -178,7 +180,7 @@ impl Encoding {
         input: &mut Input<'f>,
         count: usize,
         scratch: &'s mut Scratch,
-    ) -> Result<&'s [u8], Fault> {
+    ) -> Result<&'s [u8], VolumeFault> {
         const WHAT: &str = "a node's values";
         let length = count * self.stored.bytes() * self.width;
         // Halves are not written at all where there are none.
@@ -206,21 +208,21 @@ impl Encoding {
     }
 }
 
-fn wrong_length(found: usize, expected: usize) -> Fault {
-    Fault::damaged(format!("a node's values have {found} bytes instead of {expected}"))
+fn wrong_length(found: usize, expected: usize) -> VolumeFault {
+    VolumeFault::damaged(format!("a node's values have {found} bytes instead of {expected}"))
 }
 
 /// Unpacks a zlib stream.
-pub(super) fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), Fault> {
+pub(super) fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), VolumeFault> {
     let mut stream = flate2::Decompress::new(true);
     let end = stream.decompress(packed, unpacked, flate2::FlushDecompress::Finish);
     match end {
         Ok(flate2::Status::StreamEnd) if stream.total_out() == unpacked.len() as u64 => Ok(()),
-        Ok(_) => Err(Fault::damaged(format!(
+        Ok(_) => Err(VolumeFault::damaged(format!(
             "a node's values are not {} bytes when unpacked",
             unpacked.len()
         ))),
-        Err(error) => Err(Fault::damaged(format!("a node's values do not unpack: {error}"))),
+        Err(error) => Err(VolumeFault::damaged(format!("a node's values do not unpack: {error}"))),
     }
 }
 
@@ -230,7 +232,7 @@ pub(super) fn blosc(
     frame: &[u8],
     unpacked: &mut [u8],
     shuffled: &mut Vec<u8>,
-) -> Result<(), Fault> {
+) -> Result<(), VolumeFault> {
     /// Streams of a block are split where there are enough numbers in each.
     const MOST_SPLITS: usize = 16;
     const LEAST_SPLIT: usize = 128;
@@ -246,7 +248,7 @@ pub(super) fn blosc(
         return Err(wrong_length(whole, unpacked.len()));
     }
     if packed != frame.len() {
-        return Err(Fault::damaged(format!(
+        return Err(VolumeFault::damaged(format!(
             "a Blosc frame has {} bytes and says {packed}",
             frame.len()
         )));
@@ -258,10 +260,10 @@ pub(super) fn blosc(
     }
     if format != 1 || has_bits {
         const HELP: &str = "write the file with zip or Blosc LZ4, as OpenVDB does";
-        return Err(Fault::new("values packed by Blosc in another way than LZ4", HELP));
+        return Err(VolumeFault::new("values packed by Blosc in another way than LZ4", HELP));
     }
     if block == 0 || number == 0 {
-        return Err(Fault::damaged("a Blosc frame has blocks or numbers without bytes"));
+        return Err(VolumeFault::damaged("a Blosc frame has blocks or numbers without bytes"));
     }
     for (i, out) in unpacked.chunks_mut(block).enumerate() {
         let start = Input::new(frame, HEADER + 4 * i)?.u32("the start of a Blosc block")?;
@@ -283,7 +285,7 @@ pub(super) fn blosc(
             } else if !lz4_flex::block::decompress_into(bytes, part)
                 .is_ok_and(|unpacked| unpacked == part.len())
             {
-                return Err(Fault::damaged("a node's LZ4 values do not unpack"));
+                return Err(VolumeFault::damaged("a node's LZ4 values do not unpack"));
             }
         }
         // Bytes behind the last whole number are not sorted.

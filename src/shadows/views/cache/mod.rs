@@ -25,7 +25,7 @@ pub(in crate::shadows) struct MapCache {
 
 /// An input from the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Input {
+enum CachedInput {
     /// Index of the set.
     Casters(usize),
     Depth {
@@ -40,7 +40,7 @@ struct CachedView {
     /// Indices of the groups that the view may see.
     groups: Vec<u32>,
     /// The host's inputs that the view may see, each with its version.
-    inputs: Vec<(Input, Option<u64>)>,
+    inputs: Vec<(CachedInput, Option<u64>)>,
     /// Occluders of the view, and the number of casters that they hid.
     occluders: Occluders,
     hidden: u64,
@@ -95,10 +95,10 @@ impl MapCache {
             inputs.extend(
                 casters
                     .host_versions(&gpu_view)
-                    .map(|(set, version)| (Input::Casters(set), version)),
+                    .map(|(set, version)| (CachedInput::Casters(set), version)),
             );
             inputs.extend(
-                depth.map(|depth| (Input::Depth { instead: depth.instead }, depth.version)),
+                depth.map(|depth| (CachedInput::Depth { instead: depth.instead }, depth.version)),
             );
             // The host's depth map that replaces them has unknown occluders.
             let hides = hides.filter(|_| depth.is_none_or(|depth| !depth.instead));

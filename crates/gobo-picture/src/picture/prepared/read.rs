@@ -4,7 +4,7 @@ use crate::picture::air::Air;
 use gobo::{
     Error,
     gpu::Gpu,
-    records::{ClusterCounters, Grid, MaskSlots, Picture},
+    records::{ClusterCounters, ClusterGrid, MaskSlots, Picture},
     shadows::{ListCounters, roomy},
 };
 
@@ -32,7 +32,7 @@ impl PreparedPicture {
     }
 
     /// Grid of the camera's clusters.
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &ClusterGrid {
         &self.clusters.grid
     }
 

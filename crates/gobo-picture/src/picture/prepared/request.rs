@@ -3,7 +3,7 @@ use crate::picture::band_memory::BandMemory;
 use glam::Vec3;
 use gobo::{
     model::{Environment, Scene, View},
-    records::{FormerSlots, Grid, ImageDetail, LightRecords, OcclusionRadius},
+    records::{ClusterGrid, FormerSlots, ImageDetail, LightRecords, OcclusionRadius},
     shadows::{Prepared, masks::MaskTextures},
     stage::light_points::PictureParams,
 };
@@ -34,7 +34,7 @@ impl PictureRequest<'_> {
     pub(super) fn params(
         &self,
         records: &LightRecords,
-        grid: &Grid,
+        grid: &ClusterGrid,
         first_setup: u32,
     ) -> PictureParams {
         let Self { scene, camera, prepared, .. } = self;

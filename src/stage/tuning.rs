@@ -4,16 +4,16 @@
 use super::{
     bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
     llvmpipe,
-    sort::{SHARED_RANKS, Shape},
+    sort::{Partition, SHARED_RANKS},
 };
 use crate::gpu::{Choice, Constant, KernelDesc};
 
 /// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and `disc_segment`, which
 /// change their rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Profile {
-    /// Shape of the work of sort and bin.
-    pub shape: Shape,
+pub struct Tuning {
+    /// Partition of the work of sort and bin.
+    pub partition: Partition,
     /// Pairs of a segment of soft discs.
     pub disc_segment: u32,
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
@@ -41,15 +41,15 @@ pub struct Profile {
     pub loaded: bool,
 }
 
-impl Profile {
-    /// The profile of an adapter.
+impl Tuning {
+    /// The tuning of an adapter.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
         let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
         let is_swiftshader = adapter.driver.starts_with("SwiftShader")
             || adapter.backend == wgpu::Backend::BrowserWebGpu;
         let lanes = [adapter.subgroup_min_size, adapter.subgroup_max_size];
         Self {
-            shape: if is_software { Shape::Serial } else { Shape::Wide },
+            partition: if is_software { Partition::Serial } else { Partition::Wide },
             disc_segment: if is_software { DISC_SEGMENT } else { WIDE_DISC_SEGMENT },
             scatter_tiny: !is_software,
             columns: is_software && !is_swiftshader,
