@@ -51,7 +51,8 @@ override HAS_SOFTENING: bool = false;
 override COUNT_COST: bool = false;
 // Walks visit particles and triangles in loops of their own.
 override KINDS_APART: bool = false;
-// Cells of a brick that a ray crosses in one turn of a loop: llvmpipe ends all loops of an invocation after 65,535 turns.
+// Cells of a brick that a ray crosses in one turn of a loop: llvmpipe ends all loops of an invocation after
+// 65,535 turns.
 override CELLS_AT_ONCE: u32 = 1u;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
@@ -80,8 +81,8 @@ fn only_capsules() -> bool {
     return HAS_CAPSULES && !(HAS_FACING || HAS_PUFFS || HAS_BRICKS || HAS_GAUSSIANS);
 }
 
-// Bound of a loop over what may lie in registers: the linker writes the loop out for drivers that keep no other
-// array there (src/gpu/link/unrolled.rs).
+// Bound of a loop over what may lie in registers: the linker writes the loop out for drivers that keep no
+// other array there (src/gpu/link/unrolled.rs).
 fn unrolled(turns: u32) -> u32 {
     return turns;
 }

@@ -2,7 +2,8 @@
 // transfer to the light of its texels; a tile's segments are composed front to back, then the scattered
 // casters. The only segment of a tile is a plain factor of the casters scattered there, and is added to the
 // sums; so are segments past the capacity of `partials`, which takes more scattered tiles than the pair
-// budget has segments. CPU reference: crates/gobo-reference/src/accumulate.rs, crates/gobo-reference/src/resolve.rs.
+// budget has segments. CPU reference: crates/gobo-reference/src/accumulate.rs,
+// crates/gobo-reference/src/resolve.rs.
 
 import package::bind::changed::partials;
 import package::bind::sampled::tiles;

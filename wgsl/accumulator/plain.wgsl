@@ -1,5 +1,5 @@
-// Accumulator: transmittance and nearest depth of some texels in a column, for casters of one simple kind: soft discs or
-// splats, of the `filter` transfer. CPU reference: crates/gobo-reference/src/accumulate.rs.
+// Accumulator: transmittance and nearest depth of some texels in a column, for casters of one simple kind:
+// soft discs or splats, of the `filter` transfer. CPU reference: crates/gobo-reference/src/accumulate.rs.
 
 import package::accumulator::found::Found;
 import package::bind::sampled::opaques;

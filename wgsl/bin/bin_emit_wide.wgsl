@@ -1,7 +1,7 @@
-// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint each, then
-// all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a large
-// footprint, and neighbours load and store neighbours. What does not fit: as in bin_emit.wgsl. CPU reference:
-// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
+// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint
+// each, then all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a
+// large footprint, and neighbours load and store neighbours. What does not fit: as in bin_emit.wgsl. CPU
+// reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::emit_outlined::emit_outlined;
 import package::bin::raise_dispatch::raise_dispatch;
@@ -34,7 +34,8 @@ fn further(lane: u32, step: u32, k: u32) -> u32 {
     return lane + select(0u, step, ends[lane + step - 1u] <= k);
 }
 
-// The lane that has pair `k` of them all: the first that ends behind it. By bisection, without a loop, which costs more.
+// The lane that has pair `k` of them all: the first that ends behind it. By bisection, without a loop, which
+// costs more.
 fn lane_of(k: u32) -> u32 {
     let lane = further(further(further(0u, 32u, k), 16u, k), 8u, k);
     return further(further(further(lane, 4u, k), 2u, k), 1u, k);

@@ -1,6 +1,6 @@
-// bin, where pairs did not fit: the pairs of each tile of a part, front to back. One workgroup per tile, which
-// walks the footprints of the tile's band in depth order. Loops take eight footprints at a time: llvmpipe
-// lets one invocation walk 65,535 times. Rust: src/shadows/batch/parts.rs.
+// bin, where pairs did not fit: the pairs of each tile of a part, front to back. One workgroup per tile,
+// which walks the footprints of the tile's band in depth order. Loops take eight footprints at a time:
+// llvmpipe lets one invocation walk 65,535 times. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::part_band::band_of;
 import package::bind::loaded::{keys, rects, sorted};

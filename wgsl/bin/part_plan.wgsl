@@ -1,5 +1,5 @@
-// bin, where pairs did not fit: number of pairs in all tiles before each tile, in place, and whether the parts
-// that are recorded suffice. Else the footprints that did not fit are scattered. One workgroup. Rust:
+// bin, where pairs did not fit: number of pairs in all tiles before each tile, in place, and whether the
+// parts that are recorded suffice. Else the footprints that did not fit are scattered. One workgroup. Rust:
 // src/shadows/batch/parts.rs.
 
 import package::bind::changed::{counters, dispatches, part_turn, tile_pairs};

@@ -1,4 +1,5 @@
-// A face of glass in a light's view, and the rays of its map. CPU reference: crates/gobo-reference/src/caustics.rs.
+// A face of glass in a light's view, and the rays of its map. CPU reference:
+// crates/gobo-reference/src/caustics.rs.
 
 import package::bind::read::glass;
 import package::records::glass::GLASS_VECTORS;

@@ -1,6 +1,7 @@
-// caustics, faces: the nearest faces of glass in each texel of a view's map, of those that light enters a body by and of those
-// that it leaves by: first their depths, then, where the depths are theirs, which they are. Workgroups of a face take turns
-// with its texels. CPU reference: crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
+// caustics, faces: the nearest faces of glass in each texel of a view's map, of those that light enters a
+// body by and of those that it leaves by: first their depths, then, where the depths are theirs, which they
+// are. Workgroups of a face take turns with its texels. CPU reference: crates/gobo-reference/src/caustics.rs.
+// Rust: src/stage/caustics.rs.
 
 import package::bind::changed::{glass_depths, glass_owners};
 import package::bind::sampled::opaques;

@@ -41,7 +41,8 @@ fn texel_index(view: GpuView, place: vec2<f32>) -> u32 {
     return texel.y * u32(view.size.x) + texel.x;
 }
 
-// Snell's law for unit vectors; `ratio` of the indices, `normal` on the ray's side. Nothing passes where all is reflected.
+// Snell's law for unit vectors; `ratio` of the indices, `normal` on the ray's side. Nothing passes where all
+// is reflected.
 fn bent(ray: vec3<f32>, normal: vec3<f32>, ratio: f32) -> Bent {
     let cosine = -dot(ray, normal);
     let rest = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
@@ -49,7 +50,8 @@ fn bent(ray: vec3<f32>, normal: vec3<f32>, ratio: f32) -> Bent {
     return Bent(rest >= 0.0, normalize(through));
 }
 
-// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside of all.
+// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside of
+// all.
 fn left_depth(view: GpuView, point: vec3<f32>) -> f32 {
     let place = map_place(view, point);
     let at = 2u * texel_index(view, place) + 1u;

@@ -1,5 +1,5 @@
-// caustics, throw: adds the light of a map's texels where glass throws it. One invocation per texel. CPU reference:
-// crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
+// caustics, throw: adds the light of a map's texels where glass throws it. One invocation per texel. CPU
+// reference: crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
 
 import package::bind::changed::caustics;
 import package::bind::read::glass_owners;

@@ -81,7 +81,8 @@ fn is_saturated() -> RowIs {
 }
 
 // Inserts one hit, or several from `start` to `end`, in each texel where `is` holds. `light`: their
-// transmittance; `passed`: that of all hits so far. A full curve then has a node more than fits, until `merge_nodes`.
+// transmittance; `passed`: that of all hits so far. A full curve then has a node more than fits, until
+// `merge_nodes`.
 fn insert(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: RowIs) {
     let counts = add_node(start, end, light, passed, is);
     let fits = counts & has_free_node();

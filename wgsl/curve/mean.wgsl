@@ -52,8 +52,8 @@ fn ramp_bin(ramp: Ramp) -> u32 {
     return least + select(0u, 1u, (least + 1u) * range <= above);
 }
 
-// Finds the parts, at most `parts`. A child has some ramps: their loops end with the test, as llvmpipe executes a body
-// once more where it comes first.
+// Finds the parts, at most `parts`. A child has some ramps: their loops end with the test, as llvmpipe
+// executes a body once more where it comes first.
 fn find_parts(children: u32, ramps: u32, parts: u32) {
     part_light = vec3(1.0);
     part_stored = vec3(1.0);

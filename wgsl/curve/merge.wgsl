@@ -1,4 +1,5 @@
-// The cheapest merge of two neighbours among the nodes of a curve. CPU reference: crates/gobo-reference/src/curve/mod.rs.
+// The cheapest merge of two neighbours among the nodes of a curve. CPU reference:
+// crates/gobo-reference/src/curve/mod.rs.
 
 import package::curve::lights::level;
 import package::features::{HAS_GAIN, NODES, unrolled};

@@ -1,6 +1,6 @@
-// Format of a curve in a map: nodes of 8 bytes. CPU reference: crates/gobo-reference/src/curve/format.rs. Start (16 bits), square
-// root of the length (12), red, green, blue that the node passes by itself (12 each). Light at a depth is the product
-// of the nodes. A node that starts at 0 is unused, and passes all.
+// Format of a curve in a map: nodes of 8 bytes. CPU reference: crates/gobo-reference/src/curve/format.rs.
+// Start (16 bits), square root of the length (12), red, green, blue that the node passes by itself (12 each).
+// Light at a depth is the product of the nodes. A node that starts at 0 is unused, and passes all.
 
 import package::features::{HAS_BRICKS, HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
 import package::sums::sums::BLACK;

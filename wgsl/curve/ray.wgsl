@@ -1,6 +1,6 @@
-// Accumulator: curves of an invocation's texels by two walks, of hits that only pass light on. The first walk finds the
-// light behind all hits, how many there are, where, and what pairs of neighbours cost. CPU reference:
-// crates/gobo-reference/src/curve/two_walks.rs.
+// Accumulator: curves of an invocation's texels by two walks, of hits that only pass light on. The first walk
+// finds the light behind all hits, how many there are, where, and what pairs of neighbours cost. CPU
+// reference: crates/gobo-reference/src/curve/two_walks.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::bodies::{MIN_BEND, SHORTEST};
@@ -193,7 +193,8 @@ fn go_on(t: ptr<function, Texel>, placed: Placed) {
     (*t).took = select(0.0, select((*t).took, placed.taken, placed.is), OFTEN_FEW);
 }
 
-// With `OFTEN_FEW` pairs are counted, and a hit has a node at once while nodes are free: one walk makes few hits' nodes.
+// With `OFTEN_FEW` pairs are counted, and a hit has a node at once while nodes are free: one walk makes few
+// hits' nodes.
 fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let seen = hit.presence >= VISIBLE_PRESENCE;
     (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);

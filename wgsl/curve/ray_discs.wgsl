@@ -1,4 +1,5 @@
-// Visits an invocation's texels with soft discs of the `filter` transfer, which lanes of a subgroup prepare for all.
+// Visits an invocation's texels with soft discs of the `filter` transfer, which lanes of a subgroup prepare
+// for all.
 
 import package::curve::ray::{RayHit, ROWS, corner, texels, visit_hit};
 import package::features::unrolled;

@@ -1,6 +1,7 @@
-// The second walk makes the nodes of a texel: of few hits, the pairs that cost least are joined; of many, each has a place
-// on the ray, half by the light that was lost and half by the depth that is gone, and a node ends behind its share of the
-// places. CPU reference, with the rule: crates/gobo-reference/src/curve/two_walks.rs.
+// The second walk makes the nodes of a texel: of few hits, the pairs that cost least are joined; of many,
+// each has a place on the ray, half by the light that was lost and half by the depth that is gone, and a node
+// ends behind its share of the places. CPU reference, with the rule:
+// crates/gobo-reference/src/curve/two_walks.rs.
 
 import package::curve::node::{DEPTHS, grows, node_passed, packed_node};
 import package::curve::ray::{

@@ -1,5 +1,5 @@
-// Output: the curves of one segment of a long tile; `resolve` combines a tile's segments in order. CPU reference:
-// crates/gobo-reference/src/curve/tile.rs.
+// Output: the curves of one segment of a long tile; `resolve` combines a tile's segments in order. CPU
+// reference: crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::changed::{counters, partials};
 import package::curve::gather::{corner, nearest, scale, total_light};

@@ -12,8 +12,8 @@ import choice::rows::{RowBits, RowIs, Rows, row_bits};
 // Light behind the nodes that were stored: what rounding takes, the next node gives back.
 var<private> left: Lights;
 
-// Call it before nodes are stored, in order. Where a late hit brightened what is behind it, the nodes before it are too
-// dark; where light grows from black, they keep the least from which it can.
+// Call it before nodes are stored, in order. Where a late hit brightened what is behind it, the nodes before
+// it are too dark; where light grows from black, they keep the least from which it can.
 fn begin_stored() {
     left = white();
     if !(grows() || HAS_VOLUMES) {

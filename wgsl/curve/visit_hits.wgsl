@@ -65,8 +65,8 @@ fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
     return all;
 }
 
-// Returns true if the hits must be inserted at once. A brick is visited once for each of its ramps.
-// What the caster before left is joined first, and needs no registers meanwhile.
+// Returns true if the hits must be inserted at once. A brick is visited once for each of its ramps. What the
+// caster before left is joined first, and needs no registers meanwhile.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
     join_delayed();
     let faced = set_up(view, footprint);

@@ -80,8 +80,8 @@ fn add_unentered(added: Lights, ends: Lights, first: Rows, last: Rows) {
     unentered.tau = plus(unentered.tau, scaled(added, ends));
 }
 
-// Continues the volumes to light depth `depth`, and changes their densities there. The ramps end there; for late faces they are the effect of
-// the change up to the last face.
+// Continues the volumes to light depth `depth`, and changes their densities there. The ramps end there; for
+// late faces they are the effect of the change up to the last face.
 fn change_density(depth: Rows, change: Lights) -> Ramp {
     let late = depth < last_face;
     let start = min(last_face, depth);
@@ -103,8 +103,8 @@ fn change_density(depth: Rows, change: Lights) -> Ramp {
     return ramp;
 }
 
-// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up to where
-// the first was left, and from there to the last: exact for two.
+// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up to
+// where the first was left, and from there to the last: exact for two.
 fn begin_inside(part: u32) -> Ramp {
     let near = times(unentered.density, unentered.first);
     if part == 0u {

@@ -1,6 +1,7 @@
 // Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/segment.wgsl, but a
 // segment takes the hits behind its front from the last pairs of the previous segment, and leaves its own
-// behind the next one's front to that. CPU reference: crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
+// behind the next one's front to that. CPU reference: crates/gobo-reference/src/accumulate.rs, which sorts
+// all hits of a ray.
 
 import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};

@@ -1,7 +1,7 @@
 // occlude, small: opaque triangles of a few texels, written straight to the depths of these texels, without
 // footprints, sort and bin. One invocation per triangle and view; a workgroup takes a chunk, all of whose
-// triangles the CPU knows to be small and beyond the near plane. CPU reference: crates/gobo-reference/src/occlude.rs. Rust:
-// src/stage/occlude.rs.
+// triangles the CPU knows to be small and beyond the near plane. CPU reference:
+// crates/gobo-reference/src/occlude.rs. Rust: src/stage/occlude.rs.
 
 import package::bind::changed::small_depths;
 import package::bind::loaded::triangles;

@@ -1,4 +1,5 @@
-// Whether an opaque material's hit blocks the light at a texel. CPU reference: crates/gobo-reference/src/occlude.rs.
+// Whether an opaque material's hit blocks the light at a texel. CPU reference:
+// crates/gobo-reference/src/occlude.rs.
 
 import package::bind::uniform::materials;
 import package::features::{

@@ -1,5 +1,6 @@
-// The ramp_index of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
-// along a ray within a cell, and two points of Gauss integrate a cubic. CPU reference: crates/gobo-reference/src/brick.rs.
+// The ramp_index of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density
+// is a cubic along a ray within a cell, and two points of Gauss integrate a cubic. CPU reference:
+// crates/gobo-reference/src/brick.rs.
 
 import package::features::{CELLS_AT_ONCE, NODES, unrolled};
 import package::hit::brick_cells::{CELLS, LEAST_WAY, first_cell, index_ray, way_in_cell, two_densities};
@@ -28,8 +29,8 @@ struct Passage {
 
 const NO_PASSAGE: Passage = Passage(0.0, vec2(0.0), 0.0, vec2(0.0), vec2(0.0));
 
-// Span of the ramp with the mean and the variance of depths `first` + off, within begins..ends. `moments`: sums of
-// weights, of theirs times off and of theirs times off squared.
+// Span of the ramp with the mean and the variance of depths `first` + off, within begins..ends. `moments`:
+// sums of weights, of theirs times off and of theirs times off squared.
 fn fitted_ramp(moments: vec3<f32>, first: f32, begins: f32, ends: f32) -> vec2<f32> {
     if !(moments.x > 0.0) {
         return vec2(begins, ends);

@@ -1,6 +1,6 @@
-// The cells of voxels that a ray crosses in a brick, in order, and the density at two points of Gauss in each (Amanatides
-// and Woo 1987). All crossings of faces are computed from the ray's start, so that neighbours agree on them. CPU
-// reference: crates/gobo-reference/src/brick.rs.
+// The cells of voxels that a ray crosses in a brick, in order, and the density at two points of Gauss in each
+// (Amanatides and Woo 1987). All crossings of faces are computed from the ray's start, so that neighbours
+// agree on them. CPU reference: crates/gobo-reference/src/brick.rs.
 
 import package::bind::sampled::voxels;
 import package::hit::hit::to_world;
@@ -62,8 +62,8 @@ fn way_in_cell(ray: IndexRay, low: vec3<f32>, cell: vec3<f32>, t: f32, last: f32
     return CellWay(next, a, b, select(cell, following, faces <= vec3(next)));
 }
 
-// Densities on two sides in z of a cell, at a place in it. A texel has four voxels: its own, and the next in y, in z and
-// in both. `low`, `high`: texels of the cell's lowest voxel, and of the next in x.
+// Densities on two sides in z of a cell, at a place in it. A texel has four voxels: its own, and the next in
+// y, in z and in both. `low`, `high`: texels of the cell's lowest voxel, and of the next in x.
 fn in_layers(low: vec4<f32>, high: vec4<f32>, at: vec3<f32>) -> vec2<f32> {
     let in_x = low + (high - low) * at.x;
     return in_x.xz + (in_x.yw - in_x.xz) * at.y;

@@ -1,6 +1,6 @@
-// Light that a brick of a thin grid sends along a ray to the eye: what its lattice of points scatters at four points of
-// the ray, by what the ray absorbs near each, where the density of each third of the way is even. CPU reference:
-// crates/gobo-reference/src/brick_light.rs.
+// Light that a brick of a thin grid sends along a ray to the eye: what its lattice of points scatters at four
+// points of the ray, by what the ray absorbs near each, where the density of each third of the way is even.
+// CPU reference: crates/gobo-reference/src/brick_light.rs.
 
 import package::bind::sampled::brick_lights;
 import package::records::record::record_texel;
@@ -33,15 +33,15 @@ fn lattice_light(first_point: u32, edge: u32, position: vec3<f32>) -> vec3<f32> 
     return mix(low_layer, mix(c, d, aside.y), aside.z);
 }
 
-// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its length:
-// 1 / tau - 1 / (exp(tau) - 1).
+// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its
+// length: 1 / tau - 1 / (exp(tau) - 1).
 fn mean_way(tau: vec3<f32>) -> vec3<f32> {
     let exact = 1.0 / tau - 1.0 / (exp(min(tau, vec3(80.0))) - 1.0);
     return select(exact, 0.5 - tau / 12.0, tau < vec3(SERIES));
 }
 
-// Mean light of what a ray meets in a brick, by what is absorbed there. `depths`: optical depth of each third of the
-// ray's way through the box.
+// Mean light of what a ray meets in a brick, by what is absorbed there. `depths`: optical depth of each third
+// of the ray's way through the box.
 fn brick_light(
     first_point: u32,
     edge: u32,

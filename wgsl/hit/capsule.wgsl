@@ -60,8 +60,8 @@ fn radius_at(line: vec2<f32>, along: f32) -> f32 {
     return line.x + line.y * along;
 }
 
-// Length of a part of a ray in local diameters, the integral of 1 / (2 r): the radius changes linearly from the middle
-// by `rise`, a share of `mean`.
+// Length of a part of a ray in local diameters, the integral of 1 / (2 r): the radius changes linearly from
+// the middle by `rise`, a share of `mean`.
 fn diameters(length: f32, mean: f32, rise: f32) -> f32 {
     let share = clamp(rise, -TIP, TIP);
     let square = share * share;
@@ -205,8 +205,8 @@ fn capsule_half(look: vec4<u32>) -> vec2<f32> {
     return bitcast<vec2<f32>>(look.xy);
 }
 
-// Whether some texel centre in the box lo..hi may be in the capsule, by the rectangle around its axis. `bounds`, `half`
-// of its footprint.
+// Whether some texel centre in the box lo..hi may be in the capsule, by the rectangle around its axis.
+// `bounds`, `half` of its footprint.
 fn capsule_touches(bounds: vec4<f32>, half: vec2<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let width = bounds.z + SLACK;
     let apart = (lo + hi) * 0.5 - bounds.xy;

@@ -1,4 +1,5 @@
-// Hit of a ray with any caster: opacity, transmittance, depth. CPU reference: crates/gobo-reference/src/caster_hit.rs.
+// Hit of a ray with any caster: opacity, transmittance, depth. CPU reference:
+// crates/gobo-reference/src/caster_hit.rs.
 
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
@@ -150,8 +151,8 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     return Hit(light, color, opacity, depth, depth, depth, material_id, absorbed);
 }
 
-// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface. Its colour is the light
-// that it sends to the eye, where it is shaded.
+// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface. Its colour is
+// the light that it sends to the eye, where it is shaded.
 fn brick_hit(
     view: GpuView,
     footprint: Footprint,

@@ -1,4 +1,5 @@
-// Light that `over` adds, and sums of the faces of volumes. CPU reference: crates/gobo-reference/src/caster_hit.rs.
+// Light that `over` adds, and sums of the faces of volumes. CPU reference:
+// crates/gobo-reference/src/caster_hit.rs.
 
 import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;

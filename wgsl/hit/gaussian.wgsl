@@ -53,8 +53,8 @@ fn approach(view: GpuView, footprint: Footprint, setup: GaussianSetup, texel: ve
     );
 }
 
-// Whether some texel centre in the box lo..hi may be within the footprint's end: its conic is convex and contains
-// the centre, so one that touches the box touches an edge that faces the centre.
+// Whether some texel centre in the box lo..hi may be within the footprint's end: its conic is convex and
+// contains the centre, so one that touches the box touches an edge that faces the centre.
 fn gaussian_touches(
     view: GpuView,
     setup: GaussianSetup,

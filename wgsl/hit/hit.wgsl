@@ -118,8 +118,8 @@ fn whole_opacity(thin: f32, a: f32) -> f32 {
     return min(a / max(thin, 1e-12), 1.0);
 }
 
-// Transmittance of a hit of opacity a and colour c (divided by 16 for `gain`): 1 - thin (1 - T) of one that is smaller
-// than a texel, where a is thinned.
+// Transmittance of a hit of opacity a and colour c (divided by 16 for `gain`): 1 - thin (1 - T) of one that
+// is smaller than a texel, where a is thinned.
 fn transmittance(transfer: u32, thin: f32, a: f32, c: vec3<f32>) -> vec3<f32> {
     let clear = 1.0 - thin;
     let passed = max(thin - a, 0.0);

@@ -1,5 +1,5 @@
-// Light depths of depth keys along the rays of an invocation's texels. With order-dependent blending, keys are
-// by distance.
+// Light depths of depth keys along the rays of an invocation's texels. With order-dependent blending, keys
+// are by distance.
 
 import package::features::{HAS_OVER, unrolled};
 import package::records::tile_rect::depth_of_key;

@@ -1,5 +1,5 @@
-// Part `plain` of kernels whose casters are all of one simple kind: splats of the `filter` transfer. CPU reference:
-// crates/gobo-reference/src/gaussian.rs.
+// Part `plain` of kernels whose casters are all of one simple kind: splats of the `filter` transfer. CPU
+// reference: crates/gobo-reference/src/gaussian.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::hit::gaussian::{WIDER, gaussian_touches};

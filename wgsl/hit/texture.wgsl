@@ -1,5 +1,5 @@
-// Images of materials: one layer each, bilinear, repeating; in the picture trilinear, over what a sample sees. CPU
-// reference: crates/gobo-reference/src/texture.rs.
+// Images of materials: one layer each, bilinear, repeating; in the picture trilinear, over what a sample
+// sees. CPU reference: crates/gobo-reference/src/texture.rs.
 
 // Most samples of an image along the longer side of what a sample of the picture sees of it.
 const MAX_IMAGE_TAPS: u32 = 4u;
@@ -75,8 +75,8 @@ fn level_size(size: vec2<f32>, level: i32) -> vec2<f32> {
     return vec2<f32>(max(vec2<u32>(size) >> vec2(u32(level)), vec2(1u)));
 }
 
-// Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps along the
-// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
+// Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps
+// along the longer side, each from the level whose texels are as large as its share ("Feline", 1999).
 fn sample_area(
     images: texture_2d_array<f32>,
     layer: u32,

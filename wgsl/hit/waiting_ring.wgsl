@@ -1,5 +1,5 @@
-// Hits of one ray that wait, in private memory: a ring, as few hits come late. One slot is free: what leaves need not
-// be held while others move up.
+// Hits of one ray that wait, in private memory: a ring, as few hits come late. One slot is free: what leaves
+// need not be held while others move up.
 
 import package::curve::lights::Lights;
 import package::features::HAS_VOLUMES;

@@ -67,8 +67,8 @@ fn child_share() -> f32 {
     return 0.25;
 }
 
-// Ramps of translucent casters, then of the opaque surface, one per channel where they differ. Behind the last used
-// node of any child there is nothing.
+// Ramps of translucent casters, then of the opaque surface, one per channel where they differ. Behind the
+// last used node of any child there is nothing.
 fn ramp_count() -> u32 {
     return most_nodes + opaque_count;
 }

@@ -1,7 +1,8 @@
-// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software adapter that
-// collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes together, behind eight discs,
-// where the mean of their places is past the node's share, so that all store at once. Texels of few hits are walked once
-// more, and store a node for each. llvmpipe takes both sides of branches, but it leaves loops.
+// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software
+// adapter that collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes
+// together, behind eight discs, where the mean of their places is past the node's share, so that all store at
+// once. Texels of few hits are walked once more, and store a node for each. llvmpipe takes both sides of
+// branches, but it leaves loops.
 
 import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;

@@ -1,5 +1,5 @@
-// Stores a finished tile to the maps, curves included, like wgsl/llvmpipe/maps_fetched.wgsl: their cache lines are read
-// before the tile is walked.
+// Stores a finished tile to the maps, curves included, like wgsl/llvmpipe/maps_fetched.wgsl: their cache
+// lines are read before the tile is walked.
 
 import package::bind::updated::{curves, filters, nearests};
 import package::curve::node::curve_layer;

@@ -1,7 +1,7 @@
-// Walks a tile's soft discs, or splats, like wgsl/traversal/subgroup.wgsl, for subgroups of eight lanes on a software
-// adapter, where branches, reductions and writes within loops are expensive and lanes are neighbours in a
-// row. In crowded tiles the casters that touch the subgroup's block are collected in a queue; eight at a time
-// are multiplied in, with no branch in between. CPU reference: crates/gobo-reference/src/accumulate.rs.
+// Walks a tile's soft discs, or splats, like wgsl/traversal/subgroup.wgsl, for subgroups of eight lanes on a
+// software adapter, where branches, reductions and writes within loops are expensive and lanes are neighbours
+// in a row. In crowded tiles the casters that touch the subgroup's block are collected in a queue; eight at a
+// time are multiplied in, with no branch in between. CPU reference: crates/gobo-reference/src/accumulate.rs.
 
 import package::accumulator::plain::{corner, seeks, settled, visit_plain};
 import package::bind::loaded::pairs;

@@ -1,7 +1,7 @@
-// cull, groups: casters of each group of host casters that a view of a batch may see. One invocation per (view, group)
-// combination, one workgroup per block of them: `listed_counts` has the casters of each combination, and behind them the
-// chunks of each block, then the casters of each. CPU reference: `Frustum` in src/shadows/cull/frustum.rs. Rust:
-// src/stage/load.rs.
+// cull, groups: casters of each group of host casters that a view of a batch may see. One invocation per
+// (view, group) combination, one workgroup per block of them: `listed_counts` has the casters of each
+// combination, and behind them the chunks of each block, then the casters of each. CPU reference: `Frustum`
+// in src/shadows/cull/frustum.rs. Rust: src/stage/load.rs.
 
 import package::bind::changed::listed_counts;
 import package::bind::read::host_groups;

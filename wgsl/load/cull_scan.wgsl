@@ -1,4 +1,5 @@
-// cull, scan: chunks and footprints of all blocks before each block, in place, and those of the list. One workgroup. Rust: src/stage/load.rs.
+// cull, scan: chunks and footprints of all blocks before each block, in place, and those of the list. One
+// workgroup. Rust: src/stage/load.rs.
 
 import package::bind::changed::{listed_bin_params, listed_counts, listed_project_params};
 import package::bind::uniform::cull_params;

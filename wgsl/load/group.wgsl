@@ -1,5 +1,5 @@
-// A workgroup of `load`: a run of the host's casters, of which the valid ones are compacted, in order, with a box around
-// them. Every lane adds its caster, then asks for its slot, then the group is stored.
+// A workgroup of `load`: a run of the host's casters, of which the valid ones are compacted, in order, with a
+// box around them. Every lane adds its caster, then asks for its slot, then the group is stored.
 
 import package::bind::changed::{host_counters, host_groups};
 import package::bind::read::host_counts;

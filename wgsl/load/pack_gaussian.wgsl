@@ -1,5 +1,6 @@
-// Packs a host's Gaussian into the records that its upload would make, bit for bit but for the radius where its
-// quaternion is of unit length up to rounding. Rust: `Caster::of_gaussian` and `GaussianAxes` in src/records/gaussian.rs.
+// Packs a host's Gaussian into the records that its upload would make, bit for bit but for the radius where
+// its quaternion is of unit length up to rounding. Rust: `Caster::of_gaussian` and `GaussianAxes` in
+// src/records/gaussian.rs.
 
 import package::bind::uniform::gaussian_looks;
 import package::load::pack_caster::{half_bits, packed_color};

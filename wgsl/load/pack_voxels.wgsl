@@ -1,5 +1,5 @@
-// load: voxels of a host's grid -> the slots of its bricks in `voxels`. A workgroup per brick; an empty one is not written.
-// Densities out of range are counted and are none. Rust: src/stage/load.rs.
+// load: voxels of a host's grid -> the slots of its bricks in `voxels`. A workgroup per brick; an empty one
+// is not written. Densities out of range are counted and are none. Rust: src/stage/load.rs.
 
 import package::bind::changed::{brick_states, host_counters};
 import package::bind::stored::voxels;

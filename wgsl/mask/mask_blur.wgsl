@@ -1,5 +1,6 @@
 // mask, blur: a row or a column of a cross-bilateral Gaussian, for all lights of some masks at once. One
-// invocation per pixel and group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
+// invocation per pixel and group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust:
+// src/stage/mask.rs.
 
 import package::bind::sampled::mask_surfaces;
 import package::bind::uniform::mask_params;

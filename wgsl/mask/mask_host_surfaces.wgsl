@@ -1,5 +1,5 @@
-// mask, host surfaces: a host's depths, and its normals or normals derived from the depths, in the format
-// of masks. One invocation per pixel. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
+// mask, host surfaces: a host's depths, and its normals or normals derived from the depths, in the format of
+// masks. One invocation per pixel. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
 
 import choice::keep::keep_surface;
 import package::bind::sampled::{host_depths, host_normals};

@@ -15,8 +15,8 @@ struct CapsuleExtent {
     least: f32,       // distance of its nearest point from the light, at most; 0 if that may be inside [m]
 }
 
-// How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis; `slope` of
-// the radius. Rust: src/model/strand.rs.
+// How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis;
+// `slope` of the radius. Rust: src/model/strand.rs.
 fn mitre(cosine: f32, slope: f32) -> f32 {
     let bounded = clamp(cosine, 0.5, 1.0);
     let tangent = sqrt(1.0 - bounded * bounded) / bounded;

@@ -1,4 +1,5 @@
-// A Gaussian's projected covariance: its whitening and ellipse in the map. CPU reference: crates/gobo-reference/src/gaussian.rs.
+// A Gaussian's projected covariance: its whitening and ellipse in the map. CPU reference:
+// crates/gobo-reference/src/gaussian.rs.
 
 import package::project::outline_of::Ellipse;
 import package::project::tangents::tangents;
@@ -77,8 +78,8 @@ fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared:
         tilt.y = -dot(along, w2);
         spread = ray * ray;
     }
-    // Beside a near eye it may span many texels though its middle is thinner than one: along the principal axes the
-    // map shows the deviations times the root of rest / wide^2.
+    // Beside a near eye it may span many texels though its middle is thinner than one: along the principal
+    // axes the map shows the deviations times the root of rest / wide^2.
     let measured = MEASURED_AT * view.perspective;
     let wide = max(1.0 - measured * (spread + tilt * tilt), vec2(0.0));
     let rest_of = max(measured * tilt * tilt + wide, vec2(MIN_NORMAL));
@@ -127,8 +128,8 @@ fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
     return select(other, v / size, size > 0.0);
 }
 
-// A Gaussian whose centre does not project into the map: relative to the map's centre, u has an offset, the footprint's centre, and
-// e = depth + tilt . delta [1/m].
+// A Gaussian whose centre does not project into the map: relative to the map's centre, u has an offset, the
+// footprint's centre, and e = depth + tilt . delta [1/m].
 fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: vec3<f32>, squared: f32) -> Placed {
     let longest = max(max(sigma.x, sigma.y), sigma.z);
     let thick = max(sigma, vec3(longest * THINNEST));

@@ -19,7 +19,8 @@ struct Ellipse {
     open: f32, // how far the Gaussian is from the eye's plane, 1 for far
 }
 
-// Logarithm to base 2 of the edge of the least unit in which half the width is within WIDEST_OUTLINE [texels].
+// Logarithm to base 2 of the edge of the least unit in which half the width is within WIDEST_OUTLINE
+// [texels].
 fn unit_log(ellipse: Ellipse) -> i32 {
     let edge = bitcast<u32>(ellipse.half.x * (OUTLINE_GROWTH / WIDEST_OUTLINE));
     return max(i32(edge >> 23u) - 126, FINEST_UNIT);

@@ -1,5 +1,5 @@
-// project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and
-// view; a workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust: src/stage/project.rs.
+// project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and view; a
+// workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust: src/stage/project.rs.
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;
@@ -30,7 +30,8 @@ override WORKGROUP_SIZE: u32;
 // light: its centre has no position in the map.
 const MIN_COSINE: f32 = 0.05;
 const SQRT_2: f32 = 1.41421356;
-// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its farthest.
+// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
+// farthest.
 const BRICK_NEAR: f32 = 1e-3;
 
 fn is_unseen(material: GpuMaterial) -> bool {

@@ -1,5 +1,5 @@
-// A brick of a grid, and what all bricks of the grid share, from `bricks`. Rust: `BrickRecord` and `GridRecord`
-// in src/records/brick.rs.
+// A brick of a grid, and what all bricks of the grid share, from `bricks`. Rust: `BrickRecord` and
+// `GridRecord` in src/records/brick.rs.
 
 import package::bind::sampled::{bricks, voxels};
 import package::records::record::record_texel;
@@ -10,8 +10,8 @@ const BRICK_SIZE: f32 = 8.0; // edge of a brick with voxels of its own [voxels]
 const SLOT_WIDTH: u32 = 9u;  // of a brick in `voxels` [texels]
 const SLOT_HEIGHT: u32 = 8u; // and depth
 
-// The light of a brick is evaluated at a lattice of points over its box, the faces included, which neighbours share.
-// Points along an edge, in a thin grid; a dense one has more.
+// The light of a brick is evaluated at a lattice of points over its box, the faces included, which neighbours
+// share. Points along an edge, in a thin grid; a dense one has more.
 const LATTICE_EDGE: u32 = 5u;
 
 struct Brick {

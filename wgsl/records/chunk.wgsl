@@ -12,7 +12,8 @@ struct ProjectParams {
     chunk_count: u32,
     // 1: tiny particles take the scatter path.
     scatter: u32,
-    // Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
+    // Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come
+    // first.
     first_setup: u32,
     // Footprint of the Gaussian whose setup has number 0, modulo 2^32.
     first_gaussian: u32,

@@ -1,5 +1,6 @@
-// Colours of casters in records, 16 bits a channel: the square root of 1 - c, so that a caster that is nearly white keeps
-// what it absorbs; of a `gain` material the root of c / 16. Rust: `color_bits` in src/records/pack.rs.
+// Colours of casters in records, 16 bits a channel: the square root of 1 - c, so that a caster that is nearly
+// white keeps what it absorbs; of a `gain` material the root of c / 16. Rust: `color_bits` in
+// src/records/pack.rs.
 
 import package::records::material::TRANSFER_GAIN;
 

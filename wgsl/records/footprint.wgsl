@@ -40,7 +40,8 @@ fn footprint_thin(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.z).x / OPACITY_SCALE;
 }
 
-// A particle's thinned opacity is its reflectivity times `footprint_thin` and `opacity_slope` times its profile.
+// A particle's thinned opacity is its reflectivity times `footprint_thin` and `opacity_slope` times its
+// profile.
 fn opacity_slope(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.y).y / OPACITY_SCALE;
 }

@@ -1,5 +1,5 @@
-// Gaussians as uploaded, behind the particles in `casters`, and projected to one view, at the start of `setups`.
-// Rust: src/records/gaussian.rs.
+// Gaussians as uploaded, behind the particles in `casters`, and projected to one view, at the start of
+// `setups`. Rust: src/records/gaussian.rs.
 
 import package::bind::sampled::setups;
 import package::records::footprint::Footprint;
@@ -11,9 +11,9 @@ const NEUTRAL_BIT: u32 = 0x10000u; // of its look: black in shadow views
 const MEDIUM_BIT: u32 = 0x20000u;  // of its look: its alpha is an extinction
 const GAUSSIAN_MARK: u32 = 0xffffu; // in place of a footprint's base opacity
 
-// With u = (whitening.x delta.x + whitening.y delta.y, whitening.z delta.y), delta from the centre [texels], the
-// ray's least distance from the centre in the Gaussian's own space is q^2 = |u|^2 / (e^2 + spread |u|^2), where
-// e = 1 + tilt . u; orthographic |u|^2.
+// With u = (whitening.x delta.x + whitening.y delta.y, whitening.z delta.y), delta from the centre [texels],
+// the ray's least distance from the centre in the Gaussian's own space is q^2 = |u|^2 / (e^2 + spread |u|^2),
+// where e = 1 + tilt . u; orthographic |u|^2.
 struct GaussianSetup {
     whitening: vec3<f32>, // [1/texels]
     spread: f32,

@@ -69,7 +69,8 @@ fn shows_color(material: GpuMaterial) -> bool {
     return (material.shows & SHOWS_COLOR) != 0u;
 }
 
-// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
+// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted
+// by alpha.
 fn shows_clear(transfer: u32) -> bool {
     return transfer == TRANSFER_STAIN || transfer == TRANSFER_GAIN || transfer == TRANSFER_OPAQUE;
 }

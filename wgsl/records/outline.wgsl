@@ -1,6 +1,6 @@
-// Outlines: which tiles a Gaussian touches, row by row, in integers, so that all kernels decide with the same bits.
-// At a height v over its middle, a share of its half height downwards, an ellipse is
-// middle + lean v -+ width sqrt(1 - v^2). A unit is a tile's edge halved `shift` times. Rust: src/records/outline.rs.
+// Outlines: which tiles a Gaussian touches, row by row, in integers, so that all kernels decide with the same
+// bits. At a height v over its middle, a share of its half height downwards, an ellipse is middle + lean v -+
+// width sqrt(1 - v^2). A unit is a tile's edge halved `shift` times. Rust: src/records/outline.rs.
 
 import package::bind::sampled::setups;
 import package::records::gaussian::{GAUSSIAN_TEXELS, OUTLINE_TEXEL};
@@ -32,8 +32,8 @@ fn is_outlined(rect: vec2<u32>) -> bool {
     return any(last - first >= vec2(4u)) && mask != 0u && mask != WHOLE;
 }
 
-// Largest integer whose square is at most n, of up to 30 bits, whatever the device's root is off by: rounded, it is
-// that one or the next.
+// Largest integer whose square is at most n, of up to 30 bits, whatever the device's root is off by: rounded,
+// it is that one or the next.
 fn integer_root(n: i32) -> i32 {
     let root = i32(sqrt(f32(n)) + 0.5);
     return root - select(0, 1, root * root > n);
@@ -88,8 +88,8 @@ fn is_within(outline: Outline, rect: vec2<u32>, tile: vec2<u32>) -> bool {
     return tile.x >= columns.x && tile.x < columns.y;
 }
 
-// The tiles of a rectangle that are within an outline, as a mask if they are at most 4x4, else their number; (0, 0)
-// for none. Rows without a tile are left out.
+// The tiles of a rectangle that are within an outline, as a mask if they are at most 4x4, else their number;
+// (0, 0) for none. Rows without a tile are left out.
 fn outlined_tiles(outline: Outline, rect: vec2<u32>) -> vec2<u32> {
     let left = rect.x & 255u;
     let farthest = outline_farthest(outline);

@@ -1,4 +1,5 @@
-// Tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU reference: crates/gobo-reference/src/project.rs.
+// Tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU reference:
+// crates/gobo-reference/src/project.rs.
 
 import package::records::view::{GpuView, TILE_SIZE};
 

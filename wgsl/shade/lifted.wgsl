@@ -22,7 +22,8 @@ fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
     return select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale;
 }
 
-// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
+// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's
+// depths.
 const LEAST_BIAS: f32 = 0.000030517578125;
 const LARGEST_BIAS: f32 = 0.001953125;
 
@@ -41,14 +42,14 @@ fn depth_bias(light: GpuLight, view: GpuView, texel: f32, sine: f32, least: f32)
     return select(light.bias, of_texels, (light.traits & TEXELS_BIT) != 0u);
 }
 
-// How far a point is lifted along its normal, over the depth that a slope spans within the filter [texels, times
-// the slope's sine].
+// How far a point is lifted along its normal, over the depth that a slope spans within the filter [texels,
+// times the slope's sine].
 fn lift(light: GpuLight) -> f32 {
     return light.normal_bias + 0.5 + beyond_spline(light);
 }
 
-// Whether the light has penumbrae on the receiver. Levels hold all casters: receivers that only some casters tint read
-// the map.
+// Whether the light has penumbrae on the receiver. Levels hold all casters: receivers that only some casters
+// tint read the map.
 fn is_soft(light: GpuLight) -> bool {
     return has_area(light) && (receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST);
 }

@@ -1,5 +1,5 @@
-// shade, light points: evaluates the light at points, which are surfaces, panes and particles of the
-// picture, or points of a host. One invocation per answer; the kernel chooses what is answered. CPU reference:
+// shade, light points: evaluates the light at points, which are surfaces, panes and particles of the picture,
+// or points of a host. One invocation per answer; the kernel chooses what is answered. CPU reference:
 // crates/gobo-reference/src/shading/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import choice::aside::open_asides;

@@ -10,8 +10,8 @@ import package::shade::spot::{receiver_end, slack_within, spot_center};
 
 // Least light of a lit block.
 const LIT: f32 = 0.25;
-// Part of a fade over which the share of occluders before it falls here: blocks of one that has much of its share
-// behind are lit, and dark at the receiver.
+// Part of a fade over which the share of occluders before it falls here: blocks of one that has much of its
+// share behind are lit, and dark at the receiver.
 const EARLY: f32 = 0.1;
 // Share of the brightest channel below which a channel has no share of its own.
 const DIM: f32 = 0.01;
@@ -36,9 +36,9 @@ fn light_node(node: vec2<u32>, fade: Fade, end: f32) {
     lit_here -= drop * max(here, before);
 }
 
-// Share of the light behind a fade that reaches the receiver. Levels are asked from `first` to coarser ones, up
-// to `last`, until a block around the point is lit, then back to the finest along the nearest lit blocks. 1 if
-// none is, and if `first` is beyond `last`.
+// Share of the light behind a fade that reaches the receiver. Levels are asked from `first` to coarser ones,
+// up to `last`, until a block around the point is lit, then back to the finest along the nearest lit blocks.
+// 1 if none is, and if `first` is beyond `last`.
 fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f32>) -> vec3<f32> {
     let fade = fade_between(vec2(since.x, since.x + EARLY * (since.y - since.x)));
     var number = first;

@@ -1,5 +1,5 @@
-// What a brick's own voxels do to the light of a point in it. A curve keeps too little of them where they are dense. CPU
-// reference: crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/shading/mod.rs.
+// What a brick's own voxels do to the light of a point in it. A curve keeps too little of them where they are
+// dense. CPU reference: crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/shading/mod.rs.
 
 import package::hit::brick_cells::{CELLS, IndexRay, first_cell, never_parallel, way_in_cell, two_densities};
 import package::records::brick::{Brick, Grid, brick_of, grid_of};

@@ -1,4 +1,5 @@
-// Light that a point scatters, mirrors and emits to the eye. CPU reference: crates/gobo-reference/src/shading/mod.rs.
+// Light that a point scatters, mirrors and emits to the eye. CPU reference:
+// crates/gobo-reference/src/shading/mod.rs.
 
 import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
@@ -37,8 +38,8 @@ fn scattered(point: Point, cosine: f32) -> f32 {
     }
 }
 
-// Ambient light that a point of albedo 1 scatters to the eye: of an opaque surface what it does not mirror there. Where
-// the surroundings are two colours, only metal mirrors them, and all else is scattered.
+// Ambient light that a point of albedo 1 scatters to the eye: of an opaque surface what it does not mirror
+// there. Where the surroundings are two colours, only metal mirrors them, and all else is scattered.
 fn ambient(point: Point) -> vec3<f32> {
     let light = select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
     let cosine = dot(point.normal, normalize(eye() - point.position));
@@ -69,8 +70,8 @@ fn point_light(number: u32) -> vec3<f32> {
             let arriving = incoming(light, point.position);
             let is_behind = is_solid && dot(point.normal, arriving.toward) <= 0.0;
             if !is_behind && any(arriving.color > vec3(0.0)) {
-                // Normal on the light's side. A facet that looks away but whose interpolated normal does not is
-                // part of a round surface.
+                // Normal on the light's side. A facet that looks away but whose interpolated normal does not
+                // is part of a round surface.
                 let side = dot(point.face, arriving.toward);
                 let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
                 // A light without views reads no map.

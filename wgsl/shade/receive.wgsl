@@ -1,4 +1,5 @@
-// Light that arrives at a point through a shadow map. CPU reference: crates/gobo-reference/src/shading/receive.rs.
+// Light that arrives at a point through a shadow map. CPU reference:
+// crates/gobo-reference/src/shading/receive.rs.
 
 import package::bind::sampled::{filters, nearests};
 import package::curve::light::curve_light;

@@ -1,11 +1,11 @@
-// The plane of the surface on which a point without a normal lies, from the surfaces that the map sees around it.
-// Otherwise a floor that rises towards the light would count as an occluder of itself.
+// The plane of the surface on which a point without a normal lies, from the surfaces that the map sees around
+// it. Otherwise a floor that rises towards the light would count as an occluder of itself.
 
 import package::records::view::GpuView;
 import package::shade::solid_depths::solid_depths;
 
-// Distance from the point of the texels that are read first [texels]; where they see something in front of the
-// surface, farther ones are read.
+// Distance from the point of the texels that are read first [texels]; where they see something in front of
+// the surface, farther ones are read.
 const FIRST_RING: f32 = 2.0;
 const LAST_RING: f32 = 54.0;
 const NEXT_RING: f32 = 3.0; // times the one before
@@ -24,8 +24,8 @@ fn around_offset(i: u32) -> vec2<f32> {
     return select(along, vec2(low, high), i >= 4u);
 }
 
-// A texel's offset from the point [texels]; and its surface's distance, or the inverse of it in a perspective view,
-// from the point's.
+// A texel's offset from the point [texels]; and its surface's distance, or the inverse of it in a perspective
+// view, from the point's.
 fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32>) -> vec3<f32> {
     let texel = clamp(floor(center + off), vec2(0.0), view.size - 1.0);
     let depths = solid_depths(view, view.origin + vec2<u32>(texel));
@@ -35,8 +35,9 @@ fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32
     return vec3(texel + 0.5 - center, select(linear - at_point, NO_SURFACE, depth >= 1.0));
 }
 
-// Change of the plane by texel; zero where the map sees none. `center`: of the point [texels]; `at_point`: its distance,
-// or the inverse of it in a perspective view; `slack`: how much a surface on the plane may be off.
+// Change of the plane by texel; zero where the map sees none. `center`: of the point [texels]; `at_point`:
+// its distance, or the inverse of it in a perspective view; `slack`: how much a surface on the plane may be
+// off.
 fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_asked: bool) -> vec2<f32> {
     var found = vec2(0.0);
     var ring = FIRST_RING;
@@ -44,7 +45,8 @@ fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_as
     let around = select(0u, AROUND_COUNT, is_asked);
     if is_asked {
         loop {
-            // The two texels in different directions whose surfaces are off least: what hides the surface is far off.
+            // The two texels in different directions whose surfaces are off least: what hides the surface is
+            // far off.
             var first = vec3(1.0, 0.0, NO_SURFACE);
             var second = vec3(0.0, 1.0, NO_SURFACE);
             var by_texel = vec2(0.0);

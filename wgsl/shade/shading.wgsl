@@ -41,9 +41,9 @@ fn mirrored_sky(gloss: Gloss, cosine: f32, roughness: f32) -> f32 {
     return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * share;
 }
 
-// Specular highlight: Blinn 1977, normalised so that it sends out all that arrives head-on, and never more; the
-// exponent from the roughness as in Walter et al. 2007, section 6. Per unit of reflectance; `middle` is the unit half
-// vector between the directions to the light and to the eye.
+// Specular highlight: Blinn 1977, normalised so that it sends out all that arrives head-on, and never more;
+// the exponent from the roughness as in Walter et al. 2007, section 6. Per unit of reflectance; `middle` is
+// the unit half vector between the directions to the light and to the eye.
 fn highlight(normal: vec3<f32>, middle: vec3<f32>, roughness: f32) -> f32 {
     let width = max(roughness * roughness, 0.04);
     let exponent = 2.0 / (width * width) - 1.0;

@@ -14,8 +14,8 @@ import package::shade::taps::{SPLINE_REACH, beyond_spline};
 // Least cosine of a slope: 86 degrees.
 const MIN_INCIDENCE: f32 = 0.0625;
 
-// With the index of a shadow's last view: whether it is complete, and the number of the viewpoint of its light, from 1 on;
-// 0 for a further shadow.
+// With the index of a shadow's last view: whether it is complete, and the number of the viewpoint of its
+// light, from 1 on; 0 for a further shadow.
 const WHOLE_BIT: u32 = 0x80000000u;
 const VIEWPOINT_SHIFT: u32 = 27u;
 const VIEWPOINT_MASK: u32 = 0xfu;
@@ -35,9 +35,10 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     return min(border / max(view.fade, 1e-3), 1.0);
 }
 
-// Least light that the viewpoints of the light `number` on average, or any further shadow of it, let through, per
-// channel. `normal` is on the light's side, zero without a surface; `reach`: distance that a caster in the maps may be
-// off the point [m], added to the bias; negative for no bias at all. Where branches cost what they skip, one loop reads fewer maps than a branch for each kind.
+// Least light that the viewpoints of the light `number` on average, or any further shadow of it, let through,
+// per channel. `normal` is on the light's side, zero without a surface; `reach`: distance that a caster in
+// the maps may be off the point [m], added to the bias; negative for no bias at all. Where branches cost what
+// they skip, one loop reads fewer maps than a branch for each kind.
 fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));

@@ -22,8 +22,8 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> 
     return receive(light, view, lifted);
 }
 
-// Light through what is close to the receiver, from the map itself, and what gets past the occluders that hide
-// others.
+// Light through what is close to the receiver, from the map itself, and what gets past the occluders that
+// hide others.
 fn through_map(leveled: Leveled) -> vec3<f32> {
     forget_asides(leveled.last);
     // What levels do not need of it is not kept.

@@ -13,8 +13,8 @@ import package::shade::seen_plane::seen_plane;
 const WIDEST: f32 = 2.8;
 // Radius up to which a spot reads the map itself instead of a level [texels].
 const SHARP: f32 = WIDEST;
-// Square of the least width of the box that filters the map [texels^2]: with a texel's own width as wide as a quadratic
-// B-spline.
+// Square of the least width of the box that filters the map [texels^2]: with a texel's own width as wide as a
+// quadratic B-spline.
 const LEAST_SQUARE: f32 = 2.0;
 // Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
 // divided by this does.
@@ -157,14 +157,15 @@ fn windows_of(widest: f32, least: f32, per_edge: f32) -> Windows {
     );
 }
 
-// Together with the overlap of the blocks and a block's own width, the window that filters a spot is closest to a
-// disc at a variance slightly above the disc's. `squares`: of its widths.
+// Together with the overlap of the blocks and a block's own width, the window that filters a spot is closest
+// to a disc at a variance slightly above the disc's. `squares`: of its widths.
 fn window_of(squares: vec2<f32>) -> Window {
     let width = sqrt(max(squares, vec2(1.0)));
     return Window(width, 1.0 / (width.x * width.y));
 }
 
-// Share of a window, at least one block wide, that covers the block `off` its centre, along its axes, by area.
+// Share of a window, at least one block wide, that covers the block `off` its centre, along its axes, by
+// area.
 fn window_cover(off: vec2<f32>, window: Window) -> f32 {
     let over = saturate(0.5 * (window.width + 1.0) - abs(off));
     return over.x * over.y * window.per_area;

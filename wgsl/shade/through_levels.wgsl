@@ -1,5 +1,5 @@
-// Light of an area light through the levels of a map, from the widest spots to the sharpest, from the light on.
-// Truth: tests/common/area_truth.rs.
+// Light of an area light through the levels of a map, from the widest spots to the sharpest, from the light
+// on. Truth: tests/common/area_truth.rs.
 
 import choice::aside::{aside, forget_asides, lay_aside};
 import package::curve::node::DEPTHS;
@@ -18,8 +18,8 @@ import package::sums::sums::blackened;
 
 // Weight of a level's result per light before the level, up to a weight of 1.
 const EVIDENCE: f32 = 300.0;
-// Weight of the colour in the widest window per light that is missing there from this on, up to a weight of 1: clear
-// filters alone hide nothing.
+// Weight of the colour in the widest window per light that is missing there from this on, up to a weight of
+// 1: clear filters alone hide nothing.
 const HIDING: f32 = 8.0;
 const CLEAR: f32 = 0.9;
 // Least light that a search for occluders relies on.
@@ -39,9 +39,10 @@ fn brightest(light: vec3<f32>) -> f32 {
     return max(light.x, max(light.y, light.z));
 }
 
-// The share of light that gets past occluders, with the colour that it has in their `widest` window as far as something
-// hides a part of that: what gets past that lights the receiver through filters around the hidden part, of which a
-// narrower window holds too few where it is in the middle, and too many beside. `left`: behind all, in the widest window.
+// The share of light that gets past occluders, with the colour that it has in their `widest` window as far as
+// something hides a part of that: what gets past that lights the receiver through filters around the hidden
+// part, of which a narrower window holds too few where it is in the middle, and too many beside. `left`:
+// behind all, in the widest window.
 fn colored_share(share: vec3<f32>, widest: vec3<f32>, left: vec3<f32>) -> vec3<f32> {
     let most = brightest(widest);
     let is_lit = clamp(brightest(left) * EVIDENCE, 0.0, 1.0);
@@ -58,8 +59,9 @@ fn level_of(texels: f32, last: u32) -> u32 {
     return select(min(enough, last), 0u, texels <= SHARP);
 }
 
-// What the levels leave to the map. Laid aside: the light behind their occluders, with the start of the fade behind which
-// the first of them holds nothing, and the light that gets past such occluders, with the last of those levels.
+// What the levels leave to the map. Laid aside: the light behind their occluders, with the start of the fade
+// behind which the first of them holds nothing, and the light that gets past such occluders, with the last of
+// those levels.
 struct Leveled {
     since: vec2<f32>, // fade into the map
     near: f32,        // first depth of the map's occluders behind that; NEVER for none, or where filters touch
@@ -88,9 +90,9 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
     var near_cue = NEVER;  // first occluder that is left to the map, in a wide window
     if number > 0u {
         loop {
-            // What the level before left over is followed where it fades into the next one or into the map. Else
-            // ever finer levels are asked: coarse blocks mix what is before the receiver with what is behind it.
-            // Where no light is left, they know nothing, and the wider window is believed.
+            // What the level before left over is followed where it fades into the next one or into the map.
+            // Else ever finer levels are asked: coarse blocks mix what is before the receiver with what is
+            // behind it. Where no light is left, they know nothing, and the wider window is believed.
             var cue = rest_next;
             let rest = min(level_of(spot_at(cue), last), number);
             var is_known = cue != NEVER && (rest == number || rest == 0u);
@@ -114,8 +116,8 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
                 break;
             }
             let map = level_map(view, leveled, number);
-            // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this window
-            // is far narrower than its spot.
+            // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this
+            // window is far narrower than its spot.
             since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
             let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
             evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);

@@ -5,8 +5,8 @@ import package::bind::sampled::opaques;
 import package::records::glass::{NEAR_SURFACE, caustic_light};
 import package::records::light::{GpuLight, shadow_view};
 
-// Share of a light at a point, of which its map lets `straight` through: where the point is on the opaque surface, with what
-// lands there, and without what was thrown elsewhere.
+// Share of a light at a point, of which its map lets `straight` through: where the point is on the opaque
+// surface, with what lands there, and without what was thrown elsewhere.
 fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f32> {
     // Before the texels, the first texel of each view, or 0.
     let first = caustics[light.first_view].x;

@@ -1,5 +1,5 @@
-// Depth of a receiver with respect to translucent casters. CPU reference: crates/gobo-reference/src/shading/receive.rs,
-// `Plane`.
+// Depth of a receiver with respect to translucent casters. CPU reference:
+// crates/gobo-reference/src/shading/receive.rs, `Plane`.
 
 import package::features::HAS_FAR_SIDES;
 import package::records::view::GpuView;

@@ -13,9 +13,9 @@ const MIN_LIGHT: f32 = 1e-4;
 // Of depths along a plane that faces the light, in steps of a curve's depths.
 const PLANE_ROUNDING: f32 = 0.0625;
 
-// A filter that crosses the plane is behind a part of it. Of texels that see the plane nearer than the point is, and
-// of the others, those count that are darker: all of one side see the filter if it is before the point, and none of
-// the first if it is behind.
+// A filter that crosses the plane is behind a part of it. Of texels that see the plane nearer than the point
+// is, and of the others, those count that are darker: all of one side see the filter if it is before the
+// point, and none of the first if it is behind.
 fn touching_light(is_asked: bool) -> vec3<f32> {
     let own = receiver_end(spot_center, 0.0);
     let touch = spot_bias * (1.0 + TOUCH);

@@ -1,5 +1,5 @@
-// simulate, particles: some time steps of an emitter's particles, each from the step on that it starts in. One
-// invocation per slot of the ring. CPU reference: src/model/emitter.rs. Rust: src/stage/simulate.rs.
+// simulate, particles: some time steps of an emitter's particles, each from the step on that it starts in.
+// One invocation per slot of the ring. CPU reference: src/model/emitter.rs. Rust: src/stage/simulate.rs.
 
 import package::bind::changed::emitted;
 import package::bind::uniform::emitter_params;

@@ -1,5 +1,5 @@
-// soften, curve columns: a texel's curve, multiplied by the visibility through dithered surfaces over a window: one ramp
-// more, which has a free node or joins the node with which that costs least. CPU reference:
+// soften, curve columns: a texel's curve, multiplied by the visibility through dithered surfaces over a
+// window: one ramp more, which has a free node or joins the node with which that costs least. CPU reference:
 // crates/gobo-reference/src/curve/soften.rs. Rust: src/stage/soften.rs.
 
 import package::bind::sampled::raw_curves;

@@ -1,6 +1,7 @@
-// Ranks by ballots: lanes of a subgroup that hold the same digit find each other by its bits, and the first of them
-// counts for all (Ashkiani et al. 2016, "GPU Multisplit"). A round needs no barrier. Unlike there, subgroups with fewer
-// lanes than a team take turns, so that counters of small ones fit into workgroup memory.
+// Ranks by ballots: lanes of a subgroup that hold the same digit find each other by its bits, and the first
+// of them counts for all (Ashkiani et al. 2016, "GPU Multisplit"). A round needs no barrier. Unlike there,
+// subgroups with fewer lanes than a team take turns, so that counters of small ones fit into workgroup
+// memory.
 
 import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;

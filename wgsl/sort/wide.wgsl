@@ -1,5 +1,5 @@
-// Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its pairs are
-// consecutive; `choice::ranks` says which those of an invocation are.
+// Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its
+// pairs are consecutive; `choice::ranks` says which those of an invocation are.
 
 const WORKGROUP_SIZE: u32 = 256u;
 const TEAMS: u32 = 8u;      // at most

@@ -92,7 +92,8 @@ fn move_on(stretch: Stretch, count: u32, block: Block) -> bool {
     return count == stretch.count && count < block.size;
 }
 
-// Visits pairs up to the end of the slab, or up to a hit that must be inserted. Returns true at the end of the slab.
+// Visits pairs up to the end of the slab, or up to a hit that must be inserted. Returns true at the end of
+// the slab.
 fn visit_stretches(view: GpuView, end: u32, block: Block) -> bool {
     var whole = false;
     var run = Run(ALL_LANES, 0u, false);

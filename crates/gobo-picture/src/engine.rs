@@ -185,7 +185,8 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// Counts of all frames: maps whose levels were made, drawings of pictures, capacities that were too small.
+    /// Counts of all frames: maps whose levels were made, drawings of pictures, capacities that were too
+    /// small.
     fn repeats(&self) -> [u64; 3] {
         [self.shadows.levels_made(), self.drawn, self.grown]
     }

@@ -19,8 +19,8 @@ impl Renderer {
         matches!(self.engine, Engine::Gpu(_))
     }
 
-    /// Seconds that the CPU reference will take for a frame of the scene, mostly within a factor of three: from counts of its
-    /// work, and the time of a small scene that it renders here. `None` with a device.
+    /// Seconds that the CPU reference will take for a frame of the scene, mostly within a factor of three:
+    /// from counts of its work, and the time of a small scene that it renders here. `None` with a device.
     pub fn estimate(&self, scene: &Scene) -> Option<f64> {
         if self.has_device() {
             return None;

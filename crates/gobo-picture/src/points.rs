@@ -39,7 +39,8 @@ impl Renderer {
         self.point_look_up(scene, receivers)?.shares(points)
     }
 
-    /// Renders the maps in which [`PointLookUp::shares`] looks light up. `receivers`: all points that will be asked for.
+    /// Renders the maps in which [`PointLookUp::shares`] looks light up. `receivers`: all points that will be
+    /// asked for.
     pub fn point_look_up<'a>(
         &'a mut self,
         scene: &'a Scene,

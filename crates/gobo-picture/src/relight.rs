@@ -22,8 +22,9 @@ const TAPS: f64 = 2.2;
 /// Points that are looked up at a time.
 const MOST_POINTS: usize = 1 << 22;
 
-/// Sets the shadows of a scene so that [`Renderer::relight`] tells casters before a splat from those behind it: curves say
-/// how much light is left before each splat, and the reach of the filter which texels a splat must not find itself in.
+/// Sets the shadows of a scene so that [`Renderer::relight`] tells casters before a splat from those behind
+/// it: curves say how much light is left before each splat, and the reach of the filter which texels a splat
+/// must not find itself in.
 pub fn set_to_relight(scene: &mut Scene) {
     let shadow = &mut scene.shadow;
     if shadow.receiver != Receiver::Curve {
@@ -36,9 +37,9 @@ pub fn set_to_relight(scene: &mut Scene) {
 }
 
 impl Renderer {
-    /// Share of the light that arrives at each splat of what would arrive with nothing between, the scene's ambient
-    /// light included, as the picture lights particles: linear rgb, splat by splat. `lit`: splats of the scene, after
-    /// [`set_to_relight`].
+    /// Share of the light that arrives at each splat of what would arrive with nothing between, the scene's
+    /// ambient light included, as the picture lights particles: linear rgb, splat by splat. `lit`: splats of
+    /// the scene, after [`set_to_relight`].
     ///
     /// # Errors
     /// Those of [`Self::light_points`].
@@ -78,8 +79,8 @@ impl Renderer {
     }
 }
 
-/// The point on the way from a splat's centre to the light from which no texel around it finds the splat itself in
-/// front; and where no bias is stated, no neighbour that overlaps it. `views`: those of the light.
+/// The point on the way from a splat's centre to the light from which no texel around it finds the splat
+/// itself in front; and where no bias is stated, no neighbour that overlaps it. `views`: those of the light.
 fn before<'a>(
     gaussian: &Gaussian,
     opacity: GaussianOpacity,
@@ -118,8 +119,8 @@ fn before<'a>(
     center - ray * (own_reach(gaussian, opacity, ray, texel) + slack + beside) as f32
 }
 
-/// How far towards the light a splat's own hits are before its centre, within the filter's texels of `texel` metres:
-/// the depth of a hit is its mean over the splat at the hit's place across the ray.
+/// How far towards the light a splat's own hits are before its centre, within the filter's texels of `texel`
+/// metres: the depth of a hit is its mean over the splat at the hit's place across the ray.
 fn own_reach(gaussian: &Gaussian, opacity: GaussianOpacity, ray: Vec3, texel: f64) -> f64 {
     let axes = gaussian.axes().as_dmat3().transpose();
     let [along, x, y] = {

@@ -17,13 +17,14 @@ pub(super) struct Air {
     features: Features,
     /// Views, parameters, lights and maps, and the air's own.
     resources: Resources,
-    /// Slices of each column that are lit, and 16 bits higher those of all bands but the last that needed more.
+    /// Slices of each column that are lit, and 16 bits higher those of all bands but the last that needed
+    /// more.
     pub ends: Buffer,
     items: Buffer,
 }
 
-/// What other kernels read, and the volume, none without air. `resources`: views, parameters, lights and maps; `bands`: of the
-/// picture.
+/// What other kernels read, and the volume, none without air. `resources`: views, parameters, lights and
+/// maps; `bands`: of the picture.
 pub(super) fn air(
     allocator: &mut Allocator<'_>,
     features: Features,
@@ -70,7 +71,8 @@ impl Air {
         commands
     }
 
-    /// Lights what the pixels of a band need and no earlier band did, behind the band's visible surfaces. `band`: its uniform.
+    /// Lights what the pixels of a band need and no earlier band did, behind the band's visible surfaces.
+    /// `band`: its uniform.
     pub(super) fn of_band(
         &self,
         kernels: &Kernels,

@@ -100,7 +100,8 @@ impl Finish {
         Ok(finish)
     }
 
-    /// The kernel that composites the bands, keeping ambient light and what is behind glass apart for the passes.
+    /// The kernel that composites the bands, keeping ambient light and what is behind glass apart for the
+    /// passes.
     pub(super) fn composite(&self) -> &'static KernelDesc {
         composite(self.ambients.is_some(), self.behind.is_some())
     }

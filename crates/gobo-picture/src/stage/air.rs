@@ -1,10 +1,11 @@
 //! air: single scattering towards the eye through the shadow maps: shafts of light, coloured behind
 //! coloured glass and white in front of it.
 //!
-//! In: the shadow maps, and the visible surfaces of a band. `reach` -> `air_ends`: the slices that its pixels need of each
-//! column of 4x4 pixels, and `air_items`, a list of them. `scatter` -> `sources`: light that each of them scatters to the
-//! eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers read it at their
-//! own depth (`shade`). What one band has lit no other lights again.
+//! In: the shadow maps, and the visible surfaces of a band. `reach` -> `air_ends`: the slices that its pixels
+//! need of each column of 4x4 pixels, and `air_items`, a list of them. `scatter` -> `sources`: light that
+//! each of them scatters to the eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to
+//! there. Surfaces and layers read it at their own depth (`shade`). What one band has lit no other lights
+//! again.
 use super::kernel;
 use gobo::{
     gpu::KernelDesc,
@@ -15,7 +16,8 @@ use gobo::{
     },
 };
 
-/// Edge of a block of columns, as long as a tile \[columns\]. WGSL: `crates/gobo-picture/wgsl/records/air_item.wgsl`.
+/// Edge of a block of columns, as long as a tile \[columns\]. WGSL:
+/// `crates/gobo-picture/wgsl/records/air_item.wgsl`.
 pub const AIR_BLOCK: u32 = 4;
 /// Slices of an item: a run of a block's.
 pub const AIR_RUN: u32 = 4;

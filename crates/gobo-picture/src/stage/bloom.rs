@@ -1,7 +1,7 @@
 //! bloom: a share of the picture's light spreads around, as in a lens.
 //!
-//! In: `composited`. `down` makes levels, each half as large; `up` adds to each its share of the coarser ones; `apply`
-//! -> `radiance`, `pixels`.
+//! In: `composited`. `down` makes levels, each half as large; `up` adds to each its share of the coarser
+//! ones; `apply` -> `radiance`, `pixels`.
 use super::kernel;
 use gobo::gpu::KernelDesc;
 

@@ -1,7 +1,7 @@
 //! occlusion: ambient light that what is seen around a surface keeps from it.
 //!
-//! In: `composited` and `ambients` of the whole picture, by `shade`'s `composite`. `search` -> `occlusions`: at half the
-//! size, the share of the ambient light that arrives. `apply` -> `radiance`, `pixels`.
+//! In: `composited` and `ambients` of the whole picture, by `shade`'s `composite`. `search` -> `occlusions`:
+//! at half the size, the share of the ambient light that arrives. `apply` -> `radiance`, `pixels`.
 use super::kernel;
 use gobo::gpu::KernelDesc;
 

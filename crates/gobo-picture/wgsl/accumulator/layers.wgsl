@@ -1,9 +1,10 @@
 // Accumulator: layers of translucent casters over a pixel, blended front to back. CPU reference:
 // crates/gobo-reference/src/shade/layers.rs.
 //
-// Casters come in order of their nearest corner, among bricks of their nearest point. A pane reaches from there far back, so it waits until the
-// next caster is behind it; the order is exact while at most two panes wait. The light that the two nearest
-// panes scatter and mirror is evaluated after the walk; those behind only filter.
+// Casters come in order of their nearest corner, among bricks of their nearest point. A pane reaches from
+// there far back, so it waits until the next caster is behind it; the order is exact while at most two panes
+// wait. The light that the two nearest panes scatter and mirror is evaluated after the walk; those behind
+// only filter.
 
 import package::bind::sampled::{lit, seen_pixels};
 import package::bind::stored::layers;

@@ -1,6 +1,6 @@
-// Levels of bloom: each half as large as the one before (Jimenez 2014, "Next Generation Post Processing in Call of
-// Duty", with filters whose weights are those of linear interpolation, so that no light is lost or added). CPU
-// reference: crates/gobo-reference/src/bloom.rs.
+// Levels of bloom: each half as large as the one before (Jimenez 2014, "Next Generation Post Processing in
+// Call of Duty", with filters whose weights are those of linear interpolation, so that no light is lost or
+// added). CPU reference: crates/gobo-reference/src/bloom.rs.
 
 import package::bind::sampled::bloom_from;
 

@@ -1,6 +1,6 @@
-// cluster, emit: `clusters`, first two texels per cluster with start and length of its list, then the
-// lists: indices of lights, ascending. One invocation per cluster. CPU reference: crates/gobo-reference/src/cluster.rs.
-// Rust: crates/gobo-picture/src/stage/cluster.rs.
+// cluster, emit: `clusters`, first two texels per cluster with start and length of its list, then the lists:
+// indices of lights, ascending. One invocation per cluster. CPU reference:
+// crates/gobo-reference/src/cluster.rs. Rust: crates/gobo-picture/src/stage/cluster.rs.
 
 import package::bind::changed::offsets;
 import package::bind::sampled::masks;

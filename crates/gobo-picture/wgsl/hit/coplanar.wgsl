@@ -1,5 +1,5 @@
-// Faces in one plane, whose depths differ by their rounding alone: the one with the higher id is in front. CPU reference:
-// crates/gobo-reference/src/coplanar.rs.
+// Faces in one plane, whose depths differ by their rounding alone: the one with the higher id is in front.
+// CPU reference: crates/gobo-reference/src/coplanar.rs.
 
 import package::bind::sampled::triangles;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};

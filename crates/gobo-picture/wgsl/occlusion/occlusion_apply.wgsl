@@ -1,6 +1,7 @@
-// occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of the texels around a
-// pixel that are on its surface, in a box of 4x4, in which all directions and places of the search count alike. One
-// invocation per pixel. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust: crates/gobo-picture/src/stage/occlusion.rs.
+// occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of the texels
+// around a pixel that are on its surface, in a box of 4x4, in which all directions and places of the search
+// count alike. One invocation per pixel. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust:
+// crates/gobo-picture/src/stage/occlusion.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{ambients, composited, occlusions};
@@ -25,7 +26,8 @@ fn occlusion_apply(@builtin(global_invocation_id) id: vec3<u32>) {
     let on = screen();
     let point = seen_point(on, vec2<f32>(id.xy), around_pixel.depth);
     let normal = seen_normal(around_pixel.normal, point);
-    // Distance off the plane, of what is in pixel q at a distance: (at_zero + dot(slope, q)) distance - dot(normal, point).
+    // Distance off the plane, of what is in pixel q at a distance: (at_zero + dot(slope, q)) distance -
+    // dot(normal, point).
     let per_off = 1.0 / (OFF_PLANE * radius_at(point));
     let slope = normal.xy * on.step * per_off;
     let at_zero = (dot(normal.xy, on.first) - normal.z) * per_off;

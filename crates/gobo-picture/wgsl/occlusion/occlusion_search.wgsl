@@ -1,8 +1,9 @@
-// occlusion, search: the share of the ambient light that reaches a surface past what is seen around it, at half the
-// picture's size: a search for horizons (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect
-// Occlusion", section 4). Unlike the paper: horizons are angles above the surface's own plane, so that planes occlude
-// nothing of themselves, and the sum is divided by that without occluders. One invocation per 2x2 pixels. CPU
-// reference: crates/gobo-reference/src/occlusion.rs. Rust: crates/gobo-picture/src/stage/occlusion.rs.
+// occlusion, search: the share of the ambient light that reaches a surface past what is seen around it, at
+// half the picture's size: a search for horizons (Jimenez et al. 2016, "Practical Real-Time Strategies for
+// Accurate Indirect Occlusion", section 4). Unlike the paper: horizons are angles above the surface's own
+// plane, so that planes occlude nothing of themselves, and the sum is divided by that without occluders. One
+// invocation per 2x2 pixels. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust:
+// crates/gobo-picture/src/stage/occlusion.rs.
 
 import package::bind::sampled::ambients;
 import package::bind::stored::occlusions;
@@ -13,7 +14,8 @@ import package::records::surroundings::unpack_surroundings;
 const PI: f32 = 3.1415927;
 // Directions of a pixel; the next three have others between them.
 const OCCLUDER_DIRECTIONS: u32 = 3u;
-// Places along a direction, to either side; 4x4 pixels have others between them, so that no two look at the same rings.
+// Places along a direction, to either side; 4x4 pixels have others between them, so that no two look at the
+// same rings.
 const OCCLUDER_STEPS: u32 = 6u;
 // Where in its step a pixel's places are [quarters], of four pixels.
 const PLACES: u32 = 0x2431u;
@@ -59,8 +61,8 @@ struct Around {
     part: f32,       // of a step, at which its place is
 }
 
-// Angle above the surface's plane below which no light comes, on one side of a slice. Beyond its border the picture is as far as
-// at the border: what rises there goes on.
+// Angle above the surface's plane below which no light comes, on one side of a slice. Beyond its border the
+// picture is as far as at the border: what rises there goes on.
 fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec2<f32>, around: Around) -> f32 {
     var least = 1.0; // cosine of the highest angle
     for (var i = 0u; i < OCCLUDER_STEPS; i += 1u) {
@@ -97,7 +99,8 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
     let to_eye = -normalize(point);
     let radius = radius_at(point);
     let reach = min(radius * view.scale / -point.z, OCCLUDER_REACH * view.size.y);
-    // Two orthogonal Latin squares: in each row and column of four all directions and all places, in 4x4 each pair of them.
+    // Two orthogonal Latin squares: in each row and column of four all directions and all places, in 4x4 each
+    // pair of them.
     let turn = f32((id.x + id.y) & 3u) * 0.25;
     let twice = (id.y << 1u) ^ (((id.y >> 1u) & 1u) * 7u);
     let part = f32((PLACES >> (4u * ((id.x ^ twice) & 3u))) & 7u) * 0.25;

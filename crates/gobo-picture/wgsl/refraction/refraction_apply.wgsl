@@ -1,5 +1,5 @@
-// refraction, apply: adds what is seen aside or blurred behind glass. One invocation per pixel. CPU reference:
-// crates/gobo-reference/src/refraction.rs. Rust: crates/gobo-picture/src/stage/refraction.rs.
+// refraction, apply: adds what is seen aside or blurred behind glass. One invocation per pixel. CPU
+// reference: crates/gobo-reference/src/refraction.rs. Rust: crates/gobo-picture/src/stage/refraction.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{behinds, bends, composited};
@@ -7,7 +7,8 @@ import package::bind::stored::radiance;
 import package::records::bend::unpack_bend;
 import package::shade::tone::on_screen;
 
-// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are halves.
+// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are
+// halves.
 const PANE_SLACK: f32 = 0.001;
 
 fn of_level(texel: vec2<i32>, level: i32, last: vec2<i32>) -> vec4<f32> {

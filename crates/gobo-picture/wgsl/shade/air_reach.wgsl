@@ -1,5 +1,6 @@
-// air, reach: the slices that the pixels of a band need of each column, beyond those that earlier bands needed, and a list
-// of them: what is behind all surfaces is not lit. One workgroup per block of columns. Rust: crates/gobo-picture/src/stage/air.rs.
+// air, reach: the slices that the pixels of a band need of each column, beyond those that earlier bands
+// needed, and a list of them: what is behind all surfaces is not lit. One workgroup per block of columns.
+// Rust: crates/gobo-picture/src/stage/air.rs.
 
 import package::bind::changed::{air_ends, air_items};
 import package::bind::sampled::seen_pixels;
@@ -14,7 +15,8 @@ import package::shade::air_place::air_place;
 
 const REACH_LANES: u32 = 64u;
 const COLUMNS: u32 = AIR_BLOCK * AIR_BLOCK; // of a block
-// Pixels around a block that may read it: those of a column and a half, and as many as columns are shifted by.
+// Pixels around a block that may read it: those of a column and a half, and as many as columns are shifted
+// by.
 const AROUND: u32 = 8u;
 const EDGE: u32 = AIR_BLOCK * AIR_CELL + 2u * AROUND; // of what is searched [pixels]
 

@@ -83,8 +83,8 @@ fn column_of(id: vec3<u32>) -> Column {
     return Column(direction, normalize(direction), view.near + parts * (view.far - view.near));
 }
 
-// The part of a slice that a light reaches, and its samples: for a lamp at even angles seen from it (Kulla and
-// Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
+// The part of a slice that a light reaches, and its samples: for a lamp at even angles seen from it (Kulla
+// and Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
 struct Stretch {
     metres: f32,  // of the ray per metre along the camera's axis
     nearest: f32, // along the ray, where it is nearest to the lamp [m]
@@ -114,8 +114,8 @@ fn stretch_of(light: GpuLight, column: Column) -> Stretch {
     return Stretch(metres, nearest, low, high, apart, angle, select(0u, wanted, is_lit));
 }
 
-// Distance of sample `i` along the ray, from where that is nearest to the lamp [m], and the length of the ray that
-// it stands for, in slices. Samples are offset by -0.5 to 0.5 in their distances.
+// Distance of sample `i` along the ray, from where that is nearest to the lamp [m], and the length of the ray
+// that it stands for, in slices. Samples are offset by -0.5 to 0.5 in their distances.
 fn sample_of(light: GpuLight, column: Column, stretch: Stretch, i: u32) -> vec2<f32> {
     let is_local = light.kind != LIGHT_DIRECTIONAL;
     let part = (f32(i) + 0.5 + sample_offset(views[0]).x) / f32(stretch.count);
@@ -127,8 +127,8 @@ fn sample_of(light: GpuLight, column: Column, stretch: Stretch, i: u32) -> vec2<
     return vec2(at, share);
 }
 
-// Radiance that the air of a slice scatters back along the ray from a light, per unit of scattering optical depth:
-// the mean. What samples need is read anew for each.
+// Radiance that the air of a slice scatters back along the ray from a light, per unit of scattering optical
+// depth: the mean. What samples need is read anew for each.
 fn scattered(slice: vec3<u32>, number: u32) -> vec3<f32> {
     let count = stretch_of(light_record(number), column_of(slice)).count;
     lay_aside(ASIDE_SLICE, vec4(slice.x | (slice.y << 16u), slice.z, number, 0u));

@@ -1,5 +1,6 @@
-// air, sum: sums from the eye through the slices of a column of pixels. One invocation per column of
-// the blocks that a band sees. CPU reference: crates/gobo-reference/src/air.rs. Rust: crates/gobo-picture/src/stage/air.rs.
+// air, sum: sums from the eye through the slices of a column of pixels. One invocation per column of the
+// blocks that a band sees. CPU reference: crates/gobo-reference/src/air.rs. Rust:
+// crates/gobo-picture/src/stage/air.rs.
 
 import package::bind::changed::air_items;
 import package::bind::read::air_ends;

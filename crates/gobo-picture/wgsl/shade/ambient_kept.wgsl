@@ -7,8 +7,8 @@ import package::shade::point_light::ambient;
 
 const IS_LAST: bool = false;
 
-// `index`: of the pixel in its band; `depth`: of its surface; `passed`: share of that surface's light that reaches
-// the eye.
+// `index`: of the pixel in its band; `depth`: of its surface; `passed`: share of that surface's light that
+// reaches the eye.
 fn keep_ambient(pixel: vec2<u32>, index: u32, depth: f32, passed: vec3<f32>) {
     let point = load_point(index);
     let is_surface = point.kind == POINT_SOLID;

@@ -1,6 +1,6 @@
-// What is behind glass is seen aside, by the refraction of the eye's ray where it enters a body, and blurred, by the
-// roughness of panes: as viewers of glTF show it (KHR_materials_transmission, KHR_materials_volume), with the body's own
-// thickness. CPU reference: crates/gobo-reference/src/refraction.rs.
+// What is behind glass is seen aside, by the refraction of the eye's ray where it enters a body, and blurred,
+// by the roughness of panes: as viewers of glTF show it (KHR_materials_transmission, KHR_materials_volume),
+// with the body's own thickness. CPU reference: crates/gobo-reference/src/refraction.rs.
 
 import package::bind::uniform::materials;
 import package::records::setup::{BACK_BIT, setup_texel};

@@ -10,8 +10,8 @@ const UNIT_RADIANCE: f32 = 423638.56; // of the sum, so that red is 1 at 1500 K
 const LEAST_POWER: f32 = 1e-3;
 const MOST_POWER: f32 = 80.0;
 
-// Radiance of a black body (Planck 1901) as the CIE 1931 observer sees it: linear sRGB, as a share of red at 1500 K, of
-// colours outside of sRGB what is in it; 0 up to 0 K.
+// Radiance of a black body (Planck 1901) as the CIE 1931 observer sees it: linear sRGB, as a share of red at
+// 1500 K, of colours outside of sRGB what is in it; 0 up to 0 K.
 fn black_body(kelvin: f32) -> vec3<f32> {
     var seen = vec3(0.0);
     for (var i = 0u; i < WAVELENGTHS && kelvin > 0.0; i += 1u) {

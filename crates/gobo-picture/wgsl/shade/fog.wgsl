@@ -1,4 +1,5 @@
-// Volumes along the eye's ray, between the layers of a pixel. CPU reference: crates/gobo-reference/src/shade/layers.rs.
+// Volumes along the eye's ray, between the layers of a pixel. CPU reference:
+// crates/gobo-reference/src/shade/layers.rs.
 
 import package::bind::uniform::materials;
 import package::records::setup::{BACK_BIT, setup_texel};

@@ -15,8 +15,9 @@ fn pane_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
     return Gloss(material.reflectivity * shines, max(hit.opacity, material.transmission) * shines);
 }
 
-// Share of light that a pane scatters: all that it covers where its transfer attenuates what is behind by that; else half
-// of it if it is not clear, filtering the rest. `of_emission`: what it sends, and not what it takes beside its transfer.
+// Share of light that a pane scatters: all that it covers where its transfer attenuates what is behind by
+// that; else half of it if it is not clear, filtering the rest. `of_emission`: what it sends, and not what it
+// takes beside its transfer.
 fn scattered_share(hit: Hit, material: GpuMaterial, of_emission: bool) -> f32 {
     let covers = material.transfer == TRANSFER_OVER || material.transfer == TRANSFER_SMOKE;
     let share = select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_emission), covers);

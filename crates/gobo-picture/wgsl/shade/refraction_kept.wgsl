@@ -13,8 +13,8 @@ fn keep_behind(pixel: vec2<u32>, depth: f32, light: vec3<f32>) {
     textureStore(behinds, pixel, vec4(min(light, vec3(65504.0)), depth));
 }
 
-// Whether what is behind the layers is seen elsewhere. `first`: texel of the pixel's layers; `pane`: light depth of the
-// nearest pane; `passed`: share of the surface's light that reaches the eye.
+// Whether what is behind the layers is seen elsewhere. `first`: texel of the pixel's layers; `pane`: light
+// depth of the nearest pane; `passed`: share of the surface's light that reaches the eye.
 fn keep_bend(pixel: vec2<u32>, first: u32, pane: f32, passed: vec3<f32>) -> bool {
     let bits = textureLoad(layers, record_texel(first + 4u), 0).xyz;
     let bend = Bend(bitcast<vec2<f32>>(bits.xy), bitcast<f32>(bits.z), pane, passed);

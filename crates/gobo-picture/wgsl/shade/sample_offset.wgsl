@@ -1,4 +1,5 @@
-// Offset of a picture's sample from the middles of its pixels. CPU reference: `sample_offset` in crates/gobo-reference/src/air.rs.
+// Offset of a picture's sample from the middles of its pixels. CPU reference: `sample_offset` in
+// crates/gobo-reference/src/air.rs.
 
 import package::bind::uniform::picture_params;
 import package::records::air_params::AIR_CELL;

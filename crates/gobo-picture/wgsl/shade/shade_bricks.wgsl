@@ -1,5 +1,6 @@
 // shade, bricks: the points of the bricks' lattices. One invocation per point. CPU reference:
-// crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::NODES;

@@ -1,5 +1,6 @@
 // shade, casters: centre of each visible translucent particle, as a point. One invocation per footprint of
-// the camera's view. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// the camera's view. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::sampled::{casters, rects};
 import package::bind::uniform::{materials, point_batch};

@@ -1,5 +1,6 @@
-// shade, composite: translucent layers over the opaque surface, and the tone curve. One invocation per
-// pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// shade, composite: translucent layers over the opaque surface, and the tone curve. One invocation per pixel
+// of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};

@@ -1,5 +1,6 @@
 // shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
-// invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import choice::catcher::caught;
 import package::bind::sampled::{casters, seen_pixels};

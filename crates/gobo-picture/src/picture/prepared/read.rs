@@ -89,8 +89,8 @@ impl PreparedPicture {
         Ok(sums)
     }
 
-    /// Capacities with which nothing is missing in the picture, nor in one that needs a little more; `None` if they
-    /// suffice already. `budget`: of pairs. Blocks.
+    /// Capacities with which nothing is missing in the picture, nor in one that needs a little more; `None`
+    /// if they suffice already. `budget`: of pairs. Blocks.
     pub fn needs(&self, gpu: &Gpu, budget: u32) -> Result<Option<PictureCapacity>, Error> {
         let parts = self.read_parts(gpu)?;
         let lists = || parts.iter().flatten();

@@ -82,8 +82,8 @@ pub struct Kept {
     pub(in crate::picture) environment: Option<(Arc<Environment>, Texture)>,
 }
 
-/// Capacities that a picture is prepared with. The default suffices for most; [`PreparedPicture::needs`](super::PreparedPicture::needs)
-/// returns what a recorded picture needed.
+/// Capacities that a picture is prepared with. The default suffices for most;
+/// [`PreparedPicture::needs`](super::PreparedPicture::needs) returns what a recorded picture needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureCapacity {
     /// Pair capacity, within the budget.
