@@ -34,7 +34,7 @@ var<private> body_before: Rows;
 var<private> body_faces: bool;
 var<private> crossed: array<vec4<i32>, ROW_COUNT>; // volumes: optical depth, and faces left minus entered
 var<private> nearest: Rows;
-var<private> owner: RowBits; // owner tag of the nearest
+var<private> owner: RowBits; // owner tag of the nearest hit
 var<private> opaque_depth: Rows;
 var<private> added: array<vec3<f32>, ROW_COUNT>; // by `over`, once the walk is finished
 var<private> found: array<Found, ROW_COUNT>;

@@ -36,13 +36,13 @@ fn light_ray(view: GpuView, texel: vec2<f32>) -> LightRay {
     return LightRay(select(aside, vec3(0.0), spreads), select(ahead, aside + ahead, spreads));
 }
 
-// Place in the map of a point in view space [texels].
+// Place of a view-space point in the map [texels].
 fn map_place(view: GpuView, point: vec3<f32>) -> vec2<f32> {
     let spread = view.scale / select(1.0, max(-point.z, 1e-6), view.perspective > 0.0);
     return vec2(point.x, -point.y) * spread + view.size * 0.5;
 }
 
-// Edge of a texel at a point in view space [m].
+// Edge of a texel at a view-space point [m].
 fn texel_at(view: GpuView, point: vec3<f32>) -> f32 {
     return select(1.0, -point.z, view.perspective > 0.0) / view.scale;
 }

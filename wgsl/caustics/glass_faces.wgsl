@@ -1,6 +1,6 @@
-// caustics, faces: the nearest faces of glass in each texel of a view's map, of those that light enters a
-// body by and of those that it leaves by: first their depths, then, where the depths are theirs, which they
-// are. Workgroups of a face take turns with its texels. CPU reference: crates/gobo-reference/src/caustics.rs.
+// caustics, faces: the nearest face of glass in each texel of a view's map by which light enters a body, and
+// the nearest by which it leaves one: first their depths, then the indices of the faces with these depths.
+// The workgroups of a face take turns with its texels. CPU reference: crates/gobo-reference/src/caustics.rs.
 // Rust: src/stage/caustics.rs.
 
 import package::bind::changed::{glass_depths, glass_owners};
@@ -13,7 +13,7 @@ import package::caustics::glass_face::{
 override WORKGROUP_SIZE: u32;
 override FINDS_OWNERS: bool;
 
-// Distance behind a lamp's position from which what reaches behind it has no place in its map [m].
+// Distance behind a lamp's position from which a face has no place in its map [m].
 const AHEAD: f32 = 0.0001;
 
 @compute @workgroup_size(WORKGROUP_SIZE)

@@ -8,16 +8,16 @@ import choice::rows::{RowBits, RowIs, Rows};
 
 struct Merge {
     cost: Rows,
-    index: RowBits,  // of the first of both
-    before: Rows,    // mean light in front of both, behind the first, and behind both
+    index: RowBits,  // of the pair's first node
+    before: Rows,    // mean light in front of the pair, behind its first node, and behind both
     between: Rows,
     behind: Rows,
     first: RowBits,  // spans
     second: RowBits,
-    next: RowBits,   // of the node behind both
+    next: RowBits,   // span of the node behind the pair
 }
 
-// Cost of a merge: the area between the curve and the straight line over both; 0 if one of them absorbs
+// Cost of a merge: the area between the curve and the straight line over both ramps; 0 if one of them absorbs
 // nothing.
 fn cheapest_merge() -> Merge {
     var best = Merge(
@@ -56,7 +56,7 @@ fn cheapest_merge() -> Merge {
     return best;
 }
 
-// Span of the ramp with the mean and variance of both, clamped to what they span.
+// Span of a ramp with the mean and variance of both ramps, clamped to their joint span.
 fn merged_span(best: Merge) -> RowBits {
     let start_a = Rows(best.first >> RowBits(16u));
     let end_a = Rows(best.first & RowBits(0xffffu));
@@ -88,7 +88,7 @@ fn merged_span(best: Merge) -> RowBits {
     return in_order(span, best.next);
 }
 
-// The span, changed to be no later than that of the node behind it: nodes ascend.
+// The span, moved to start no later than the node behind it: nodes ascend.
 fn in_order(span: RowBits, next: RowBits) -> RowBits {
     let first = next >> RowBits(16u);
     let start = min(span >> RowBits(16u), first);

@@ -1,4 +1,4 @@
-// Output: curves, filter and nearest depth of tiles with several segments, whose nodes are hits. CPU
+// Output: curves, filter and nearest depth of tiles with several segments, whose nodes are taken as hits. CPU
 // reference: crates/gobo-reference/src/curve/tile.rs, `resolved`.
 
 import package::bind::read::partials;

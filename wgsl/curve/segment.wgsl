@@ -18,7 +18,7 @@ fn is_scattered() -> bool {
     return false;
 }
 
-// Steps behind all pairs: `resolve` has those of the tile.
+// Steps behind all pairs: none, since `resolve` adds those of the tile.
 fn tile_steps() -> u32 {
     return 0u;
 }

@@ -27,8 +27,8 @@ fn blocks(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> bo
     return is_solid(hit);
 }
 
-// Where a threshold is evaluated: the pattern's cell, or for `hashed` the caster's own coordinates and their
-// change from one texel to the next.
+// Point where a threshold is evaluated: the pattern's cell, or for `hashed` the coordinates on the caster and
+// their change from one texel to the next.
 struct PatternPoint {
     cell: vec2<u32>,
     on_caster: vec4<f32>,

@@ -75,7 +75,7 @@ fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
     return Faced(plane_of(view, footprint, look), gaussian_of(footprint), capsule_in(view, footprint), look);
 }
 
-// What `faced_hit` needs of any caster.
+// Values that `faced_hit` needs, for any caster.
 fn set_up(view: GpuView, footprint: Footprint) -> Faced {
     var faced: Faced;
     if HAS_PARTICLES && !(HAS_TRIANGLES && footprint.is_triangle) {
@@ -88,7 +88,7 @@ fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_dept
     return faced_hit(view, footprint, set_up(view, footprint), texel, opaque_depth);
 }
 
-// `faced`: of a particle.
+// `faced`: values of a particle.
 fn faced_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
     if HAS_TRIANGLES && footprint.is_triangle {
@@ -151,8 +151,8 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     return Hit(light, color, opacity, depth, depth, depth, material_id, absorbed);
 }
 
-// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface. Its colour is
-// the light that it sends to the eye, where it is shaded.
+// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface. Where bricks are
+// shaded, the hit's colour is the light that the brick sends to the eye.
 fn brick_hit(
     view: GpuView,
     footprint: Footprint,
@@ -165,7 +165,7 @@ fn brick_hit(
     let grid = grid_of(brick);
     let range = view.far - view.near;
     let inside = passage(view, brick, grid, texel, view.near + opaque_depth * range);
-    // The sign is 0: the compiler reads the extinction again instead of keeping it on the ray's way.
+    // The sign is 0: this way, the compiler reads the extinction again instead of keeping it in registers.
     let extinction = grid_extinction(brick.grid + (bitcast<u32>(inside.depth) >> 31u));
     let tau = inside.depth * extinction;
     let most = max(max(tau.x, tau.y), tau.z);

@@ -5,8 +5,8 @@ import package::hit::hit::{Hit, MISS, absorption, transmittance};
 import package::records::view::{GpuView, is_beside};
 import package::sums::faint::{tau_absorbed, whole_tau};
 
-// A puff absorbs along the chord of the ray through the sphere in front of the opaque
-// surface: the transfer along a whole diameter, to the power of the chord's share of it.
+// A puff absorbs along the ray's chord through the sphere in front of the opaque surface: its transfer along
+// a diameter, to the power of the chord's share of the diameter.
 fn puff_hit(
     view: GpuView,
     bounds: vec4<f32>,

@@ -19,7 +19,7 @@ fn owns_edge(a: vec2<f32>, b: vec2<f32>, area: f32) -> bool {
     return precedes(a, b) == (area > 0.0);
 }
 
-// Where the line of an edge lies that is farther away [texels]: beside it, no texel's place makes a
+// Distance of an edge whose line is farther away [texels]: beside it, the place of a texel makes no
 // difference in 32 bits.
 const FAR_EDGE: f32 = 1099511627776.0;
 

@@ -1,6 +1,6 @@
 // load: Gaussians in the host's buffers -> records and axes as if they had been uploaded, and a box around
-// each group. One invocation per Gaussian, a workgroup per group. Invalid ones are counted; valid ones are
-// compacted, in order. CPU reference: `Caster::of_gaussian` in src/records/gaussian.rs. Rust:
+// each group. One invocation per Gaussian, a workgroup per group. Invalid Gaussians are counted; valid ones
+// are compacted, in order. CPU reference: `Caster::of_gaussian` in src/records/gaussian.rs. Rust:
 // src/stage/load.rs.
 
 import package::bind::stored::casters;

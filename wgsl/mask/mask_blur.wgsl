@@ -8,7 +8,7 @@ import package::mask::mask_group::{MaskGroup, divided, load_group, store_group, 
 import package::mask::mask_pixel::{MaskPlane, mask_plane, surface_weight, upright_shares};
 import package::records::mask::unpack_surface;
 
-// Distance of the last tap in standard deviations: its weight is e^-2 of the centre's.
+// Distance of the last tap in standard deviations: it weighs e^-2 of the centre.
 const WIDTHS: f32 = 2.0;
 
 // Weighted sum of masks, and the sum of the weights.

@@ -3,7 +3,7 @@
 import package::records::brick::{Brick, voxel_edges};
 import package::records::view::GpuView;
 
-// Share by which edges may be off a right angle.
+// Largest error of a right angle between edges, as a cosine.
 const SQUARE: f32 = 1e-4;
 // Rounding of the least distance of a right-angled box, a share of the distances that it is made of. Small,
 // so that neighbours stay in order where the eye is hardly beside the plane of their face.
@@ -14,10 +14,10 @@ struct BrickExtent {
     hi: vec2<f32>,
     nearest: f32,     // along the axis [m]
     farthest: f32,
-    least: f32,       // distance of its nearest point from the origin of view space, at most [m]
+    least: f32,       // lower bound of the distance of its nearest point from the origin of view space [m]
 }
 
-// `center`: of the box in view space [m].
+// `center`: of the box, in view space [m].
 fn brick_extent(view: GpuView, brick: Brick, center: vec3<f32>) -> BrickExtent {
     let edges = voxel_edges(brick);
     let half_size = (brick.high - brick.low) * 0.5;
