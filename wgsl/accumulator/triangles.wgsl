@@ -109,7 +109,7 @@ fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> b
         && edge_touches(triangle.b, lo, hi) && edge_touches(triangle.c, lo, hi);
 }
 
-// Payload that the lane broadcasts; `front` bounds its depth from below.
+// Payload that the lane broadcasts; `front`: lower bound of the triangle's depth.
 fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
     return caster.triangle;
 }

@@ -23,7 +23,7 @@ struct Passage {
     first: f32, // where density begins, along the axis [m]
     ramp: vec2<f32>, // of the ramp in a curve, along the axis [m]
     depth: f32, // integral of density along the ray [m]; 0 for a miss
-    thirds: vec2<f32>,  // of that up to a third and two thirds of the way through the box, for its light
+    thirds: vec2<f32>,  // optical depth of one and of two thirds of the way through the box, for its light
     ends: vec2<f32>,    // where the ray enters and leaves the box, along the axis [m]
 }
 

@@ -5,8 +5,8 @@ import package::records::view::GpuView;
 
 // Largest error of a right angle between edges, as a cosine.
 const SQUARE: f32 = 1e-4;
-// Rounding of the least distance of a right-angled box, a share of the distances that it is made of. Small,
-// so that neighbours stay in order where the eye is hardly beside the plane of their face.
+// Rounding of the least distance of a right-angled box, as a share of the distances that it is computed from.
+// Small, so that neighbours stay in order where the eye is hardly beside the plane of their shared face.
 const DISTANCE_ROUNDING: f32 = 4e-6;
 
 struct BrickExtent {

@@ -8,8 +8,8 @@ import package::records::view::GpuView;
 
 const MIN_SQUARE: f32 = 0.5;  // squared deviation below which the conic is enlarged [texels^2]
 const MEASURED_AT: f32 = 4.0; // squared distance at which a deviation is measured in the map [deviations]
-const NEAREST_EYE: f32 = 1e-12; // least squared distance of the eye from the centre of one beside the view [deviations]
-const ALONG: f32 = 1e-10;     // squared sine below which a step to the right is along the direction to the centre
+const NEAREST_EYE: f32 = 1e-12; // least squared distance of the eye from a centre beside the view [sigma^2]
+const ALONG: f32 = 1e-10;     // squared sine below which a step to the right is along the way to the centre
 const FLAT: f32 = 1e-12;      // ratio of squared deviations below which the smaller has no direction in space
 const THINNEST: f32 = 1e-5;   // least deviation of a Gaussian beside the view, a share of its longest
 const ENDLESS: f32 = 1e6;     // bounds of a Gaussian that reaches the eye's plane [texels]

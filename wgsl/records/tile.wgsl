@@ -1,12 +1,12 @@
-// The work of one tile; a texel of `tiles`: that of the tile's number, or, in a part of the tiles, of its
-// index in the part.
+// The work of one tile: a texel of `tiles`, at the tile's index, or, in a part of the tiles, at its index in
+// the part.
 
 import package::records::view::GpuView;
 
 struct Tile {
     first: u32, // of its pairs
     end: u32,
-    merged: u32, // 0, or, if several workgroups share the tile, 1 + its first segment
+    merged: u32, // 0, or 1 + its first segment if several workgroups share the tile
     view: u32,
     position: vec2<u32>, // in the view's map [tiles]
 }

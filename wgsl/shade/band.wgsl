@@ -1,4 +1,4 @@
-// Band: a rectangle of tiles of the picture that are shaded at a time. Its pixels are records of `seen`,
+// Band: a rectangle of the picture's tiles that are shaded at a time. Its pixels are records of `seen`,
 // `layers`, `points` and `lit`. Rust: `Band` in crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::uniform::band;
@@ -28,7 +28,7 @@ fn band_pixel(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32, tiles_x: u
     return tile_pixel(tile_number(workgroup, workgroups), lane, tiles_x);
 }
 
-// `number`: of the tile, in the band.
+// `number`: index of the tile in the band.
 fn tile_pixel(number: u32, lane: u32, tiles_x: u32) -> BandPixel {
     let texel = lane_texel(lane);
     return indexed_pixel((number * TILE_SIZE + texel.y) * TILE_SIZE + texel.x, tiles_x);

@@ -20,8 +20,8 @@ fn eye() -> vec3<f32> {
     return picture_params.world_from_view[3].xyz;
 }
 
-// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette the
-// interpolated one may look away from the eye, and still is the face's.
+// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette, the
+// interpolated normal may still point away from the eye.
 struct Normals {
     face: vec3<f32>,
     normal: vec3<f32>,
@@ -48,7 +48,7 @@ fn rounded(id: u32, barycentric: vec3<f32>, face: vec3<f32>, point: vec3<f32>) -
     return point + out;
 }
 
-// Caster of a pane.
+// Caster of a pane, by its setup.
 fn pane_caster(setup: u32) -> u32 {
     return caster_of(load_footprint(picture_params.first_setup + setup));
 }
