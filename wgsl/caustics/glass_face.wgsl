@@ -64,10 +64,18 @@ fn meets_face(face: GlassFace, ray: LightRay) -> Met {
 }
 
 // Unit normal of the face `number` at a point, on the side that a ray comes from.
-fn glass_normal(view: GpuView, number: u32, face: GlassFace, weights: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
+fn glass_normal(
+    view: GpuView,
+    number: u32,
+    face: GlassFace,
+    weights: vec3<f32>,
+    ray: vec3<f32>,
+) -> vec3<f32> {
     let inner = max(weights, vec3(0.0));
     let first = number * GLASS_VECTORS + 3u;
-    let mixed = glass[first].xyz * inner.x + glass[first + 1u].xyz * inner.y + glass[first + 2u].xyz * inner.z;
+    let mixed = glass[first].xyz * inner.x
+        + glass[first + 1u].xyz * inner.y
+        + glass[first + 2u].xyz * inner.z;
     let turned = (view.view_from_world * vec4(mixed, 0.0)).xyz;
     let flat = select(-face.normal, face.normal, dot(face.normal, ray) < 0.0);
     let round = select(turned, -turned, dot(turned, flat) < 0.0);

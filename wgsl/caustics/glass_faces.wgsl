@@ -42,7 +42,11 @@ fn glass_faces(
     }
     let size = last - least;
     let width = u32(view.size.x);
-    for (var i = workgroup.z * WORKGROUP_SIZE + lane; i < size.x * size.y; i += caustic_params.slices * WORKGROUP_SIZE) {
+    for (
+        var i = workgroup.z * WORKGROUP_SIZE + lane;
+        i < size.x * size.y;
+        i += caustic_params.slices * WORKGROUP_SIZE
+    ) {
         let texel = least + vec2(i % size.x, i / size.x);
         let ray = light_ray(view, vec2<f32>(texel) + 0.5);
         let met = meets_face(face, ray);

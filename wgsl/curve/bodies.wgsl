@@ -103,7 +103,11 @@ fn most_bent() -> Bent {
         let single = has_bit(alone, RowBits(i));
         let is = long & single & (next >= middle_of(node.span)) & (bend > most.bend);
         let least = Rows(MIN_ROOT);
-        let behind = Lights(max(root_behind.red, least), max(root_behind.green, least), max(root_behind.blue, least));
+        let behind = Lights(
+            max(root_behind.red, least),
+            max(root_behind.green, least),
+            max(root_behind.blue, least),
+        );
         most = Bent(
             select(most.bend, bend, is),
             select(most.index, RowBits(i), is),

@@ -193,8 +193,7 @@ fn go_on(t: ptr<function, Texel>, placed: Placed) {
     (*t).took = select(0.0, select((*t).took, placed.taken, placed.is), OFTEN_FEW);
 }
 
-// With `OFTEN_FEW`, pairs are counted, and a hit gets a node at once while nodes are free, so that one walk
-// suffices for few hits.
+// With `OFTEN_FEW`, counts pairs, and gives hits nodes while some are free: one walk suffices for few.
 fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let seen = hit.presence >= VISIBLE_PRESENCE;
     (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);

@@ -40,7 +40,10 @@ fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
             partials[at + 3u] = bitcast<vec4<u32>>(vec4(light_row(surface_light, i), 0.0));
             partials[at + 4u] = bitcast<vec4<u32>>(vec4(light_row(density, i), 0.0));
             partials[at + 5u] = bitcast<vec4<u32>>(crossed[i]);
-            partials[at + 6u] = bitcast<vec4<u32>>(vec4(light_row(unentered.density, i), row(unentered.first, i)));
+            partials[at + 6u] = bitcast<vec4<u32>>(vec4(
+                light_row(unentered.density, i),
+                row(unentered.first, i),
+            ));
             partials[at + 7u] = bitcast<vec4<u32>>(vec4(light_row(unentered.tau, i), row(unentered.last, i)));
         }
     }

@@ -55,7 +55,11 @@ fn pattern_point(view: GpuView, footprint: Footprint, texel: vec2<f32>, material
     } else if HAS_GAUSSIANS && is_gaussian(footprint) {
         let setup = gaussian_setup(footprint);
         let w = setup.whitening;
-        point.on_caster = vec4(approach(view, footprint, setup, texel).position, max(abs(w.x), abs(w.y)), abs(w.z));
+        point.on_caster = vec4(
+            approach(view, footprint, setup, texel).position,
+            max(abs(w.x), abs(w.y)),
+            abs(w.z),
+        );
     } else if HAS_CAPSULES && is_capsule(footprint) {
         point.on_caster = vec4(texel - footprint.bounds.xy, vec2(1.0));
     } else if HAS_PARTICLES {

@@ -88,7 +88,11 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                 let within = two_densities(at, stretch.a, stretch.b) * (0.5 * (next - t));
                 depth += within;
                 if SHADES_BRICKS {
-                    all.thirds += within * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
+                    all.thirds += within * clamp(
+                        (at_third - t) / max(next - t, LEAST_WAY),
+                        vec2(0.0),
+                        vec2(1.0),
+                    );
                 }
                 begins = select(begins, min(begins, t), within > 0.0);
                 ends = select(ends, next, within > 0.0);

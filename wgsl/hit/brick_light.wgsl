@@ -29,7 +29,11 @@ fn lattice_light(first_point: u32, edge: u32, position: vec3<f32>) -> vec3<f32> 
     let b = mix(point_light_at(lattice_point + row), point_light_at(lattice_point + row + 1u), aside.x);
     let low_layer = mix(a, b, aside.y);
     let c = mix(point_light_at(lattice_point + layer), point_light_at(lattice_point + layer + 1u), aside.x);
-    let d = mix(point_light_at(lattice_point + layer + row), point_light_at(lattice_point + layer + row + 1u), aside.x);
+    let d = mix(
+        point_light_at(lattice_point + layer + row),
+        point_light_at(lattice_point + layer + row + 1u),
+        aside.x,
+    );
     return mix(low_layer, mix(c, d, aside.y), aside.z);
 }
 

@@ -30,7 +30,11 @@ fn dense_light(
     var t = ends.x;
     for (var i = 0u; i < max(CELLS, EVEN_PARTS) && t < ends.y; i += 1u) {
         let stretch = way_in_cell(ray, brick.low, cell, t, ends.y);
-        let part_end = select(mix(ends.x, ends.y, f32(i + 1u) / f32(EVEN_PARTS)), ends.y, i + 1u == EVEN_PARTS);
+        let part_end = select(
+            mix(ends.x, ends.y, f32(i + 1u) / f32(EVEN_PARTS)),
+            ends.y,
+            i + 1u == EVEN_PARTS,
+        );
         let next = select(stretch.next, part_end, is_even);
         let two = each_density(texel + vec3<u32>(cell), stretch.a, stretch.b);
         let depths = select(two, vec2(brick.density), is_even) * (0.5 * (next - t) * ray.metres);

@@ -158,7 +158,11 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let metres = sqrt(square);
     let inside = diameters(metres * (last - first), mean, 0.5 * grows * (last - first) / mean);
     let mean_of_whole = radius_at(line, begin + 0.5 * (enters + leaves) * step);
-    let of_whole = diameters(metres * (leaves - enters), mean_of_whole, 0.5 * grows * (leaves - enters) / mean_of_whole);
+    let of_whole = diameters(
+        metres * (leaves - enters),
+        mean_of_whole,
+        0.5 * grows * (leaves - enters) / mean_of_whole,
+    );
     return Way(
         inside,
         select(LONGEST_WAY, max(of_whole, inside), open > 0.0 && !is_along),

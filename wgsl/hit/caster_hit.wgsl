@@ -4,8 +4,8 @@
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{
-    HAS_BRICKS, HAS_CAPSULES, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
-    only_capsules, only_gaussians,
+    HAS_BRICKS, HAS_CAPSULES, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES,
+    HAS_TRIANGLES, only_capsules, only_gaussians,
 };
 import package::hit::brick::passage;
 import package::hit::brick_light::SHADES_BRICKS;
@@ -110,7 +110,13 @@ fn plane_hit(plane: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
     return vec3(2.0, 2.0, -1.0);
 }
 
-fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+fn particle_hit(
+    view: GpuView,
+    footprint: Footprint,
+    faced: Faced,
+    texel: vec2<f32>,
+    opaque_depth: f32,
+) -> Hit {
     let bounds = footprint.bounds;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
@@ -139,7 +145,13 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     var alpha = covered;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
         let uv = vec2(0.5 + 0.5 * met.x, 0.5 - 0.5 * met.y);
-        let image = sample_texture(images, material.texture, material.texture_size, uv, shows_clear(material.transfer));
+        let image = sample_texture(
+            images,
+            material.texture,
+            material.texture_size,
+            uv,
+            shows_clear(material.transfer),
+        );
         color *= image.rgb;
         alpha *= image.a;
     }

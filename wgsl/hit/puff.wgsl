@@ -56,7 +56,9 @@ fn puff_hit(
     let entered = (first - view.near) / range;
     let left = (last - view.near) / range;
     let light = pow(per_diameter, vec3(share));
-    let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, thin, alpha, color)) * share);
+    let absorbed = tau_absorbed(
+        whole_tau(absorption(materials[material_id].transfer, thin, alpha, color)) * share
+    );
     let depth = select(-1.0, entered, share > 0.0);
     return Hit(light, color, opacity, depth, depth, left, material_id, absorbed);
 }

@@ -90,7 +90,14 @@ fn triangle_hit(setup: u32, texel: vec2<f32>, passes: f32) -> Hit {
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
         let all_colors = shows_clear(material.transfer);
         if FILTERS_IMAGES {
-            image = triangle_image(material.texture, material.texture_size, setup, texel, met.xyz, all_colors);
+            image = triangle_image(
+                material.texture,
+                material.texture_size,
+                setup,
+                texel,
+                met.xyz,
+                all_colors,
+            );
         } else {
             let uv = triangle_uv(setup, met.xyz);
             image.rgba = sample_texture(images, material.texture, material.texture_size, uv, all_colors);

@@ -18,7 +18,14 @@ struct ChildOwner {
 }
 
 // `size`: number of children of the face [children], `edge`: edge of a child [texels].
-fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, edge: f32, at: vec2<i32>) -> ChildOwner {
+fn child_owner(
+    view: GpuView,
+    leveled: u32,
+    first_face: u32,
+    size: vec2<i32>,
+    edge: f32,
+    at: vec2<i32>,
+) -> ChildOwner {
     let nearest = clamp(at, vec2(0), size - 1);
     var owner = ChildOwner(view, leveled, nearest, vec2(1.0, 0.0));
     if HAS_FACES && any(nearest != at) && view.role == ROLE_FACE {

@@ -11,7 +11,8 @@ import package::llvmpipe::curve_state::{
     changes, counts_on, few_rows, has_many, lost_light, sample_changes, sample_lost, seeks,
 };
 import package::llvmpipe::curve_texels::{
-    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample, store_pairs, visit,
+    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample,
+    store_pairs, visit,
 };
 import package::llvmpipe::queue::{
     Collected, Prepared, QUEUE, Queue, fill, join_lanes, prepare_lane, without_eight,
@@ -31,7 +32,10 @@ const CHANGES: u32 = 1u; // some texel can still change
 const SEEKS: u32 = 2u;   // some nearest depth may still change, or some texel has few hits
 
 fn wanted(front: f32, lane: u32) -> u32 {
-    return join_lanes(select(0u, CHANGES, changes(front)) | select(0u, SEEKS, seeks(front) || counts_on(front)), lane);
+    return join_lanes(
+        select(0u, CHANGES, changes(front)) | select(0u, SEEKS, seeks(front) || counts_on(front)),
+        lane,
+    );
 }
 
 // Light depth of a disc's middle; approximate for discs beside the view.

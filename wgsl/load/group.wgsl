@@ -71,7 +71,8 @@ fn slot_in_group(lane: u32) -> vec2<u32> {
     var slot = vec2(0u);
     for (var word = 0u; word < CHUNK_SIZE / 32u; word += 1u) {
         let bits = atomicLoad(&taken_bits[word]);
-        let below = select(0u, 0xffffffffu, word < lane / 32u) | select(0u, (1u << (lane % 32u)) - 1u, word == lane / 32u);
+        let below = select(0u, 0xffffffffu, word < lane / 32u)
+            | select(0u, (1u << (lane % 32u)) - 1u, word == lane / 32u);
         slot += vec2(countOneBits(bits & below), countOneBits(bits));
     }
     return slot;

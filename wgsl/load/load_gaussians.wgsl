@@ -6,7 +6,8 @@
 import package::bind::stored::casters;
 import package::bind::uniform::{gaussian_looks, load_params, materials};
 import package::load::group::{
-    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group, store_group,
+    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group,
+    store_group,
 };
 import package::load::pack_gaussian::{gaussian_radius, most_opacity, packed_axes, packed_gaussian};
 import package::records::dispatch::workgroup_number;

@@ -64,12 +64,18 @@ fn pack_voxels(
     if filled == 0u {
         return;
     }
-    let slot = vec3(SLOT_WIDTH, SLOT_HEIGHT, SLOT_HEIGHT) * coordinates_of(host_grid.first_slot + brick, host_grid.slots);
+    let slot = vec3(SLOT_WIDTH, SLOT_HEIGHT, SLOT_HEIGHT)
+        * coordinates_of(host_grid.first_slot + brick, host_grid.slots);
     for (var i = lane; i < SLOT_TEXELS; i += WORKGROUP_SIZE) {
         let in_brick = coordinates_of(i, vec2(SLOT_WIDTH, SLOT_HEIGHT));
         let at = in_brick.x + SLOT_WIDTH * (in_brick.y + SLOT_WIDTH * in_brick.z);
         let layer = at + SLOT_WIDTH * SLOT_WIDTH;
-        let four = vec4(densities[at], densities[at + SLOT_WIDTH], densities[layer], densities[layer + SLOT_WIDTH]);
+        let four = vec4(
+            densities[at],
+            densities[at + SLOT_WIDTH],
+            densities[layer],
+            densities[layer + SLOT_WIDTH],
+        );
         textureStore(voxels, slot + in_brick, four);
     }
 }

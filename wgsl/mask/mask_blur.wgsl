@@ -32,7 +32,11 @@ fn mask_blur(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let surface = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
     let plane = mask_plane(id.xy, mask_params.step, surface);
-    let nearer = select(1.0, min(mask_params.depth_scale / plane.distance, 1.0), mask_params.depth_scale > 0.0);
+    let nearer = select(
+        1.0,
+        min(mask_params.depth_scale / plane.distance, 1.0),
+        mask_params.depth_scale > 0.0,
+    );
     let shares = select(vec2(1.0), upright_shares(plane, surface.face), mask_params.anisotropic != 0u);
     let upright = select(shares.x, shares.y, mask_params.column != 0u);
     let width = max(f32(mask_params.taps) / WIDTHS * nearer * upright, 0.01); // [pixels of the mask]

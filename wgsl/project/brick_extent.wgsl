@@ -21,7 +21,11 @@ struct BrickExtent {
 fn brick_extent(view: GpuView, brick: Brick, center: vec3<f32>) -> BrickExtent {
     let edges = voxel_edges(brick);
     let half_size = (brick.high - brick.low) * 0.5;
-    let rotation = mat3x3(view.view_from_world[0].xyz, view.view_from_world[1].xyz, view.view_from_world[2].xyz);
+    let rotation = mat3x3(
+        view.view_from_world[0].xyz,
+        view.view_from_world[1].xyz,
+        view.view_from_world[2].xyz,
+    );
     let x = rotation * edges[0] * half_size.x;
     let y = rotation * edges[1] * half_size.y;
     let z = rotation * edges[2] * half_size.z;

@@ -130,7 +130,13 @@ fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
 
 // A Gaussian whose centre does not project into the map. Relative to the map's centre, u has an offset, the
 // footprint's centre, and e = depth + tilt . delta [1/m].
-fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: vec3<f32>, squared: f32) -> Placed {
+fn gaussian_beside(
+    view: GpuView,
+    center: vec3<f32>,
+    axes: mat3x3<f32>,
+    sigma: vec3<f32>,
+    squared: f32,
+) -> Placed {
     let longest = max(max(sigma.x, sigma.y), sigma.z);
     let thick = max(sigma, vec3(longest * THINNEST));
     let units = mat3x3(

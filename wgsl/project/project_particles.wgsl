@@ -18,7 +18,8 @@ import package::records::color::{pack_color, unpack_color};
 import package::records::dispatch::workgroup_number;
 import package::records::footprint::MIN_RADIUS;
 import package::records::material::{
-    GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
+    GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE,
+    TRANSFER_OPAQUE,
 };
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, box_rect, depth_key, distance_key, tile_rect};

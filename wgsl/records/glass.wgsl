@@ -1,6 +1,6 @@
 // Glass that refracts light, and the light that it throws. Rust: src/records/caustic.rs.
 
-const GLASS_VECTORS: u32 = 6u; // of a face: three corners [m], of the first w is the index of refraction; three normals
+const GLASS_VECTORS: u32 = 6u; // of a face: three corners [m], the first's w its index of refraction; normals
 
 // Light of one texel, in fixed point.
 const CAUSTIC_ONE: f32 = 65536.0;

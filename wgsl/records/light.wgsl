@@ -147,7 +147,8 @@ fn cluster_of(pixel: vec2<f32>, depth: f32) -> u32 {
     let beyond = u32(doublings * picture_params.slices_per_doubling) + 1u;
     let slice = min(select(0u, beyond, distance >= picture_params.first_slice), picture_params.cells.z - 1u);
     let cell = vec2<u32>(max(pixel, vec2(0.0))) / picture_params.tile;
-    let inside = all(pixel >= vec2(0.0)) && all(cell < picture_params.cells.xy) && depth >= 0.0 && depth <= 1.0;
+    let inside = all(pixel >= vec2(0.0)) && all(cell < picture_params.cells.xy)
+        && depth >= 0.0 && depth <= 1.0;
     let cluster = (slice * picture_params.cells.y + cell.y) * picture_params.cells.x + cell.x;
     return select(ALL_LIGHTS, cluster, inside);
 }

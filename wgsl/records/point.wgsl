@@ -83,7 +83,12 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
     let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
     return array(
         vec4(bitcast<vec3<u32>>(p.position), bits),
-        vec4(select(octahedral(p.face), p.brick, p.kind == POINT_BRICK), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
+        vec4(
+            select(octahedral(p.face), p.brick, p.kind == POINT_BRICK),
+            octahedral(p.normal),
+            bitcast<u32>(p.reach),
+            p.cluster,
+        ),
         vec4(packed_shares(p), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
         vec4(bitcast<vec3<u32>>(p.emission), packed_pixel(p)),
     );

@@ -13,7 +13,12 @@ struct Tile {
 
 // A batch has at most 64 views, a map at most 4,096 tiles along an edge.
 fn tile_record(tile: Tile) -> vec4<u32> {
-    return vec4(tile.first, tile.end, tile.merged, tile.view | (tile.position.x << 8u) | (tile.position.y << 20u));
+    return vec4(
+        tile.first,
+        tile.end,
+        tile.merged,
+        tile.view | (tile.position.x << 8u) | (tile.position.y << 20u),
+    );
 }
 
 fn tile_of(record: vec4<u32>) -> Tile {

@@ -13,7 +13,7 @@ struct Band {
     pixel_count: u32,  // pixel capacity of a band
 }
 
-const ROUND_LENGTH: u32 = 16384u; // pairs of a tile that one round walks; Rust: crates/gobo-picture/src/stage/shade.rs
+const ROUND_LENGTH: u32 = 16384u; // pairs of a tile in a round; Rust: crates/gobo-picture/src/stage/shade.rs
 
 const PIXELS_OF_TILE: u32 = TILE_SIZE * TILE_SIZE;
 

@@ -31,7 +31,9 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     let window = max(1.0 - part * part, 0.0);
     var color = light.color / square * (window * select(window, 1.0, (light.traits & END_BIT) != 0u));
     if light.kind == LIGHT_SPOT {
-        let share = saturate((dot(ray, light.direction) - light.cone_outer) / (light.cone_inner - light.cone_outer));
+        let share = saturate(
+            (dot(ray, light.direction) - light.cone_outer) / (light.cone_inner - light.cone_outer)
+        );
         color *= share * share * select(3.0 - 2.0 * share, 1.0, (light.traits & INNER_BIT) != 0u);
     }
     return Incoming(-ray, color);

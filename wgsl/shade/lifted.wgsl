@@ -38,7 +38,11 @@ const CASTER_BIAS: f32 = 4.0;
 fn depth_bias(light: GpuLight, view: GpuView, texel: f32, sine: f32, least: f32) -> f32 {
     let slope = light.normal_bias * sine / max(sqrt(max(1.0 - sine * sine, 0.0)), LEAST_COSINE);
     let range = view.far - view.near;
-    let of_texels = clamp(max(max(light.bias, least), slope) * texel, LEAST_BIAS * range, LARGEST_BIAS * range);
+    let of_texels = clamp(
+        max(max(light.bias, least), slope) * texel,
+        LEAST_BIAS * range,
+        LARGEST_BIAS * range,
+    );
     return select(light.bias, of_texels, (light.traits & TEXELS_BIT) != 0u);
 }
 

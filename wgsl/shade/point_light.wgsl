@@ -8,7 +8,8 @@ import package::bind::uniform::picture_params;
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_FAR_SIDES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced, load_point,
+    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point,
+    is_faced, load_point,
 };
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
@@ -44,7 +45,8 @@ fn ambient(point: Point) -> vec3<f32> {
     let light = select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
     let cosine = dot(point.normal, normalize(eye() - point.position));
     let mirror = mirrored_sky(Gloss(point.reflectivity, point.polish), cosine, point.roughness);
-    let mirrors = (point.kind == POINT_SOLID || point.kind == POINT_LEAF) && picture_params.environment_size > 0u;
+    let mirrors = (point.kind == POINT_SOLID || point.kind == POINT_LEAF)
+        && picture_params.environment_size > 0u;
     return light * select(1.0, 1.0 - mirror, mirrors);
 }
 
@@ -129,7 +131,8 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let gloss = Gloss(point.reflectivity, point.polish);
     let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
     let middle = normalize(arriving.toward + to_eye);
-    let lobe = highlight(point.normal, middle, point.roughness) * mirrored(gloss, dot(to_eye, middle), head_on);
+    let lobe = highlight(point.normal, middle, point.roughness)
+        * mirrored(gloss, dot(to_eye, middle), head_on);
     let shines = is_faced(point.kind) && cosine > 0.0;
     var added = select(vec3(0.0), passed * (cosine * lobe), shines);
     if HAS_FAR_SIDES {

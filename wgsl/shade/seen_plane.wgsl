@@ -54,7 +54,12 @@ fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_as
             // Three rounds: for the first texel, for the second, and for all texels on their plane.
             var i = 0u;
             loop {
-                let seen = surface_around(view, center, at_point, around_offset(i & (AROUND_COUNT - 1u)) * ring);
+                let seen = surface_around(
+                    view,
+                    center,
+                    at_point,
+                    around_offset(i & (AROUND_COUNT - 1u)) * ring,
+                );
                 let is_first = i < around;
                 let is_second = !is_first && i < 2u * around;
                 // For opposite texels the cross product is at most `ring`.
@@ -63,7 +68,10 @@ fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_as
                 second = select(second, seen, is_second && is_aside && abs(seen.z) < abs(second.z));
                 let across = first.x * second.y - first.y * second.x;
                 let is_whole = abs(across) > 1.0 && max(abs(first.z), abs(second.z)) < NO_SURFACE;
-                let turned = vec2(first.z * second.y - second.z * first.y, second.z * first.x - first.z * second.x);
+                let turned = vec2(
+                    first.z * second.y - second.z * first.y,
+                    second.z * first.x - first.z * second.x,
+                );
                 by_texel = select(vec2(0.0), turned / select(1.0, across, is_whole), is_whole);
                 let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
                 let is_on = is_whole && abs(seen.z - dot(by_texel, seen.xy)) <= most_off;

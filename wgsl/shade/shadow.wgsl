@@ -2,7 +2,9 @@
 
 import choice::aside::{aside, lay_aside};
 import choice::source::receive_light;
-import package::records::light::{GpuLight, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view};
+import package::records::light::{
+    GpuLight, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view,
+};
 import package::records::view::{GpuView, ROLE_FACE, ROLE_WINDOW};
 import package::shade::asides::{
     ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, ASIDE_SUM, ASIDE_VIEWS, bits_of, floats_of,
@@ -40,7 +42,14 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
 // surface; `reach`: distance that a caster in the maps may be off the point [m], added to the bias; negative
 // for no bias at all. One loop for all kinds of shadows: where skipped branches still cost, it reads fewer
 // maps than a branch per kind.
-fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
+fn shadow(
+    source: GpuLight,
+    number: u32,
+    point: vec3<f32>,
+    normal: vec3<f32>,
+    toward: vec3<f32>,
+    reach: f32,
+) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     // Without a normal there is no slope.

@@ -13,7 +13,12 @@ import package::records::view::GpuView;
 fn world_point(view: GpuView, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let distance = view.near + depth * (view.far - view.near);
-    return (picture_params.world_from_view * vec4(slope.x * distance, -slope.y * distance, -distance, 1.0)).xyz;
+    return (picture_params.world_from_view * vec4(
+        slope.x * distance,
+        -slope.y * distance,
+        -distance,
+        1.0,
+    )).xyz;
 }
 
 fn eye() -> vec3<f32> {

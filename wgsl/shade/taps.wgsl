@@ -44,7 +44,8 @@ fn map_taps(view: GpuView, point: vec3<f32>) -> Taps {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let distance = -p.z;
     let perspective = view.perspective > 0.0;
-    let position = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
+    let position = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective))
+        + view.size * 0.5;
     let z = (distance - view.near) / (view.far - view.near);
     let inside = all(position >= vec2(0.0)) && all(position <= view.size);
     // A cone or a cube's face ends where its map does.
@@ -100,7 +101,8 @@ fn filter_tap(kernel: Filter, taps: Taps, i: u32, rotation: vec2<f32>) -> Tap {
     let cell = vec2(f32(i) - row * kernel.edge, row);
     // A box of whole texels over bilinear taps.
     let square = floor(position - 0.5 - kernel.radius) + 1.0 + cell;
-    let over = clamp(kernel.radius - abs(square + 0.5 - position), vec2(0.0), vec2(1.0)) / max(kernel.edge - 1.0, 1.0);
+    let over = clamp(kernel.radius - abs(square + 0.5 - position), vec2(0.0), vec2(1.0))
+        / max(kernel.edge - 1.0, 1.0);
     let reach = kernel.radius * sqrt((f32(i) + 0.5) / f32(kernel.count));
     let even = select(taps.middle, floor(position + rotation * reach), kernel.kind == FILTER_DISC);
     let is_box = kernel.kind == FILTER_BOX;

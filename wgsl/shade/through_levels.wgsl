@@ -9,7 +9,9 @@ import package::records::view::GpuView;
 import package::shade::asides::{
     ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_POINT, bits_of, floats_of,
 };
-import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows};
+import package::shade::level_light::{
+    NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows,
+};
 import package::shade::lifted::Lifted;
 import package::shade::receiver::is_solid;
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, receiver_end, set_spot, spot_at, spot_center};
@@ -64,10 +66,10 @@ fn level_of(texels: f32, last: u32) -> u32 {
 // those levels.
 struct Leveled {
     since: vec2<f32>, // fade into the map
-    near: f32,        // first depth of the map's occluders behind that; NEVER for none, or where filters touch
+    near: f32,        // first depth of the map's occluders behind it; NEVER for none, or if filters touch
     hidden_end: f32,  // end of the fade that is laid aside
     number: u32,      // of the leveled view
-    last: u32,        // its coarsest level
+    last: u32,        // first depth of the map's occluders behind it; NEVER for none, or if filters touch
 }
 
 fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> Leveled {
@@ -77,7 +79,14 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
     let is_lit = taps.reaches && taps.z <= 1.0 + lifted.bias / (view.far - view.near);
     // 0: no level is asked.
     let last = select(0u, leveled_view(leveled).y, is_lit);
-    set_spot(view, light, area, floats_of(aside(ASIDE_POINT)).xyz, floats_of(aside(ASIDE_NORMAL)).xyz, lifted.bias);
+    set_spot(
+        view,
+        light,
+        area,
+        floats_of(aside(ASIDE_POINT)).xyz,
+        floats_of(aside(ASIDE_NORMAL)).xyz,
+        lifted.bias,
+    );
     // Loop counts are not constant, so that compilers do not unroll.
     let four = select(0u, 4u + 4u * u32(search_rows()), last > 0u);
     // Beyond the far plane nothing is lit; beside the map everything is.

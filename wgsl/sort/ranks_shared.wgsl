@@ -3,7 +3,9 @@
 import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;
 import package::sort::sort::texel_from_pair;
-import package::sort::wide::{ROUNDS, Share, TEAMS, WORKGROUP_SIZE, held, ranked, ranked_in, ranked_word, ranks};
+import package::sort::wide::{
+    ROUNDS, Share, TEAMS, WORKGROUP_SIZE, held, ranked, ranked_in, ranked_word, ranks,
+};
 
 const TEAM_SIZE: u32 = WORKGROUP_SIZE / TEAMS; // bits of a mask
 

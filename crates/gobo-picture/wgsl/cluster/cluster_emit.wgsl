@@ -32,5 +32,9 @@ fn cluster_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     textureStore(clusters, record_texel(2u * cluster), vec4(select(ALL_LIGHTS, first, fits)));
-    textureStore(clusters, record_texel(2u * cluster + 1u), vec4(select(cluster_params.light_count, count, fits)));
+    textureStore(
+        clusters,
+        record_texel(2u * cluster + 1u),
+        vec4(select(cluster_params.light_count, count, fits)),
+    );
 }

@@ -63,7 +63,14 @@ struct Around {
 
 // Angle above the surface's plane below which no light comes, on one side of a slice. Beyond its border the
 // picture is as far as at the border: what rises there goes on.
-fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec2<f32>, around: Around) -> f32 {
+fn risen(
+    on: Screen,
+    pixel: vec2<f32>,
+    point: vec3<f32>,
+    slice: Slice,
+    step: vec2<f32>,
+    around: Around,
+) -> f32 {
     var least = 1.0; // cosine of the highest angle
     for (var i = 0u; i < OCCLUDER_STEPS; i += 1u) {
         let part = (f32(i) + around.part) / f32(OCCLUDER_STEPS);
@@ -118,5 +125,10 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
         whole += slice.facing * (cos(slice.tilt) + slice.tilt * sin(slice.tilt));
     }
     let share = select(1.0, seen / whole, whole > 0.0);
-    textureStore(occlusions, id.xy, vec4(bitcast<u32>(share), bitcast<u32>(select(SKY_DISTANCE, -point.z, around_pixel.depth < 1.0)), 0u, 0u));
+    textureStore(occlusions, id.xy, vec4(
+        bitcast<u32>(share),
+        bitcast<u32>(select(SKY_DISTANCE, -point.z, around_pixel.depth < 1.0)),
+        0u,
+        0u,
+    ));
 }

@@ -37,6 +37,10 @@ fn air_layer(place: AirPlace, slice: i32) -> vec3<f32> {
     let part = place.part;
     let layer = max(slice, 0);
     let top = mix(textureLoad(air, low, layer, 0), textureLoad(air, vec2(high.x, low.y), layer, 0), part.x);
-    let bottom = mix(textureLoad(air, vec2(low.x, high.y), layer, 0), textureLoad(air, high, layer, 0), part.x);
+    let bottom = mix(
+        textureLoad(air, vec2(low.x, high.y), layer, 0),
+        textureLoad(air, high, layer, 0),
+        part.x,
+    );
     return select(mix(top, bottom, part.y).rgb, vec3(0.0), slice < 0);
 }

@@ -120,9 +120,14 @@ fn sample_of(light: GpuLight, column: Column, stretch: Stretch, i: u32) -> vec2<
     let is_local = light.kind != LIGHT_DIRECTIONAL;
     let part = (f32(i) + 0.5 + sample_offset(views[0]).x) / f32(stretch.count);
     let turn = vec2(cos(stretch.angle * part), sin(stretch.angle * part));
-    let turned = stretch.apart * dot(vec2(stretch.low, stretch.apart), turn) / dot(vec2(stretch.apart, -stretch.low), turn);
+    let turned = stretch.apart * dot(vec2(stretch.low, stretch.apart), turn)
+        / dot(vec2(stretch.apart, -stretch.low), turn);
     let at = select(mix(stretch.low, stretch.high, part), clamp(turned, stretch.low, stretch.high), is_local);
-    let share = select(stretch.high - stretch.low, (stretch.apart + at * at / stretch.apart) * stretch.angle, is_local)
+    let share = select(
+        stretch.high - stretch.low,
+        (stretch.apart + at * at / stretch.apart) * stretch.angle,
+        is_local,
+    )
         / (stretch.metres * (column.ends.y - column.ends.x) * f32(stretch.count));
     return vec2(at, share);
 }

@@ -37,7 +37,15 @@ fn leave(view: GpuView, pixel: vec2<f32>, depth: f32, share: f32) {
 }
 
 // The ray meets a pane in front of the surface at light depth `behind`; `normal`: on the eye's side.
-fn bend(view: GpuView, pixel: vec2<f32>, setup: u32, depth: f32, behind: f32, normal: vec3<f32>, to_eye: vec3<f32>) {
+fn bend(
+    view: GpuView,
+    pixel: vec2<f32>,
+    setup: u32,
+    depth: f32,
+    behind: f32,
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+) {
     let material = materials[setup_texel(setup, 4u).w];
     let range = depth_range(view);
     let blur = material.frost * (behind - depth) * range / (view.near + behind * range) * view.scale;
@@ -48,7 +56,12 @@ fn bend(view: GpuView, pixel: vec2<f32>, setup: u32, depth: f32, behind: f32, no
     let leaves = (setup_texel(setup, 3u).w & BACK_BIT) != 0u;
     if leaves && entered < NOWHERE {
         // Up to the plane of the face.
-        leave(view, pixel, depth, clamp(-dot(normal, to_eye) / min(dot(normal, bent), MIN_LEAVING), 0.5, 1.5));
+        leave(
+            view,
+            pixel,
+            depth,
+            clamp(-dot(normal, to_eye) / min(dot(normal, bent), MIN_LEAVING), 0.5, 1.5),
+        );
     } else if !leaves && entered >= NOWHERE {
         entered = depth;
         bent = refract(-to_eye, normal, 1.0 / material.ior);

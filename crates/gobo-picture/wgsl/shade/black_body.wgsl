@@ -30,7 +30,9 @@ fn black_body(kelvin: f32) -> vec3<f32> {
 // Colour matching functions of CIE 1931 (Wyman, Sloan and Shirley 2013, section 2.2).
 fn observer(nm: f32) -> vec3<f32> {
     return vec3(
-        lobe(nm, 1.056, 599.8, 37.9, 31.0) + lobe(nm, 0.362, 442.0, 16.0, 26.7) - lobe(nm, 0.065, 501.1, 20.4, 26.2),
+        lobe(nm, 1.056, 599.8, 37.9, 31.0)
+            + lobe(nm, 0.362, 442.0, 16.0, 26.7)
+            - lobe(nm, 0.065, 501.1, 20.4, 26.2),
         lobe(nm, 0.821, 568.8, 46.9, 40.5) + lobe(nm, 0.286, 530.9, 16.3, 31.1),
         lobe(nm, 1.217, 437.0, 11.8, 36.0) + lobe(nm, 0.681, 459.0, 26.0, 13.8),
     );

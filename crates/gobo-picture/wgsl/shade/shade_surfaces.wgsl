@@ -41,7 +41,12 @@ fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
 }
 
 // Where the surroundings are two colours, only metal mirrors them.
-fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+fn mirrored_around(
+    material: GpuMaterial,
+    albedo: vec3<f32>,
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+) -> vec3<f32> {
     if !HAS_ENVIRONMENT && material.metallic == 0.0 {
         return vec3(0.0);
     }
