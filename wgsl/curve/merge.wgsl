@@ -79,7 +79,7 @@ fn merged_span(best: Merge) -> RowBits {
     let spread = first * (length_a * length_a + 3.0 * off_a * off_a)
         + second * (length_b * length_b + 3.0 * off_b * off_b);
     let half_middle = 0.5 * middle;
-    // Of overlapping ramps the first may end last.
+    // The first of two overlapping ramps may end last.
     let last = max(end_a, end_b);
     let length = max(min(min(0.5 * sqrt(spread), half_middle - start_a), last - half_middle), Rows(0.0));
     let start = RowBits(round(half_middle - length));

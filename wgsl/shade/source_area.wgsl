@@ -25,7 +25,7 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> 
 // Light past occluders close to the receiver, from the map itself, and light past occluders that hide others.
 fn through_map(leveled: Leveled) -> vec3<f32> {
     forget_asides(leveled.last);
-    // Of the view, only the values that levels need were kept.
+    // Only the values of the view that levels need were kept.
     spot_view = shadow_view(aside(ASIDE_VIEWS).x);
     let is_near = leveled.near != NEVER;
     evaluate_map(min(spot_at(leveled.near), WIDEST * (1.0 + FADE)), leveled.since, is_near);

@@ -71,7 +71,7 @@ fn start_particles(
 ) {
     let first = started_before(0u);
     let end = started_before(emitter_params.step_count);
-    // Of the particles that share a slot, all but the last have ended by the end of the steps.
+    // All particles that share a slot, but the last, have ended by the end of the steps.
     let count = min(end - first, emitter_params.capacity);
     let index = id.y * workgroups.x * 64u + id.x;
     if index >= count {

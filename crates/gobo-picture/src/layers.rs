@@ -1,4 +1,4 @@
-//! What a compositor asks for beside a picture's light.
+//! Layers that a compositor needs beside a picture's light.
 use super::{Renderer, check, without_emissions};
 use glam::Vec3;
 use gobo::{
@@ -14,8 +14,8 @@ pub use gobo_reference::Surface;
 pub struct SurfaceLayers {
     /// Mean of the samples' albedos, with 0 where there is no surface: linear rgb.
     pub albedo: Vec<[f32; 3]>,
-    /// For each light the mean of its shares that reach the surfaces of the samples: linear rgb, 1 where
-    /// nothing is in between, or no surface.
+    /// For each light, the mean of its shares that reach the surfaces of the samples: linear rgb, 1 where
+    /// nothing is in between, or without a surface.
     pub shadows: Vec<Vec<[f32; 3]>>,
     /// Surfaces of the first sample.
     pub first: Vec<Option<Surface>>,

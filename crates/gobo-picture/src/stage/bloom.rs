@@ -12,5 +12,5 @@ pub const GROUP_SIZE: u32 = 8;
 pub const DOWN: KernelDesc = kernel("bloom_down", "bloom/bloom_down.wgsl");
 /// Adds the share of the next smaller level.
 pub const UP: KernelDesc = kernel("bloom_up", "bloom/bloom_up.wgsl");
-/// Adds what has spread to the picture.
+/// Adds the light of the levels to the picture.
 pub const APPLY: KernelDesc = kernel("bloom_apply", "bloom/bloom_apply.wgsl");

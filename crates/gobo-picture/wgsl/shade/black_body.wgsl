@@ -1,17 +1,17 @@
-// Light of what is hot. CPU reference: src/model/black_body.rs.
+// Light of hot media. CPU reference: src/model/black_body.rs.
 
 const RADIATION: f32 = 14387770.0; // Planck's second radiation constant [nm K]
-// Wavelengths of the sum over what is seen: the first, their distance [nm] and their number.
+// Wavelengths of the sum over the visible spectrum: the first, their distance [nm] and their number.
 const FIRST_WAVELENGTH: f32 = 380.0;
 const WAVELENGTH_STEP: f32 = 10.0;
 const WAVELENGTHS: u32 = 41u;
 const UNIT_RADIANCE: f32 = 423638.56; // of the sum, so that red is 1 at 1500 K
-// Exponents of Planck's law between which numbers hold its power less 1.
+// Exponents of Planck's law between which exp(x) - 1 is representable.
 const LEAST_POWER: f32 = 1e-3;
 const MOST_POWER: f32 = 80.0;
 
-// Radiance of a black body (Planck 1901) as the CIE 1931 observer sees it: linear sRGB, as a share of red at
-// 1500 K, of colours outside of sRGB what is in it; 0 up to 0 K.
+// Radiance of a black body (Planck 1901) seen by the CIE 1931 observer: linear sRGB, as a share of red at
+// 1500 K. Colours outside sRGB are clamped to it; 0 up to 0 K.
 fn black_body(kelvin: f32) -> vec3<f32> {
     var seen = vec3(0.0);
     for (var i = 0u; i < WAVELENGTHS && kelvin > 0.0; i += 1u) {

@@ -37,7 +37,7 @@ fn shade_casters(
     var point: Point;
     point.kind = select(POINT_NONE, POINT_PARTICLE, is_particle && is_seen);
     point.position = sphere.xyz;
-    // Not shadowed by itself: the bias is its radius.
+    // Does not shadow itself: the bias is its radius.
     point.reach = sphere.w;
     point.cluster = cluster_of(footprint.bounds.xy, footprint.bounds.w);
     point.receives = materials[look_material(look)].receives;

@@ -84,7 +84,7 @@ fn shade_composite(
         if REFRACTS && HAS_PANES {
             is_bent = keep_bend(at.pixel, first, nearest, through);
         }
-        // What is seen elsewhere is added there.
+        // Light that is seen displaced is added by `refraction`.
         through = select(through, vec3(0.0), is_bent);
         light = color + through * light;
         passed *= through;

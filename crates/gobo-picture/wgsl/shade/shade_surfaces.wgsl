@@ -73,7 +73,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let emission = emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit);
     let point = Point(
         select(POINT_SOLID, POINT_LEAF, far.is_there),
-        // Light from the far side is looked up in front of the facet there.
+        // Light from the far side is looked up in front of the facet, on that side.
         select(rounded(id, weights, normals.face, position), position, far.is_there),
         normals.face,
         normals.normal,
@@ -100,7 +100,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let material = materials[look_material(look)];
     let color = unpack_color(look.xy, material.transfer);
     let position = world_point(view, pixel, depth);
-    // Sphere-impostor normal.
+    // Normal of the sphere.
     let aside = (position - sphere.xyz) / sphere.w;
     let to_eye = normalize(eye() - position);
     var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));

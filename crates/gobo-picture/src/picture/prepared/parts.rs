@@ -15,7 +15,7 @@ pub(super) struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// From the pairs of the only part, or from footprints to pixels. `masking`: makes the masks of visible
+    /// From the pairs of the only part, or from footprints, to pixels. `masking`: makes the masks of visible
     /// surfaces; empty without masks.
     pub(super) fn drawing(&self, masking: &[Dispatch]) -> Commands {
         let in_parts = self.count > 1;

@@ -19,7 +19,7 @@ pub struct PictureRequest<'a> {
     pub camera: &'a View,
     /// Maps of the scene's casters and lights, of the last frame.
     pub prepared: &'a Prepared,
-    /// Room that the picture has.
+    /// Capacities of the picture.
     pub capacity: PictureCapacity,
 }
 
@@ -30,7 +30,7 @@ impl PictureRequest<'_> {
         LightRecords::new(lights, prepared.views(), prepared.gpu_views(), &scene.shadow)
     }
 
-    /// `first_setup`: footprint of the translucent setup with number 0, modulo 2^32.
+    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32.
     pub(super) fn params(
         &self,
         records: &LightRecords,
