@@ -49,8 +49,8 @@
 // A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
-/// Opens a span of `tracing` until the end of the block, at the level of debugging, for a subscriber that times it:
-/// `device`, `generate`, `compile`, `kernels` and `read_back`.
+/// Opens a span of `tracing` until the end of the block, at the level of debugging, for a subscriber that
+/// times it: `device`, `generate`, `compile`, `kernels` and `read_back`.
 macro_rules! phase {
     ($name:literal) => {
         let _phase = tracing::debug_span!($name).entered();

@@ -34,8 +34,8 @@ pub struct Bound {
     resources: Vec<(&'static str, Resource)>,
 }
 
-/// A bind group of the host, group 1, that it may replace between frames; then the one before, since hosts alternate
-/// between two. A clone is the same.
+/// A bind group of the host, group 1, that it may replace between frames; then the one before, since hosts
+/// alternate between two. A clone is the same.
 #[derive(Clone, Debug)]
 pub struct HostBindings(Arc<Mutex<[wgpu::BindGroup; 2]>>);
 

@@ -117,7 +117,8 @@ impl Kernels {
             .filled(label, data, usage)
     }
 
-    /// A texture whose contents are undefined, for users of a frame one after another, and whether this is the first of them.
+    /// A texture whose contents are undefined, for users of a frame one after another, and whether this is
+    /// the first of them.
     pub(super) fn shared_texture(
         &self,
         desc: &wgpu::TextureDescriptor<'static>,

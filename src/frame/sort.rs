@@ -36,8 +36,9 @@ pub struct Sort {
 }
 
 impl Sort {
-    /// Sorts `pairs[0]` by the `bits` of the keys. The textures have [`PAIR_FORMAT`](crate::stage::sort::PAIR_FORMAT)
-    /// and [`pair_texture_size`](crate::stage::sort::pair_texture_size); both are overwritten.
+    /// Sorts `pairs[0]` by the `bits` of the keys. The textures have
+    /// [`PAIR_FORMAT`](crate::stage::sort::PAIR_FORMAT) and
+    /// [`pair_texture_size`](crate::stage::sort::pair_texture_size); both are overwritten.
     pub fn new(
         kernels_of: &Kernels,
         pairs: [&TextureView; 2],

@@ -130,7 +130,8 @@ impl KernelCache {
         self.state().driver = Some(cache.clone());
     }
 
-    /// Compiles kernels on a thread as they are requested while `act` runs. The next `finish` returns their errors.
+    /// Compiles kernels on a thread as they are requested while `act` runs. The next `finish` returns their
+    /// errors.
     pub fn made_meanwhile<T>(&self, act: impl FnOnce() -> T) -> T {
         #[cfg(not(target_arch = "wasm32"))]
         return thread::scope(|scope| {

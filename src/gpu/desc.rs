@@ -30,7 +30,8 @@ pub struct KernelDesc {
     pub with: &'static [Choice],
     /// The same of all kernels of its kind, which need not import each; `with` comes first.
     pub shared: &'static [Choice],
-    /// Overrides with defaults different from the WGSL's; [`Kernel::new`](super::Kernel::new) may replace them.
+    /// Overrides with defaults different from the WGSL's; [`Kernel::new`](super::Kernel::new) may replace
+    /// them.
     pub constants: &'static [Constant],
     /// The files that it is linked from.
     pub library: fn() -> Result<&'static Library, LinkError>,
@@ -132,8 +133,8 @@ pub struct Specialised {
     pub linked: Linked,
     /// Source with constants in place of overrides, and the lines of `linked`.
     pub wgsl: String,
-    /// `wgsl` without what the constants leave unreached. `None` in browsers, whose `wgsl` that is, and if it is no WGSL,
-    /// which a device reports.
+    /// `wgsl` without what the constants leave unreached. `None` in browsers, whose `wgsl` that is, and if it
+    /// is no WGSL, which a device reports.
     pub module: Option<Module>,
     /// What the kernel reads and writes.
     pub bindings: Vec<Binding>,

@@ -43,8 +43,8 @@ impl Linked {
     }
 }
 
-/// A bind group of `bindings` for [`Linked::host_part`], visible to all stages that may read it, and its layout, where
-/// the last frame may have bound the same.
+/// A bind group of `bindings` for [`Linked::host_part`], visible to all stages that may read it, and its
+/// layout, where the last frame may have bound the same.
 pub fn bind_host_part(
     device: &wgpu::Device,
     shelf: Option<&Shelf>,

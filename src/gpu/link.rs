@@ -42,8 +42,8 @@ pub const SAMPLED: &str = "sampled";
 /// Choice of kernels whose marked loops are all written out; its file marks them.
 pub const UNROLLED: &str = "unrolled";
 
-/// Most turns of marked loops that are written out in every kernel: a column's texels, a triangle's edges. On an H100
-/// one index that is no constant made a walk take nearly twice as long.
+/// Most turns of marked loops that are written out in every kernel: a column's texels, a triangle's edges. On
+/// an H100 one index that is no constant made a walk take nearly twice as long.
 pub const FEW_TURNS: u32 = 4;
 
 /// Module name of imports that a text of the host declares.

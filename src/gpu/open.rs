@@ -144,8 +144,8 @@ fn rank(adapter: &wgpu::Adapter) -> (bool, bool, u8) {
     (shortcoming(adapter).is_some(), info.backend == wgpu::Backend::Gl, class)
 }
 
-/// On DX12 wgpu's check of an indirect dispatch also hands its counts to the kernel. Elsewhere it is a dispatch before each
-/// of ours, whose counts come from our own kernels.
+/// On DX12 wgpu's check of an indirect dispatch also hands its counts to the kernel. Elsewhere it is a
+/// dispatch before each of ours, whose counts come from our own kernels.
 fn enumerate(backends: Backends) -> Vec<wgpu::Adapter> {
     let checked = backends & Backends::DX12;
     [

@@ -1,4 +1,5 @@
-//! Error scopes around what is made on a device, which may be a host's: its own handler hears of none of our errors.
+//! Error scopes around what is made on a device, which may be a host's: its own handler hears of none of our
+//! errors.
 use crate::error::Error;
 use std::{
     pin::pin,

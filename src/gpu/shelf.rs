@@ -10,9 +10,9 @@ use wgpu::{
     TextureView,
 };
 
-/// What the preparation of a frame makes besides maps and scratch memory. The next frame takes over what has the same
-/// name and size, in the order of its requests: a frame like the one before makes nothing, and writes what differs.
-/// A clone is the same.
+/// What the preparation of a frame makes besides maps and scratch memory. The next frame takes over what has
+/// the same name and size, in the order of its requests: a frame like the one before makes nothing, and
+/// writes what differs. A clone is the same.
 #[derive(Clone, Debug)]
 pub struct Shelf {
     queue: wgpu::Queue,

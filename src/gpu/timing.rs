@@ -64,8 +64,8 @@ enum Timer {
     Host(Box<dyn Profiler>, bool),
 }
 
-/// Whether a device's timestamps tell when work is done. A software adapter takes them when it reads commands, and some
-/// drivers write 0. Blocks for an empty pass.
+/// Whether a device's timestamps tell when work is done. A software adapter takes them when it reads
+/// commands, and some drivers write 0. Blocks for an empty pass.
 pub fn has_timestamps(gpu: &Gpu) -> bool {
     if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
         return false;
@@ -298,8 +298,8 @@ impl Timeline {
         }
     }
 
-    /// Stages in order of first appearance and their times \[ms\]; none where the driver writes no timestamps. Blocks until
-    /// the frame is done.
+    /// Stages in order of first appearance and their times \[ms\]; none where the driver writes no
+    /// timestamps. Blocks until the frame is done.
     pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
         let mut times = Vec::new();
         for (timed, ms) in self.times(device) {
@@ -308,8 +308,8 @@ impl Timeline {
         times
     }
 
-    /// Kernels by stage, in order of first appearance, of a timeline [by kernel](Self::by_kernel). Blocks until the frame is
-    /// done.
+    /// Kernels by stage, in order of first appearance, of a timeline [by kernel](Self::by_kernel). Blocks
+    /// until the frame is done.
     pub fn read_kernels(&self, device: &wgpu::Device) -> Vec<KernelTime> {
         kernel_times(&self.times(device))
     }

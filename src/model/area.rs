@@ -73,8 +73,8 @@ impl Source {
         direction.x.hypot(direction.z) < 1e-5 * direction.length()
     }
 
-    /// Share of the variance of a round source that the middles of its parts have. Those of a sphere overlap, so that thin
-    /// bars before them have no four shadows.
+    /// Share of the variance of a round source that the middles of its parts have. Those of a sphere overlap,
+    /// so that thin bars before them have no four shadows.
     fn spread(&self, count: u32) -> f32 {
         let apart = 1.0 - 1.0 / count as f32;
         if matches!(self, Self::Sphere { .. }) { 0.8 * apart } else { apart }
@@ -96,8 +96,8 @@ impl Source {
         }
     }
 
-    /// Middle of one of `count` parts, in [`Self::half_axes`] of the source. Those of a round source are a ring, from six
-    /// parts on around one more: together they have the area and the variance of the whole.
+    /// Middle of one of `count` parts, in [`Self::half_axes`] of the source. Those of a round source are a
+    /// ring, from six parts on around one more: together they have the area and the variance of the whole.
     pub(super) fn part_middle(&self, count: u32, index: u32) -> Vec2 {
         if let Self::Rect { width, height, .. } = *self {
             let [columns, rows] = grid(width, height, count);
@@ -113,8 +113,9 @@ impl Source {
         if index < inner { Vec2::ZERO } else { Vec2::from_angle(angle) * radius }
     }
 
-    /// Middle of one of `count` parts of a point light's source, from the middle of the whole, world space \[m\]. Those of a
-    /// sphere are the corners of a tetrahedron or a cube: from every side they have its variance.
+    /// Middle of one of `count` parts of a point light's source, from the middle of the whole, world space
+    /// \[m\]. Those of a sphere are the corners of a tetrahedron or a cube: from every side they have its
+    /// variance.
     pub(super) fn part_place(&self, count: u32, index: u32) -> Vec3 {
         let Self::Sphere { radius } = *self else {
             let [right, up] = self.half_axes();

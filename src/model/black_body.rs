@@ -23,8 +23,8 @@ const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
     Vec3::new(-0.4986, 0.0415, 1.0570),
 );
 
-/// Radiance of a black body (Planck 1901) as the CIE 1931 observer sees it: linear sRGB, as a share of red at 1500 K, of
-/// colours outside of sRGB what is in it; 0 up to 0 K.
+/// Radiance of a black body (Planck 1901) as the CIE 1931 observer sees it: linear sRGB, as a share of red at
+/// 1500 K, of colours outside of sRGB what is in it; 0 up to 0 K.
 pub fn black_body(kelvin: f32) -> Vec3 {
     if kelvin.is_nan() || kelvin <= 0.0 {
         return Vec3::ZERO;
@@ -99,7 +99,8 @@ mod tests {
         [0.0003, 0.0001, 0.0000],
     ];
 
-    /// Planck's law through the table in 64 bits, and from it linear sRGB by the primaries and white of Rec. 709.
+    /// Planck's law through the table in 64 bits, and from it linear sRGB by the primaries and white of
+    /// Rec. 709.
     fn truth(kelvin: f64) -> DVec3 {
         let of_chromaticity = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
         let primaries = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)];

@@ -36,7 +36,8 @@ impl Transfer {
         matches!(self, Self::Opaque | Self::Cutout | Self::Dither)
     }
 
-    /// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
+    /// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are
+    /// weighted by alpha.
     pub fn shows_clear(self) -> bool {
         matches!(self, Self::Stain | Self::Gain | Self::Opaque)
     }
@@ -103,9 +104,9 @@ pub enum Receives {
 
 /// Properties that casters of one kind share.
 ///
-/// A change of any that light depends on renders the views anew that see its casters. Another [`Self::transfer`],
-/// [`Self::shape`], [`Self::profile`] or a first [`Self::texture`] may need kernels that are compiled first
-/// (`Shadows::pending`). What only the picture shows costs the maps nothing.
+/// A change of any that light depends on renders the views anew that see its casters. Another
+/// [`Self::transfer`], [`Self::shape`], [`Self::profile`] or a first [`Self::texture`] may need kernels that
+/// are compiled first (`Shadows::pending`). What only the picture shows costs the maps nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name for people. Default empty.
@@ -121,9 +122,11 @@ pub struct Material {
     /// Whether its Gaussians filter light as if they were black, whatever their own colour: a neutral shadow
     /// of their opacity. Default false.
     pub neutral: bool,
-    /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo. Default all 1.
+    /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo.
+    /// Default all 1.
     pub tint: Vec4,
-    /// Index into [`crate::model::Scene::textures`], whose colour and alpha multiply the tint's. Default none.
+    /// Index into [`crate::model::Scene::textures`], whose colour and alpha multiply the tint's. Default
+    /// none.
     pub texture: Option<u32>,
     /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1. Default 0.
     pub reflectivity: f32,
@@ -135,7 +138,8 @@ pub struct Material {
     pub pattern_scale: u32,
     /// Emission (additive fire) in the picture: linear rgb, 0 or more. Default 0.
     pub emission: Vec3,
-    /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles. Default none.
+    /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles. Default
+    /// none.
     pub emissive_texture: Option<u32>,
     /// 0, the default: a surface that scatters light where it covers. 1: clear glass, which only filters.
     pub transmission: f32,
@@ -143,28 +147,31 @@ pub struct Material {
     pub roughness: f32,
     /// Metalness of an opaque surface, 0..=1: 1 mirrors in its own colour and scatters nothing. Default 0.
     pub metallic: f32,
-    /// Index of refraction of its bodies, by which the picture shows what is behind them aside, 1..=3. 1, the default: what
-    /// is behind is seen straight through. Shadows are cast straight in any case.
+    /// Index of refraction of its bodies, by which the picture shows what is behind them aside, 1..=3. 1, the
+    /// default: what is behind is seen straight through. Shadows are cast straight in any case.
     pub ior: f32,
     /// What its triangles reflect of the light that meets them. Default [`Fresnel::None`].
     pub fresnel: Fresnel,
-    /// Index into [`crate::model::Scene::materials`] of what its triangles send on to their far side, diffusely (a leaf, a
-    /// lampshade): seen from there, they scatter light in that material's colour, and from the light's side by its
-    /// transmission less. It is for the picture: the shadow is that of triangles of that material beside them. Default none.
+    /// Index into [`crate::model::Scene::materials`] of what its triangles send on to their far side,
+    /// diffusely (a leaf, a lampshade): seen from there, they scatter light in that material's colour, and
+    /// from the light's side by its transmission less. It is for the picture: the shadow is that of triangles
+    /// of that material beside them. Default none.
     pub far_side: Option<u32>,
-    /// Radius by which what is behind a pane is blurred in the picture, per distance behind it, 0..=1: frosted glass. Default 0.
+    /// Radius by which what is behind a pane is blurred in the picture, per distance behind it, 0..=1:
+    /// frosted glass. Default 0.
     pub frost: f32,
-    /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
+    /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1.
+    /// Default 1.
     pub attenuation_color: Vec3,
-    /// Distance of [`Self::attenuation_color`], above 0 \[m\]. Default infinite: the material is no volume. Triangles of a
-    /// volume are counterclockwise from outside.
+    /// Distance of [`Self::attenuation_color`], above 0 \[m\]. Default infinite: the material is no volume.
+    /// Triangles of a volume are counterclockwise from outside.
     pub attenuation_distance: f32,
     /// Casters that tint it. Default [`Receives::Curve`].
     pub receives: Receives,
     /// Whether the picture shows it; if not, it casts a shadow without being seen. Default true.
     pub visible: bool,
-    /// Whether what is solid shows the surroundings behind it, times the share of its light that reaches it: a floor of
-    /// which a picture shows the shadows alone. Default false.
+    /// Whether what is solid shows the surroundings behind it, times the share of its light that reaches it:
+    /// a floor of which a picture shows the shadows alone. Default false.
     pub catcher: bool,
     /// Whether triangles show their colour in the picture, whatever the light. Default false.
     pub unlit: bool,
@@ -307,7 +314,8 @@ impl Particle {
         Self { color: color.into().into(), ..self }
     }
 
-    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`Transfer::max_color`] of its material.
+    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`Transfer::max_color`] of its
+    /// material.
     pub fn problem(&self, max_color: f32) -> Option<&'static str> {
         let Self { center, radius, color, rotation, .. } = *self;
         let is_finite =
@@ -362,8 +370,8 @@ impl Triangle {
     }
 }
 
-/// An image that materials sample, bilinear and repeating. Colours count by their alpha, but in `opaque`, `stain` and `gain`:
-/// what is clear has none.
+/// An image that materials sample, bilinear and repeating. Colours count by their alpha, but in `opaque`,
+/// `stain` and `gain`: what is clear has none.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
     /// Name for people.

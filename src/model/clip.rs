@@ -14,14 +14,14 @@ pub struct InvalidClip {
 }
 
 impl View {
-    /// The view of an engine's own shadow camera, with any roll: `clip_from_world` takes world space \[m\] to clip
-    /// space, NDC x and y in -1..1 with y up, z in 0..1 or reversed. The view has no light yet: set
-    /// [`Self::light`], and [`Self::role`] if the light has several. A mirrored orthographic matrix reads as one that
-    /// looks the other way with z reversed.
+    /// The view of an engine's own shadow camera, with any roll: `clip_from_world` takes world space \[m\] to
+    /// clip space, NDC x and y in -1..1 with y up, z in 0..1 or reversed. The view has no light yet: set
+    /// [`Self::light`], and [`Self::role`] if the light has several. A mirrored orthographic matrix reads as
+    /// one that looks the other way with z reversed.
     ///
     /// # Errors
-    /// If a number is not finite, the axes are not orthogonal or not right-handed, the far plane is infinite, the
-    /// frustum is not symmetric, or texels of a map of `size` would not be square.
+    /// If a number is not finite, the axes are not orthogonal or not right-handed, the far plane is infinite,
+    /// the frustum is not symmetric, or texels of a map of `size` would not be square.
     pub fn from_clip(clip_from_world: &Mat4, size: UVec2) -> Result<Self, InvalidClip> {
         let camera = ClipCamera::new(&clip_from_world.as_dmat4())?;
         let across = camera.scale * size.as_dvec2() * 0.5;

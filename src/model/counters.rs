@@ -16,8 +16,8 @@ pub struct Counters {
     pub views_kept: u64,
     /// Views whose casters were looked for on the CPU: of still frames none.
     pub views_searched: u64,
-    /// Combinations (caster, view) that were not projected, because their group is outside the view or behind an
-    /// opaque surface.
+    /// Combinations (caster, view) that were not projected, because their group is outside the view or behind
+    /// an opaque surface.
     pub culled: u64,
     /// Those counted in `culled` that are behind an opaque surface.
     pub hidden: u64,

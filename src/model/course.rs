@@ -1,7 +1,8 @@
-//! What all frames of a scene that moves have in common, so that nothing that stands still changes with what moves beside it:
-//! how far everything goes, and a few moments at which lights and the camera are looked at.
+//! What all frames of a scene that moves have in common, so that nothing that stands still changes with what
+//! moves beside it: how far everything goes, and a few moments at which lights and the camera are looked at.
 //!
-//! It follows from the scene alone, not from the frames that are rendered: a frame on its own is as one of a sequence.
+//! It follows from the scene alone, not from the frames that are rendered: a frame on its own is as one of a
+//! sequence.
 use super::{Bounds, Camera, Light, Motion, Scene, ShadowSettings, View};
 use glam::Vec3;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,7 +14,8 @@ const WIDEST: f32 = 4.0;
 /// Share of its size by which the box around what moves is larger than what was seen to be in it.
 const MARGIN: f32 = 1.0 / 16.0;
 
-/// Where a scene that moves ever is, and its lights and camera at a few moments: views of all frames follow from it.
+/// Where a scene that moves ever is, and its lights and camera at a few moments: views of all frames follow
+/// from it.
 #[derive(Clone, Debug)]
 pub struct Course {
     /// Box around all that moves, in all frames \[m\].
@@ -98,8 +100,8 @@ impl Scene {
         self.around.with(&self.course.casters)
     }
 
-    /// Moments of a scene that has still the parts that it was loaded with; none if it has not, or no light, triangle and
-    /// camera moves.
+    /// Moments of a scene that has still the parts that it was loaded with; none if it has not, or no light,
+    /// triangle and camera moves.
     pub(crate) fn moments(&self) -> &[Moment] {
         let is_same = self.course.counts == self.counts() && !self.motions.is_empty();
         if is_same { &self.course.moments } else { &[] }
@@ -154,7 +156,8 @@ impl Scene {
         (self.course.moments, self.skipped) = (moments, skipped);
     }
 
-    /// The scene with its triangles, lights and camera alone, and what moves with them, to be set to [`Self::moments`].
+    /// The scene with its triangles, lights and camera alone, and what moves with them, to be set to
+    /// [`Self::moments`].
     pub(crate) fn solids(&self) -> Self {
         let motions = self.motions.iter().filter(|motion| motion.span().is_some());
         let moves_particles = motions.clone().any(|motion| motion.moves_particles());

@@ -59,8 +59,8 @@ impl Emitter {
         (step, (steps - f64::from(step)) as f32)
     }
 
-    /// Adds the live particles, if they are at most `farthest` from the origin along each axis \[m\]. Returns the number
-    /// of those that are farther.
+    /// Adds the live particles, if they are at most `farthest` from the origin along each axis \[m\]. Returns
+    /// the number of those that are farther.
     pub fn send(
         &self,
         flock: &mut Flock,
@@ -163,8 +163,9 @@ impl Emitter {
         numbers.step_by(every).take(most).filter_map(flown).collect()
     }
 
-    /// Box around where a few of the particles ever are \[m\], evenly chosen of all that start on the emitter's path and while
-    /// the first of those behind it live, as if they were not a fluid. `most_steps`: of all of them together.
+    /// Box around where a few of the particles ever are \[m\], evenly chosen of all that start on the
+    /// emitter's path and while the first of those behind it live, as if they were not a fluid. `most_steps`:
+    /// of all of them together.
     pub fn reach(&self, farthest: f32, most_steps: usize) -> Bounds {
         const MAX: usize = 512;
         let longest = self.forces.longest();

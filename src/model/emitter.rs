@@ -58,9 +58,11 @@ pub struct Forces {
     pub spread: f32,
     /// Downward acceleration, -1000..=1000 [m/s^2]. Default 0.
     pub gravity: f32,
-    /// Upward acceleration at birth, -1000..=1000; it falls to 0 at the end of a particle's life [m/s^2]. Default 0.
+    /// Upward acceleration at birth, -1000..=1000; it falls to 0 at the end of a particle's life [m/s^2].
+    /// Default 0.
     pub buoyancy: f32,
-    /// Rate at which a particle's velocity approaches that of the air, 0..=1000 [1/s]. Default 0: the air moves nothing.
+    /// Rate at which a particle's velocity approaches that of the air, 0..=1000 [1/s]. Default 0: the air
+    /// moves nothing.
     pub drag: f32,
     /// Velocity of the air \[m/s\]. Default 0.
     pub wind: Vec3,
@@ -72,7 +74,8 @@ pub struct Forces {
     pub evolve: f32,
     /// Height of a ground plane that particles collide with \[m\]. Default none.
     pub ground: Option<f32>,
-    /// Lower and upper corners of the boxes that particles collide with, at most [`MAX_BOXES`] \[m\]. Default none.
+    /// Lower and upper corners of the boxes that particles collide with, at most [`MAX_BOXES`] \[m\]. Default
+    /// none.
     pub boxes: Vec<[Vec3; 2]>,
     /// Restitution: share of the normal velocity that a particle keeps in a collision, 0..=1. Default 0.2.
     pub bounce: f32,
@@ -158,7 +161,8 @@ impl Forces {
         }
     }
 
-    /// The path from one time to another \[s from the start\]: rows of seconds since the first, and the offset.
+    /// The path from one time to another \[s from the start\]: rows of seconds since the first, and the
+    /// offset.
     pub fn path_between(&self, begin: f64, end: f64) -> Vec<Vec4> {
         if self.path.is_empty() {
             return vec![Vec4::ZERO];

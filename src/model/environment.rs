@@ -105,8 +105,9 @@ impl Environment {
         Self::new(&map, &map)
     }
 
-    /// Like [`Self::of_image`], with the image's sun apart, if it has one: what is around the sun lights the scene and is
-    /// mirrored by rough surfaces, and a light takes the sun's place. It is still seen, and mirrored by smooth ones.
+    /// Like [`Self::of_image`], with the image's sun apart, if it has one: what is around the sun lights the
+    /// scene and is mirrored by rough surfaces, and a light takes the sun's place. It is still seen, and
+    /// mirrored by smooth ones.
     pub fn of_image_without_sun(
         size: UVec2,
         texels: &[[f32; 3]],

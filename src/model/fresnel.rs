@@ -1,8 +1,9 @@
 //! What the faces of glass reflect.
 
-/// What a triangle's surface reflects of the light that meets it, and so takes from its beam: Fresnel's formulas for
-/// light that is not polarised, at the angle between the straight ray and the triangle's plane. The colour `c` of a hit is
-/// multiplied by what is left. Indices of refraction are 1 to 3; 1 reflects nothing.
+/// What a triangle's surface reflects of the light that meets it, and so takes from its beam: Fresnel's
+/// formulas for light that is not polarised, at the angle between the straight ray and the triangle's plane.
+/// The colour `c` of a hit is multiplied by what is left. Indices of refraction are 1 to 3; 1 reflects
+/// nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Fresnel {
     /// Nothing: the table of transfers alone.

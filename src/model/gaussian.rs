@@ -6,8 +6,8 @@ use glam::{Mat3, Quat, Vec3};
 /// opacity at the centre the shadows' areas differ by a factor of 2.1 at 0.99 (docs/gaussians.md).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GaussianOpacity {
-    /// `alpha = opacity * exp(-q^2 / 2)` where the ray is closest to the centre in the Gaussian's own space, at
-    /// distance `q` \[standard deviations\]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
+    /// `alpha = opacity * exp(-q^2 / 2)` where the ray is closest to the centre in the Gaussian's own space,
+    /// at distance `q` \[standard deviations\]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
     #[default]
     Splat,
     /// Extinction `density * opacity * exp(-q^2 / 2)` [1/m], whose integral along the ray up to the opaque
@@ -28,9 +28,9 @@ impl GaussianOpacity {
     }
 }
 
-/// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow: what hundreds in each other lose is less
-/// than a step of a map in 16 bits. Fainter ones end at a 256th of their own opacity, so that many of them lose less
-/// than 0.4 % of their shadow.
+/// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow: what hundreds in each other
+/// lose is less than a step of a map in 16 bits. Fainter ones end at a 256th of their own opacity, so that
+/// many of them lose less than 0.4 % of their shadow.
 const FAINTEST: f32 = 1.0 / 8192.0;
 const LEAST_SHARE: f32 = 1.0 / 256.0;
 /// Where the densest medium ends, squared \[standard deviations\].
@@ -57,7 +57,8 @@ pub struct Gaussian {
     pub color: Vec3,
     /// Opacity at the centre, 0..=1; of a medium at least 0. Multiplies the alpha of the material's tint.
     pub opacity: f32,
-    /// Index into [`crate::model::Scene::materials`], of a material whose shape is [`super::Shape::Gaussian`].
+    /// Index into [`crate::model::Scene::materials`], of a material whose shape is
+    /// [`super::Shape::Gaussian`].
     pub material: u32,
     /// Seed of dither patterns; unique where the file gives one.
     pub id: u32,
@@ -79,8 +80,8 @@ impl Default for Gaussian {
 }
 
 impl Gaussian {
-    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`] of its
-    /// material, `opacity`: what its opacity means.
+    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`]
+    /// of its material, `opacity`: what its opacity means.
     pub fn problem(&self, max_color: f32, opacity: GaussianOpacity) -> Option<&'static str> {
         let Self { center, rotation, sigma, color, .. } = *self;
         let finite = center.is_finite()

@@ -15,8 +15,8 @@ pub const MAX_BRICK_SIZE: u32 = 1 << 20;
 /// Farthest index of a voxel: halves of a voxel are exact in `f32` up to here.
 pub const MAX_INDEX: i32 = 1 << 22;
 
-/// A grid of voxels, split in disjoint bricks. Its density is trilinear between the centres of voxels, which are at
-/// whole numbers in index space, also from brick to brick, and 0 outside its bricks.
+/// A grid of voxels, split in disjoint bricks. Its density is trilinear between the centres of voxels, which
+/// are at whole numbers in index space, also from brick to brick, and 0 outside its bricks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     /// World space \[m\] from index space \[voxels\].
@@ -25,13 +25,14 @@ pub struct Grid {
     pub bricks: Vec<Brick>,
     /// Optical depth of a metre of density 1 [1/m].
     pub factor: f32,
-    /// Colour of extinction, per channel: `T = exp(-tau * extinction)`, where `tau` is `factor` times the integral of
-    /// density along the ray \[m\].
+    /// Colour of extinction, per channel: `T = exp(-tau * extinction)`, where `tau` is `factor` times the
+    /// integral of density along the ray \[m\].
     pub extinction: Vec3,
-    /// Index into [`crate::model::Scene::materials`]: its shape is [`Shape::Brick`](super::Shape::Brick), its transfer
-    /// `filter` or `none`.
+    /// Index into [`crate::model::Scene::materials`]: its shape is [`Shape::Brick`](super::Shape::Brick), its
+    /// transfer `filter` or `none`.
     pub material: u32,
-    /// `g` of the phase function of Henyey and Greenstein 1941, -1 to 1: above 0 most light is scattered ahead.
+    /// `g` of the phase function of Henyey and Greenstein 1941, -1 to 1: above 0 most light is scattered
+    /// ahead.
     pub anisotropy: f32,
     /// Radiance, in red, of what is at 1500 K and opaque: bricks with temperatures glow as soot does, by
     /// `1 - T` of it.
@@ -53,8 +54,8 @@ impl Default for Grid {
     }
 }
 
-/// A box of a grid. It has the cells whose lowest corner is one of its voxels: where its density is not constant,
-/// `[origin, origin + 8)` with 9 values along each edge, the last being the next brick's first.
+/// A box of a grid. It has the cells whose lowest corner is one of its voxels: where its density is not
+/// constant, `[origin, origin + 8)` with 9 values along each edge, the last being the next brick's first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Brick {
     /// Its lowest voxel, index space.
@@ -114,8 +115,8 @@ impl Voxels {
 }
 
 impl Brick {
-    /// Bricks of all cells of which some corner is among the voxels from `min` to `max`, inclusive, and has a `density`
-    /// above 0. The density of all other voxels counts as 0. Origins are multiples of 8.
+    /// Bricks of all cells of which some corner is among the voxels from `min` to `max`, inclusive, and has a
+    /// `density` above 0. The density of all other voxels counts as 0. Origins are multiples of 8.
     pub fn of_voxels(min: IVec3, max: IVec3, density: impl Fn(IVec3) -> f32) -> Vec<Self> {
         let size = IVec3::splat(BRICK_SIZE as i32);
         let within = |voxel: IVec3| voxel.cmpge(min).all() && voxel.cmple(max).all();

@@ -22,8 +22,8 @@ const SUN_EXCESS: f32 = 20.0;
 const SUN_SHARE: f32 = 0.3;
 
 impl RadianceMap {
-    /// Takes the sun out of the map: what is [`SUN_EXCESS`] times brighter than the mean around the brightest texel, if
-    /// that sends more light than [`SUN_SHARE`] of what all else sends to a surface that faces it.
+    /// Takes the sun out of the map: what is [`SUN_EXCESS`] times brighter than the mean around the brightest
+    /// texel, if that sends more light than [`SUN_SHARE`] of what all else sends to a surface that faces it.
     pub(super) fn take_sun(&mut self) -> Option<ImageSun> {
         let power = |radiance: Vec3| radiance.element_sum();
         let brightest = (0..self.texels.len())

@@ -11,8 +11,8 @@ pub enum Tone {
     Neutral,
     /// None: light up to 1, the rest is cut.
     Linear,
-    /// A film's toe and shoulder for each channel, by which bright colours turn white: Narkowicz 2015, "ACES Filmic
-    /// Tone Mapping Curve".
+    /// A film's toe and shoulder for each channel, by which bright colours turn white: Narkowicz 2015, "ACES
+    /// Filmic Tone Mapping Curve".
     Filmic,
 }
 

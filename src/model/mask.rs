@@ -11,7 +11,8 @@ pub struct MaskSettings {
     /// 0, the default: full width everywhere.
     pub depth_scale: f32,
     /// Whether the blur narrows on the screen along the directions in which a surface is slanted, so that it
-    /// spans the same distances on a floor seen at a grazing angle as on a wall that faces the eye. Default false.
+    /// spans the same distances on a floor seen at a grazing angle as on a wall that faces the eye. Default
+    /// false.
     pub anisotropic: bool,
     /// Edge-stopping strength of the blur: the reciprocal of the distance off a pixel's plane at which
     /// another surface counts no more, as a share of the distance from the eye; above 0. Default 100.

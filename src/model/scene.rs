@@ -118,7 +118,8 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// First and last time at which it moves triangles, lights or the camera \[s\]; `None` if it moves none of them.
+    /// First and last time at which it moves triangles, lights or the camera \[s\]; `None` if it moves none
+    /// of them.
     fn span(&self) -> Option<[f64; 2]> {
         None
     }
@@ -126,8 +127,8 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     /// Sets lights and the camera alone to their state at `seconds` from the start.
     fn steer(&self, _scene: &mut Scene, _seconds: f64) {}
 
-    /// Box around where that of what it moves ever is whose material is `wanted` \[m\]: about, and empty where that is
-    /// not known.
+    /// Box around where that of what it moves ever is whose material is `wanted` \[m\]: about, and empty
+    /// where that is not known.
     fn reach(&self, _wanted: &dyn Fn(u32) -> bool) -> Bounds {
         Bounds::EMPTY
     }
@@ -174,7 +175,8 @@ impl Scene {
         (0..count).map(move |i| (offset(i) - mean).as_vec2() - shift)
     }
 
-    /// Places of the samples on the lens \[m\], to the right and up: a spiral of equal areas around its middle (Vogel 1979).
+    /// Places of the samples on the lens \[m\], to the right and up: a spiral of equal areas around its
+    /// middle (Vogel 1979).
     pub fn lens_points(&self) -> impl Iterator<Item = Vec2> {
         let count = self.samples.clamp(1, MAX_SAMPLES);
         let radius = self.lens.radius;
@@ -263,8 +265,8 @@ impl Scene {
         self.motions = motions;
     }
 
-    /// Triangles that reach too far become points of another one, so that they change neither a texel nor the bounds.
-    /// Returns their number.
+    /// Triangles that reach too far become points of another one, so that they change neither a texel nor the
+    /// bounds. Returns their number.
     pub fn leave_out_far_triangles(&mut self) -> u64 {
         let is_near = |triangle: &Triangle| {
             let mut corners = triangle.positions.into_iter();
@@ -280,8 +282,8 @@ impl Scene {
         far.len() as u64
     }
 
-    /// Leaves emitters to the device that renders, from the next [`Self::set_time`] on. `most`: particles that
-    /// a buffer of the device holds. Returns, for each emitter that stays on the CPU, why.
+    /// Leaves emitters to the device that renders, from the next [`Self::set_time`] on. `most`: particles
+    /// that a buffer of the device holds. Returns, for each emitter that stays on the CPU, why.
     pub fn simulate_on_device(&mut self, most: u64) -> Vec<String> {
         let mut all = Vec::new();
         for motion in &mut self.motions {

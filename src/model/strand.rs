@@ -9,7 +9,8 @@ pub struct StrandVertex {
     pub position: Vec3,
     /// At least 0; 0 for a tip \[m\].
     pub radius: f32,
-    /// Linear rgba, 0..=1 (rgb 16 with `gain`); multiplies the material's tint. A capsule has the mean of its ends.
+    /// Linear rgba, 0..=1 (rgb 16 with `gain`); multiplies the material's tint. A capsule has the mean of its
+    /// ends.
     pub color: Vec4,
 }
 
@@ -20,8 +21,9 @@ impl StrandVertex {
     }
 }
 
-/// A polyline with a radius and a colour at each vertex. Between two neighbours it is a *capsule*: the part of a cone
-/// between two planes. Inner planes bisect the angle between the neighbours, so that no point is in two capsules.
+/// A polyline with a radius and a colour at each vertex. Between two neighbours it is a *capsule*: the part
+/// of a cone between two planes. Inner planes bisect the angle between the neighbours, so that no point is in
+/// two capsules.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Strand {
     /// At least two, in order.
@@ -63,8 +65,8 @@ impl Strand {
         Self { vertices: self.vertices.iter().map(vertex).collect(), ..*self }
     }
 
-    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`] of its
-    /// material.
+    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`]
+    /// of its material.
     pub fn problem(&self, max_color: f32) -> Option<&'static str> {
         let all = || self.vertices.iter();
         let finite = |v: &StrandVertex| {
@@ -148,8 +150,8 @@ impl Capsule {
     }
 }
 
-/// How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis; `slope` of
-/// the radius. WGSL: `wgsl/project/capsule_extent.wgsl`.
+/// How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis;
+/// `slope` of the radius. WGSL: `wgsl/project/capsule_extent.wgsl`.
 pub fn mitre(cosine: f32, slope: f32) -> f32 {
     let cosine = cosine.clamp(0.5, 1.0);
     let tangent = (1.0 - cosine * cosine).sqrt() / cosine;

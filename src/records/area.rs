@@ -26,8 +26,8 @@ const _: () = assert!(size_of::<GpuArea>() == AREA_TEXELS as usize * 16);
 /// Texels of a [`LeveledView`]. WGSL: `wgsl/records/area.wgsl`.
 pub const LEVELED_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<LeveledView>() == LEVELED_TEXELS as usize * 16);
-/// Most area lights, each of their viewpoints counted: a point that evaluates all of them stays below the 65,535 iterations that llvmpipe
-/// allows an invocation.
+/// Most area lights, each of their viewpoints counted: a point that evaluates all of them stays below the
+/// 65,535 iterations that llvmpipe allows an invocation.
 pub const MAX_AREAS: usize = 64;
 
 /// Numbers of [`Source`] in [`GpuArea::kind`].
@@ -40,7 +40,8 @@ pub const AREA_SUN: u32 = 2;
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/area.wgsl`.
     pub struct GpuArea {
-        /// First of [`Source::half_axes`] of a part of the source, world space \[m\]; for a sun its x is a slope.
+        /// First of [`Source::half_axes`] of a part of the source, world space \[m\]; for a sun its x is a
+        /// slope.
         pub right: Vec3,
         pub kind: u32,
         pub up: Vec3,

@@ -11,7 +11,8 @@ pub fn refraction_levels(picture: UVec2) -> u32 {
     (picture.min_element() / COARSEST).max(1).ilog2().min(MAX_LEVELS as u32) + 1
 }
 
-/// Sizes of the levels of a picture's bloom, each half of the one before, rounded up; the first half of the picture's.
+/// Sizes of the levels of a picture's bloom, each half of the one before, rounded up; the first half of the
+/// picture's.
 pub fn bloom_sizes(picture: UVec2) -> Vec<UVec2> {
     let halved = |size: &UVec2| Some((*size + 1) / 2);
     let sizes = std::iter::successors(halved(&picture), halved);

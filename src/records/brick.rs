@@ -13,12 +13,13 @@ use std::{
 pub const BRICK_TEXELS: u32 = 2;
 /// Size of a brick's slot in `voxels` \[texels\]: a texel has the voxels of four lines along x.
 pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
-/// Points along an edge of the lattice at which the light of a brick of a thin grid is evaluated: two voxels apart.
+/// Points along an edge of the lattice at which the light of a brick of a thin grid is evaluated: two voxels
+/// apart.
 pub const LATTICE_EDGE: u32 = 5;
 /// The same of a dense grid: the first for which there is room.
 const DENSE_EDGES: [u32; 2] = [13, 9];
-/// Optical depth of a voxel above which a grid is dense. At this depth light that is linear over two voxels is off by a
-/// twentieth of the brightest where a cloud has an edge.
+/// Optical depth of a voxel above which a grid is dense. At this depth light that is linear over two voxels
+/// is off by a twentieth of the brightest where a cloud has an edge.
 const DENSE: f32 = 0.25;
 /// Points of all lattices up to which those of dense grids are fine: 32 MiB of light.
 const MOST_POINTS: u32 = 1 << 21;
@@ -30,11 +31,12 @@ const PLAIN_VOXELS: f32 = -1.0;
 const HOT_VOXELS: f32 = -2.0;
 
 crate::records::texel_struct! {
-    /// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its middle. All of its
-    /// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
+    /// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its
+    /// middle. All of its bricks place a ray by the same numbers, so that neighbours agree, to the last bit,
+    /// where it goes from one to the other.
     pub struct GridRecord {
-        /// Rows of the linear part of index from world space \[voxels/m\]; behind each a coordinate of the anchor, world
-        /// space \[m\].
+        /// Rows of the linear part of index from world space \[voxels/m\]; behind each a coordinate of the
+        /// anchor, world space \[m\].
         pub rows: [Vec4; 3],
         /// Edges of a voxel, world space \[m\]; behind each the extinction of density 1 in a channel [1/m].
         pub edges: [Vec4; 3],
@@ -75,7 +77,8 @@ pub struct Bricks {
     pub records: Vec<BrickRecord>,
     /// For each brick, in order, the sphere around it, with the index of its record as id.
     pub particles: Vec<Particle>,
-    /// Voxels of the bricks that have some, in order, behind each its temperatures if it has some: one a slot.
+    /// Voxels of the bricks that have some, in order, behind each its temperatures if it has some: one a
+    /// slot.
     pub voxels: Vec<Voxels>,
     /// Points of the lattices of all bricks.
     pub lattice_points: u32,
@@ -119,7 +122,8 @@ impl GridRecord {
     }
 }
 
-/// Whether some voxel of a grid, or some eighth of a box of constant density, is of an optical depth above [`DENSE`].
+/// Whether some voxel of a grid, or some eighth of a box of constant density, is of an optical depth above
+/// [`DENSE`].
 fn is_dense(grid: &Grid) -> bool {
     let linear = grid.world_from_index.matrix3;
     let edges = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3A::length);

@@ -2,7 +2,8 @@
 use crate::model::{Casters, Class, Fresnel};
 use glam::{Vec3, Vec4};
 
-/// A triangle of glass or water that bends light, [`GLASS_VECTORS`] vectors. WGSL: `wgsl/caustics/glass_face.wgsl`.
+/// A triangle of glass or water that bends light, [`GLASS_VECTORS`] vectors. WGSL:
+/// `wgsl/caustics/glass_face.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct GlassFace {
@@ -33,8 +34,9 @@ pub fn glass_faces(casters: &Casters<'_>) -> Vec<GlassFace> {
     casters.triangles.iter().filter_map(face).collect()
 }
 
-/// Light that lands in a texel, as a share of a texel's own light: red, green and blue in fixed point, whose carries stand in
-/// ten bits each of the last word; its highest bit is set where the straight light of the texel was thrown elsewhere.
+/// Light that lands in a texel, as a share of a texel's own light: red, green and blue in fixed point, whose
+/// carries stand in ten bits each of the last word; its highest bit is set where the straight light of the
+/// texel was thrown elsewhere.
 pub type CausticTexel = [u32; 4];
 
 /// Light of one texel.

@@ -14,8 +14,8 @@ pub const OCTAVE: f32 = 204.8;
 /// Least light of such a curve.
 pub const LEAST: f32 = 1.0 / 1024.0;
 
-/// A node of a map: start (16 bits), square root of the length (12), red, green, blue that it passes by itself (12 each).
-/// A node that starts at 0 is unused.
+/// A node of a map: start (16 bits), square root of the length (12), red, green, blue that it passes by
+/// itself (12 each). A node that starts at 0 is unused.
 pub type PackedNode = [u32; 2];
 
 /// The curves of one view.
@@ -88,8 +88,8 @@ impl CurveMap {
         light_at(self.nodes_of(texel), z, self.gain)
     }
 
-    /// Ramps of a texel, by their start: start and end \[light depth\], and the light behind, which is the product of what
-    /// the ramps up to it pass.
+    /// Ramps of a texel, by their start: start and end \[light depth\], and the light behind, which is the
+    /// product of what the ramps up to it pass.
     pub fn ramps(&self, texel: usize) -> impl Iterator<Item = (f32, f32, Vec3)> {
         let nodes = self.nodes_of(texel).iter().map(|&node| unpack(node, self.gain));
         let mut used: Vec<_> = nodes.filter(|&(start, ..)| start > 0.0).collect();

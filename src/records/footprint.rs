@@ -40,14 +40,15 @@ pub struct Footprint {
     pub center: Vec2,
     /// Orthographic: radius \[texels\]. Perspective: radius over distance from the light. Triangle: half the
     /// side of the bounding square \[texels\]. Negative for a particle without a centre in the map
-    /// ([`Self::beside`]): minus its radius \[m\]. Gaussian: where it ends, in standard deviations; negative if it is
-    /// beside the view. Capsule: how far it reaches from its axis \[texels\]; negative if an end is beside the view.
+    /// ([`Self::beside`]): minus its radius \[m\]. Gaussian: where it ends, in standard deviations; negative
+    /// if it is beside the view. Capsule: how far it reaches from its axis \[texels\]; negative if an end is
+    /// beside the view.
     pub radius: f32,
     /// Light depth of the centre; for a triangle the smallest; for a particle without a centre in the map
     /// its distance along the axis \[m\].
     pub depth: f32,
-    /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material. Capsule: half of its axis, to the
-    /// right, as bits \[texels\]; and in `blue_slope` downwards.
+    /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material.
+    /// Capsule: half of its axis, to the right, as bits \[texels\]; and in `blue_slope` downwards.
     pub red_green: u32,
     /// Blue, the roots of 1 - c in 16 bits, and the slope of the thinned opacity, f16.
     pub blue_slope: u32,
@@ -99,8 +100,9 @@ impl Footprint {
 pub struct TileRect {
     /// First and last column and row, inclusive, 8 bits each: x0, y0, x1, y1.
     pub corners: u32,
-    /// Low half: which tiles of a rectangle of at most 4x4 are touched, row by row, 4 bits a row; of a larger one
-    /// [`TileRect::WHOLE`], or the number of those that its outline touches; 0 for none. High half: the view's index in its batch.
+    /// Low half: which tiles of a rectangle of at most 4x4 are touched, row by row, 4 bits a row; of a larger
+    /// one [`TileRect::WHOLE`], or the number of those that its outline touches; 0 for none. High half: the
+    /// view's index in its batch.
     pub mask_view: u32,
 }
 

@@ -33,8 +33,8 @@ impl GaussianAxes {
     /// The axes of a Gaussian.
     pub fn new(gaussian: &Gaussian) -> Self {
         let Gaussian { rotation, sigma, id, .. } = *gaussian;
-        // A step of Newton's to unit length, which it has within 1e-4. One that is unit up to rounding keeps its bits, so
-        // that devices, which round otherwise, have the same.
+        // A step of Newton's to unit length, which it has within 1e-4. One that is unit up to rounding keeps
+        // its bits, so that devices, which round otherwise, have the same.
         let squared = rotation.length_squared();
         let is_unit = (squared - 1.0).abs() <= UNIT_ROUNDING;
         let step = if is_unit { 1.0 } else { 1.5 - 0.5 * squared };
@@ -80,17 +80,20 @@ crate::records::texel_struct! {
     /// A Gaussian projected to one view: what its hit test needs.
     ///
     /// With `delta` the vector from the reference to the texel's centre \[texels\] and
-    /// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's own space is
-    /// `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, and it is met at `e / (e^2 + spread |u|^2)` times the
-    /// centre's distance along the axis. Orthographic: `q^2 = |u|^2`, met at the centre's light depth less `tilt . u`.
+    /// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's
+    /// own space is `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, and it is met at
+    /// `e / (e^2 + spread |u|^2)` times the centre's distance along the axis. Orthographic: `q^2 = |u|^2`,
+    /// met at the centre's light depth less `tilt . u`.
     #[derive(Default)]
     pub struct GaussianSetup {
         /// `a`, `b` and `c` [1/texels].
         pub whitening: Vec3,
-        /// Squared deviation along the ray through the centre, a share of the distance (orthographic: of the depth range).
+        /// Squared deviation along the ray through the centre, a share of the distance (orthographic: of the
+        /// depth range).
         pub spread: f32,
         pub tilt: Vec2,
-        /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material.
+        /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain`
+        /// material.
         pub red_green: u32,
         /// Blue, the roots of 1 - c in 16 bits, and how much thinner it is for being enlarged, f16.
         pub blue_thin: u32,

@@ -1,13 +1,13 @@
-//! Images as uploaded: each with its means over ever larger squares of texels, so that a picture reads what a sample
-//! sees of them (Williams 1983, "Pyramidal Parametrics").
+//! Images as uploaded: each with its means over ever larger squares of texels, so that a picture reads what a
+//! sample sees of them (Williams 1983, "Pyramidal Parametrics").
 use crate::model::Texture;
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
 /// Most samples of an image along the longer side of what a sample of the picture sees of it.
 pub const MAX_IMAGE_TAPS: u32 = 4;
 
-/// Weight of the colour of what is clear in means that are weighted by alpha: just so much that an image without any
-/// opacity has a colour.
+/// Weight of the colour of what is clear in means that are weighted by alpha: just so much that an image
+/// without any opacity has a colour.
 pub const CLEAR_WEIGHT: f32 = 1.0 / 65536.0;
 
 /// A level of an image: level 0 is the image, and each is half as large as the one before, rounded down.
@@ -39,7 +39,8 @@ fn linear_value(byte: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Levels of a texture behind its own texels: means of light, weighted by opacity, as what is clear does not show.
+/// Levels of a texture behind its own texels: means of light, weighted by opacity, as what is clear does not
+/// show.
 pub fn image_levels(texture: &Texture) -> Vec<ImageLevel> {
     let linear: [f32; 256] = std::array::from_fn(|byte| linear_from_srgb(byte as u8));
     // Linear values at which the nearest byte becomes the next.
@@ -77,8 +78,8 @@ pub fn image_levels(texture: &Texture) -> Vec<ImageLevel> {
     levels
 }
 
-/// Texels of a level along an axis that a texel of the next one covers, with their shares: two or, of an odd number,
-/// three.
+/// Texels of a level along an axis that a texel of the next one covers, with their shares: two or, of an odd
+/// number, three.
 struct Covered {
     first: u32,
     shares: [f32; 3],
@@ -104,8 +105,8 @@ fn covered(i: u32, from: u32, to: u32) -> Covered {
 pub struct ImageDetail {
     /// Edge of the square that it stands for \[pixels\].
     pub reach: f32,
-    /// Mean opacity from which a cutout is solid where its texels are smaller than that: another in each sample, so
-    /// that of their mean as much is solid as the texels cover.
+    /// Mean opacity from which a cutout is solid where its texels are smaller than that: another in each
+    /// sample, so that of their mean as much is solid as the texels cover.
     pub threshold: f32,
 }
 

@@ -56,10 +56,12 @@ pub const END_BIT: u32 = 1 << 14;
 /// The bias is in texels, not in metres.
 pub const TEXELS_BIT: u32 = 1 << 15;
 
-/// Depth bias where none is stated \[texels\]; of a light with a size, whose spots may cross the planes of what they shade.
+/// Depth bias where none is stated \[texels\]; of a light with a size, whose spots may cross the planes of
+/// what they shade.
 const BIAS_TEXELS: f32 = 0.25;
 const SOFT_BIAS_TEXELS: f32 = 4.0;
-/// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
+/// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's
+/// depths.
 pub const LEAST_BIAS: f32 = 1.0 / 32768.0;
 /// See [`LEAST_BIAS`].
 pub const LARGEST_BIAS: f32 = 1.0 / 512.0;
@@ -89,9 +91,10 @@ crate::records::gpu_struct! {
         pub cone_inner: f32,
         /// Reciprocal square of the range [1/m^2]; 0 if the light has no end.
         pub per_range2: f32,
-        /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1, 0 for none; from
-        /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one; [`INNER_BIT`] if a spot falls by the square of the share
-        /// of its cosines, [`END_BIT`] if the window at its end is not squared, [`TEXELS_BIT`] if its bias is in texels.
+        /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1,
+        /// 0 for none; from [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one; [`INNER_BIT`] if a
+        /// spot falls by the square of the share of its cosines, [`END_BIT`] if the window at its end is not
+        /// squared, [`TEXELS_BIT`] if its bias is in texels.
         pub traits: u32,
         /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
         /// radius [1/256 texel].
@@ -106,7 +109,8 @@ crate::records::gpu_struct! {
 }
 
 impl GpuLight {
-    /// `views`: indices of its views among the shadow views of all lights; `settings`: defaults of its look-up.
+    /// `views`: indices of its views among the shadow views of all lights; `settings`: defaults of its
+    /// look-up.
     pub fn new(light: &Light, views: Range<u32>, settings: &ShadowSettings) -> Self {
         let LookUp { filter, bias, slope_bias, normal_bias } = light.look_up;
         let (kind, position, direction, angle) = match light.kind.with_unit_direction() {
@@ -149,8 +153,9 @@ impl GpuLight {
         }
     }
 
-    /// Depth bias in a view \[m\]. In texels it covers the slope as far as it can, as the point moves less then. `texel`: edge of
-    /// a texel at the receiver's depth \[m\]; `sine`: of the slope; `least`: \[texels\].
+    /// Depth bias in a view \[m\]. In texels it covers the slope as far as it can, as the point moves less
+    /// then. `texel`: edge of a texel at the receiver's depth \[m\]; `sine`: of the slope; `least`:
+    /// \[texels\].
     pub fn depth_bias(&self, view: &GpuView, texel: f32, sine: f32, least: f32) -> f32 {
         if self.traits & TEXELS_BIT == 0 {
             return self.bias;

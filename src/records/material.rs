@@ -36,8 +36,8 @@ crate::records::gpu_struct! {
         pub frost: f32,
         /// Index of refraction of its faces, minus that of its panes; 0 where they reflect nothing.
         pub fresnel: f32,
-        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of the material of its far
-        /// side plus 1, or 0.
+        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of the
+        /// material of its far side plus 1, or 0.
         pub shows: u32,
     }
 }

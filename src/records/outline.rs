@@ -7,10 +7,10 @@ const MIDDLE_HEIGHT: i32 = 1 << HEIGHT_BITS;
 /// Rounding of what is stored and evaluated, besides the slack of a texel \[units\].
 pub const OUTLINE_ROUNDING: i32 = 4;
 
-/// The outline of an ellipse in a view's tiles, in integers: whoever counts, lists or clips its tiles decides with the
-/// same bits. At a height `v` over its middle, a share of its half height downwards, the ellipse is
-/// `middle + lean v - width sqrt(1 - v^2)` to `middle + lean v + width sqrt(1 - v^2)`. A unit is a tile's edge halved
-/// `shift` times. WGSL: `wgsl/records/outline.wgsl`.
+/// The outline of an ellipse in a view's tiles, in integers: whoever counts, lists or clips its tiles decides
+/// with the same bits. At a height `v` over its middle, a share of its half height downwards, the ellipse is
+/// `middle + lean v - width sqrt(1 - v^2)` to `middle + lean v + width sqrt(1 - v^2)`. A unit is a tile's
+/// edge halved `shift` times. WGSL: `wgsl/records/outline.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Outline {

@@ -1,4 +1,5 @@
-//! Sums over the casters of a texel, of which those of disjoint casters can be added. WGSL: `wgsl/sums/sums.wgsl`.
+//! Sums over the casters of a texel, of which those of disjoint casters can be added. WGSL:
+//! `wgsl/sums/sums.wgsl`.
 
 /// Optical depth 1 in fixed point.
 pub const FIXED_ONE: f32 = 65536.0;

@@ -73,8 +73,9 @@ impl Shadows {
         self.loader(true, (label, wgsl, layout))
     }
 
-    /// Makes a loader of a grid's voxels, for a pool of bricks, a buffer, or a texture that is read in another way than
-    /// [`HostGrid::new`](crate::HostGrid::new) does. `wgsl` declares its bindings in `@group(1)`, of `layout`, and
+    /// Makes a loader of a grid's voxels, for a pool of bricks, a buffer, or a texture that is read in
+    /// another way than [`HostGrid::new`](crate::HostGrid::new) does. `wgsl` declares its bindings in
+    /// `@group(1)`, of `layout`, and
     ///
     /// ```wgsl
     /// fn load_density(voxel: vec3<u32>) -> f32

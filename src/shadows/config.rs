@@ -21,7 +21,8 @@ pub struct Toggles {
     /// otherwise the casters that do not fit are scattered.
     pub parts: bool,
     /// Whether all filtering casters are scattered, and their sums kept as they are
-    /// ([`Maps::sums`](super::Maps::sums)) instead of filters: maps of shares of the casters are merged from them.
+    /// ([`Maps::sums`](super::Maps::sums)) instead of filters: maps of shares of the casters are merged from
+    /// them.
     pub sums: bool,
     /// Whether tiny particles are scattered: the tuning's value at first.
     pub scatter_tiny: bool,

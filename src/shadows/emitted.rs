@@ -38,8 +38,8 @@ impl EmittedLoad {
 }
 
 impl Shadows {
-    /// Makes room for emitted particles beside `casters`, whose textures get all their levels: pictures have emitters. Returns the identity of the set: another one has
-    /// not loaded them.
+    /// Makes room for emitted particles beside `casters`, whose textures get all their levels: pictures have
+    /// emitters. Returns the identity of the set: another one has not loaded them.
     pub fn upload_emitted(
         &mut self,
         casters: &Casters<'_>,

@@ -1,15 +1,15 @@
 //! Marks by which a frame tells that it ran.
 //!
-//! What a host records it may never submit, as where its surface is lost, and a submission may be refused. So the
-//! last command of a frame copies a mark into a buffer of 4 bytes, and the next `prepare` maps that buffer, which
-//! does not wait:
+//! What a host records it may never submit, as where its surface is lost, and a submission may be refused. So
+//! the last command of a frame copies a mark into a buffer of 4 bytes, and the next `prepare` maps that
+//! buffer, which does not wait:
 //! - it is mapped at once, and has the mark: the frame ran;
 //! - it is mapped at once, without the mark: nothing that uses it was submitted;
-//! - it is not mapped yet: it is in use, by commands that were submitted. (A browser maps nothing at once: there a
-//!   frame that was not submitted is found out by a later `prepare`.)
+//! - it is not mapped yet: it is in use, by commands that were submitted. (A browser maps nothing at once:
+//!   there a frame that was not submitted is found out by a later `prepare`.)
 //!
-//! The device refuses commands that use a mapped or destroyed buffer: those of a frame that are submitted after the
-//! next `prepare`, which has overwritten what they read.
+//! The device refuses commands that use a mapped or destroyed buffer: those of a frame that are submitted
+//! after the next `prepare`, which has overwritten what they read.
 use crate::{error::Error, gpu::filled};
 use std::{
     collections::VecDeque,

@@ -27,10 +27,10 @@ pub(super) enum VoxelSource<'a> {
     Loader(&'a GridLoader, &'a BindGroup),
 }
 
-/// A grid whose voxels a host has on the device: read when the frame runs, so that the CPU never sees them. Voxel
-/// (i, j, k) has its centre at (i, j, k) in index space; outside density is 0. Bricks of 8^3 voxels are made of it on
-/// the device; those without density cast nothing. A density that is negative, not finite or above 65,504 counts as
-/// 0 and is counted as skipped.
+/// A grid whose voxels a host has on the device: read when the frame runs, so that the CPU never sees them.
+/// Voxel (i, j, k) has its centre at (i, j, k) in index space; outside density is 0. Bricks of 8^3 voxels are
+/// made of it on the device; those without density cast nothing. A density that is negative, not finite or
+/// above 65,504 counts as 0 and is counted as skipped.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct HostGrid<'a> {
@@ -41,16 +41,16 @@ pub struct HostGrid<'a> {
 }
 
 impl<'a> HostGrid<'a> {
-    /// Density is the first channel of `texture`: of three dimensions, of any format of floats or normalised numbers, with
-    /// the usage `TEXTURE_BINDING`. `grid` says all else; its own bricks are empty.
+    /// Density is the first channel of `texture`: of three dimensions, of any format of floats or normalised
+    /// numbers, with the usage `TEXTURE_BINDING`. `grid` says all else; its own bricks are empty.
     pub fn new(texture: &'a Texture, grid: &'a Grid) -> Self {
         let size = texture.size();
         let size = UVec3::new(size.width, size.height, size.depth_or_array_layers);
         Self { source: VoxelSource::Texture(texture), size, grid, version: None }
     }
 
-    /// `size` voxels that `loader` reads. `bindings`: of the loader's layout; `grid` says all else, its own bricks are
-    /// empty.
+    /// `size` voxels that `loader` reads. `bindings`: of the loader's layout; `grid` says all else, its own
+    /// bricks are empty.
     pub fn loaded(
         loader: &'a GridLoader,
         bindings: &'a BindGroup,
@@ -61,8 +61,8 @@ impl<'a> HostGrid<'a> {
         Self { source: VoxelSource::Loader(loader, bindings), size, grid, version: None }
     }
 
-    /// Sets a version that changes when the voxels do: while it stays, maps may be kept. Without a version those that
-    /// may see the grid are rendered in every frame.
+    /// Sets a version that changes when the voxels do: while it stays, maps may be kept. Without a version
+    /// those that may see the grid are rendered in every frame.
     #[must_use]
     pub fn version(self, version: u64) -> Self {
         Self { version: Some(version), ..self }

@@ -46,8 +46,9 @@ impl<'a> HostInputs<'a> {
         Self { depths, ..self }
     }
 
-    /// Says that [`Prepared::bind_area_lights`](crate::Prepared::bind_area_lights) follows: the kernels that it needs are
-    /// compiled with those of the maps, and are among those of [`Shadows::pending`](crate::Shadows::pending).
+    /// Says that [`Prepared::bind_area_lights`](crate::Prepared::bind_area_lights) follows: the kernels that
+    /// it needs are compiled with those of the maps, and are among those of
+    /// [`Shadows::pending`](crate::Shadows::pending).
     #[must_use]
     pub fn area_lights(self) -> Self {
         Self { area_lights: true, ..self }
@@ -143,7 +144,8 @@ impl<'a> HostCasters<'a> {
         Self { bounds: Some(bounds), ..self }
     }
 
-    /// Sets the smallest alpha above 0, finite and not negative. If no opacity is below 1/4096, faster kernels are used.
+    /// Sets the smallest alpha above 0, finite and not negative. If no opacity is below 1/4096, faster
+    /// kernels are used.
     #[must_use]
     pub fn least_alpha(self, least_alpha: f32) -> Self {
         Self { least_alpha, ..self }

@@ -46,13 +46,14 @@ pub struct Prepared {
 impl Prepared {
     /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing.
     ///
-    /// Maps count as rendered once these commands run: where their encoder is dropped or the device refuses their
-    /// submission, the next [`prepare`](crate::shadows::Shadows::prepare) has them rendered again. Submit them before it:
-    /// afterwards the device refuses them, naming a mark that was destroyed or is mapped.
+    /// Maps count as rendered once these commands run: where their encoder is dropped or the device refuses
+    /// their submission, the next [`prepare`](crate::shadows::Shadows::prepare) has them rendered again.
+    /// Submit them before it: afterwards the device refuses them, naming a mark that was destroyed or is
+    /// mapped.
     ///
     /// # Errors
-    /// [`Error::Superseded`] if a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over; then
-    /// nothing is recorded.
+    /// [`Error::Superseded`] if a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps
+    /// over; then nothing is recorded.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.record_timed(encoder, &mut Timeline::untimed())
     }
@@ -80,7 +81,8 @@ impl Prepared {
     /// the next [`Self::record`] on: for hosts that alternate between two buffers.
     ///
     /// # Errors
-    /// If there is no such set, the bindings are of another layout, the device is lost, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such set, the bindings are of another layout, the device is lost, or a later
+    /// [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
         self.check_usable()?;
         let host = self.commands.counted.host.as_ref();
@@ -92,7 +94,8 @@ impl Prepared {
     /// Like [`Self::rebind`], of the host's grid `grid`, an index, whose voxels a loader reads.
     ///
     /// # Errors
-    /// If there is no such grid, the bindings are of another layout, the device is lost, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such grid, the bindings are of another layout, the device is lost, or a later
+    /// [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind_grid(&self, grid: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
         self.check_usable()?;
         let host = self.commands.counted.host.as_ref();

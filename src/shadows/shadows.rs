@@ -116,8 +116,8 @@ impl Shadows {
         }
     }
 
-    /// Another one on the same device, for other casters and views, with the same kernels: nothing is compiled twice. For
-    /// hosts with several worlds or cameras.
+    /// Another one on the same device, for other casters and views, with the same kernels: nothing is
+    /// compiled twice. For hosts with several worlds or cameras.
     #[must_use]
     pub fn another(&self) -> Self {
         Self::of(&self.queue, self.kernels.clone(), self.config)
@@ -145,15 +145,15 @@ impl Shadows {
         Ok(kernel)
     }
 
-    /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept
-    /// if nothing that they see has changed; the others are rendered when the [`Prepared`] is recorded.
-    /// Earlier [`Prepared`] values are invalid from then on; submit first what was recorded of them. Maps of a frame
-    /// that was recorded and did not run ([`Prepared::record`]) are rendered again: to know it, the device is polled, which
-    /// does not wait and calls the host's callbacks of what is done.
+    /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept if
+    /// nothing that they see has changed; the others are rendered when the [`Prepared`] is recorded. Earlier
+    /// [`Prepared`] values are invalid from then on; submit first what was recorded of them. Maps of a frame
+    /// that was recorded and did not run ([`Prepared::record`]) are rendered again: to know it, the device is
+    /// polled, which does not wait and calls the host's callbacks of what is done.
     ///
     /// # Errors
-    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. While maps and
-    /// scratch memory are what there is no memory for, the last [`Prepared`] stays valid.
+    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. While
+    /// maps and scratch memory are what there is no memory for, the last [`Prepared`] stays valid.
     pub fn prepare(
         &mut self,
         casters: &Casters<'_>,

@@ -45,8 +45,8 @@ impl Shadows {
     /// An emitter that is simulated on the device, from time step 0 on.
     ///
     /// # Errors
-    /// If a number of the emitter is out of its range, its path has more than 30 rows in a sixtieth of a second, or the
-    /// device is lost, out of memory or refuses the kernel.
+    /// If a number of the emitter is out of its range, its path has more than 30 rows in a sixtieth of a
+    /// second, or the device is lost, out of memory or refuses the kernel.
     pub fn simulation(&self, forces: &Forces) -> Result<Simulation, Error> {
         self.simulation_until(forces, u32::MAX)
     }
@@ -143,7 +143,8 @@ impl Simulation {
         self.step = step;
     }
 
-    /// Particles, as [`EMITTED_WGSL`] reads them: [`Self::capacity`] of them. Usages `STORAGE` and `COPY_SRC`.
+    /// Particles, as [`EMITTED_WGSL`] reads them: [`Self::capacity`] of them. Usages `STORAGE` and
+    /// `COPY_SRC`.
     pub fn particles(&self) -> &Buffer {
         &self.emitted
     }

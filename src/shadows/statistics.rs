@@ -207,8 +207,9 @@ impl Prepared {
         Ok(self.planned.counters(&bytes))
     }
 
-    /// Records the copy of the frame's counters, which [`Shadows::statistics`] returns: after [`Self::record`], in the
-    /// same submission or a later one. Does nothing while four frames' counters wait for being taken.
+    /// Records the copy of the frame's counters, which [`Shadows::statistics`] returns: after
+    /// [`Self::record`], in the same submission or a later one. Does nothing while four frames' counters wait
+    /// for being taken.
     ///
     /// # Errors
     /// Those of [`Self::record`].
@@ -220,10 +221,10 @@ impl Prepared {
 }
 
 impl Shadows {
-    /// Counters of a frame with [`Prepared::record_statistics`], of one after the other, as soon as the device has them:
-    /// mostly a frame or two late, whether or not its maps were taken over since. Call it once a frame, after the
-    /// submission; it does not block. Frames that did not run have none. The pair capacity grows to what the frame needed, as by
-    /// [`Self::grow_from`].
+    /// Counters of a frame with [`Prepared::record_statistics`], of one after the other, as soon as the
+    /// device has them: mostly a frame or two late, whether or not its maps were taken over since. Call it
+    /// once a frame, after the submission; it does not block. Frames that did not run have none. The pair
+    /// capacity grows to what the frame needed, as by [`Self::grow_from`].
     ///
     /// # Errors
     /// If the device is lost.

@@ -1,10 +1,10 @@
 //! bin: from depth-sorted footprints to each tile's pairs, front to back.
 //!
 //! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the pairs in
-//! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
-//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
-//! binned again in parts of its tiles (`src/shadows/batch/parts.rs`).
-//! `dispatches` holds the workgroup counts that only the GPU knows.
+//! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles into
+//! segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
+//! binned again in parts of its tiles (`src/shadows/batch/parts.rs`). `dispatches` holds the workgroup counts
+//! that only the GPU knows.
 use super::{sort::Partition, walk};
 use crate::gpu::{Constant, KernelDesc, Tier};
 
@@ -12,13 +12,13 @@ use crate::gpu::{Constant, KernelDesc, Tier};
 /// stays below the 65,535 iterations that llvmpipe allows it.
 pub const SEGMENT_LENGTH: u32 = 2048;
 
-/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair, on software adapters.
-/// It is longer, because the sums of several segments are added with atomics, which cost more than a better
-/// balance saves.
+/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair, on software
+/// adapters. It is longer, because the sums of several segments are added with atomics, which cost more than
+/// a better balance saves.
 pub const DISC_SEGMENT: u32 = 8192;
-/// [`DISC_SEGMENT`] on GPUs, where a subgroup alone would walk 8,192 pairs for a millisecond or two, while others have
-/// none, and atomics are cheap. Of the most pairs of a tile, 16 million, more segments than add to a texel at a time
-/// without wrapping (2^32 / (7 * 65,536)) are not in flight on any GPU.
+/// [`DISC_SEGMENT`] on GPUs, where a subgroup alone would walk 8,192 pairs for a millisecond or two, while
+/// others have none, and atomics are cheap. Of the most pairs of a tile, 16 million, more segments than add
+/// to a texel at a time without wrapping (2^32 / (7 * 65,536)) are not in flight on any GPU.
 pub const WIDE_DISC_SEGMENT: u32 = 1024;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
@@ -85,7 +85,8 @@ pub const PART_CLEAR: KernelDesc = KernelDesc {
     ..KernelDesc::new("part_clear", "bin/part_clear.wgsl")
 };
 
-/// Where pairs did not fit: number of pairs of each tile, and the bands of tiles that each footprint may touch.
+/// Where pairs did not fit: number of pairs of each tile, and the bands of tiles that each footprint may
+/// touch.
 pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/part_count.wgsl");
 
 /// Number of pairs before each tile, and whether the parts that are recorded suffice.
@@ -252,8 +253,8 @@ pub fn count_and_emit(partition: Partition) -> [&'static KernelDesc; 2] {
     }
 }
 
-/// Number of runs that a list is cut into: on software adapters few and long, on GPUs workgroups that keep all lanes
-/// busy.
+/// Number of runs that a list is cut into: on software adapters few and long, on GPUs workgroups that keep
+/// all lanes busy.
 const USUAL_RUNS: u32 = 2048;
 
 /// Most runs of a list and blocks of them.

@@ -1,7 +1,8 @@
 //! caustics: light that glass throws, after the maps.
 //!
-//! In: the maps of a light, and the faces of glass. `depths` and `owners` find the nearest faces that light enters by and
-//! leaves by, texel by texel; `throw` bends the rays of each texel and adds their light where they land. Out: `caustics`.
+//! In: the maps of a light, and the faces of glass. `depths` and `owners` find the nearest faces that light
+//! enters by and leaves by, texel by texel; `throw` bends the rays of each texel and adds their light where
+//! they land. Out: `caustics`.
 use crate::gpu::{Choice, Constant, KernelDesc};
 
 /// Workgroup size of kernels over the texels of faces.

@@ -6,14 +6,14 @@
 use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume. WGSL:
-/// `wgsl/curve/partial.wgsl`.
+/// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume.
+/// WGSL: `wgsl/curve/partial.wgsl`.
 pub fn partial_bytes(nodes: u32, changes: bool) -> u64 {
     16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 7 * u64::from(changes))
 }
 
-/// Most segments of `length` pairs with partial results for so many pairs: only tiles with more than one segment have
-/// them.
+/// Most segments of `length` pairs with partial results for so many pairs: only tiles with more than one
+/// segment have them.
 pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
     2 * u64::from(pair_capacity / length) + 1
 }

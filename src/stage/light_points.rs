@@ -1,7 +1,7 @@
 //! The light that reaches points: of a picture and of a host.
 //!
-//! In: `points`, the shadow maps. For a picture: the light that each sends to the eye. For the points of a host: the share of
-//! each light that reaches them.
+//! In: `points`, the shadow maps. For a picture: the light that each sends to the eye. For the points of a
+//! host: the share of each light that reaches them.
 use super::{
     caustics,
     features::{Features, Flags},

@@ -11,11 +11,11 @@ use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
 /// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
-/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the tier
-/// has.
+/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the
+/// tier has.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
-/// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for late ones, and what look-ups lay
-/// aside are registers, and loops over them are written out.
+/// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for
+/// late ones, and what look-ups lay aside are registers, and loops over them are written out.
 pub const COLUMNS: [Choice; 7] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),

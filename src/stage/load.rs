@@ -1,11 +1,11 @@
 //! load: casters in the host's buffers to records, and culling of their groups per view.
 //!
-//! `load_casters`, `load_gaussians` (once a frame and set) In: the host's `load_caster` or `load_gaussian`. Out: `casters`,
-//! as if they had been uploaded, and a box around each group of [`CHUNK_SIZE`]. `pack_voxels` (before, once a
-//! grid of the host) In: `host_voxels`, or the host's `load_density`. Out: `voxels`, and which bricks have some; these
-//! `load_bricks` takes for casters. `cull_groups`, `cull_scan`, `cull_list` (once a list)
-//! In: the boxes, six planes a view. Out: chunks for `project` and their number, which is never read back: the dispatch covers
-//! all groups, and surplus workgroups end early.
+//! `load_casters`, `load_gaussians` (once a frame and set) In: the host's `load_caster` or `load_gaussian`.
+//! Out: `casters`, as if they had been uploaded, and a box around each group of [`CHUNK_SIZE`]. `pack_voxels`
+//! (before, once a grid of the host) In: `host_voxels`, or the host's `load_density`. Out: `voxels`, and
+//! which bricks have some; these `load_bricks` takes for casters. `cull_groups`, `cull_scan`, `cull_list`
+//! (once a list) In: the boxes, six planes a view. Out: chunks for `project` and their number, which is never
+//! read back: the dispatch covers all groups, and surplus workgroups end early.
 use super::{project::CHUNK_SIZE, walk::SCAN};
 use crate::gpu::{Choice, KernelDesc, Tier};
 

@@ -1,9 +1,9 @@
 //! mask: the share of each light that reaches each pixel of the picture.
 //!
-//! In: visible surfaces (those of a picture by `gobo-picture`), the shadow maps, the lights of the camera's clusters. `surfaces` keeps
-//! depths and normals; for masks of half the size also one of each 2 x 2 pixels. `look_up` reads the
-//! maps, `blur` and `enlarge` filter across the pixels of one surface. Out: `light_masks`, which
-//! `light_points` reads.
+//! In: visible surfaces (those of a picture by `gobo-picture`), the shadow maps, the lights of the camera's
+//! clusters. `surfaces` keeps depths and normals; for masks of half the size also one of each 2 x 2 pixels.
+//! `look_up` reads the maps, `blur` and `enlarge` filter across the pixels of one surface. Out:
+//! `light_masks`, which `light_points` reads.
 use super::{
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},

@@ -45,9 +45,11 @@ crate::records::gpu_struct! {
         pub chunk_count: u32,
         /// 1: tiny particles take the scatter path.
         pub scatter: u32,
-        /// Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
+        /// Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians
+        /// come first.
         pub first_setup: u32,
-        /// Footprint of the Gaussian whose setup has number 0, modulo 2^32: those of the host come behind all others.
+        /// Footprint of the Gaussian whose setup has number 0, modulo 2^32: those of the host come behind all
+        /// others.
         pub first_gaussian: u32,
         /// 1: the camera's list includes casters without shadows.
         pub include_non_casters: u32,

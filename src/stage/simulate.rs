@@ -1,8 +1,9 @@
 //! simulate: particles of emitters, moved on the device.
 //!
-//! In and out: `emitted`, the particles of one emitter, in a ring. `start_particles` puts those there that start
-//! in up to eight time steps, `simulate_particles` advances all by these steps. Nothing is read back: a
-//! particle's slot follows from its number. `load_emitted` In: `emitted`. Out: `casters`, and a box around each 256 of them.
+//! In and out: `emitted`, the particles of one emitter, in a ring. `start_particles` puts those there that
+//! start in up to eight time steps, `simulate_particles` advances all by these steps. Nothing is read back: a
+//! particle's slot follows from its number. `load_emitted` In: `emitted`. Out: `casters`, and a box around
+//! each 256 of them.
 use super::load;
 use crate::gpu::{Choice, KernelDesc};
 

@@ -1,5 +1,5 @@
-//! soften: dithered opaque depths become a grey or coloured filter, by a separable blur of the visibility over one
-//! window of the pattern.
+//! soften: dithered opaque depths become a grey or coloured filter, by a separable blur of the visibility
+//! over one window of the pattern.
 //!
 //! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
 //! dithered surfaces as one more ramp.

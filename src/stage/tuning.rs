@@ -8,8 +8,8 @@ use super::{
 };
 use crate::gpu::{Choice, Constant, KernelDesc};
 
-/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and `disc_segment`, which
-/// change their rounding.
+/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and
+/// `disc_segment`, which change their rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tuning {
     /// Partition of the work of sort and bin.
@@ -19,9 +19,10 @@ pub struct Tuning {
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in registers, as what
-    /// look-ups lay aside, and all loops over them are written out. On llvmpipe, which loads workgroup memory slowly;
-    /// SwiftShader's compiler takes minutes for such a kernel, and in a browser ends with the process: the software there.
+    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in registers,
+    /// as what look-ups lay aside, and all loops over them are written out. On llvmpipe, which loads
+    /// workgroup memory slowly; SwiftShader's compiler takes minutes for such a kernel, and in a browser ends
+    /// with the process: the software there.
     pub columns: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.

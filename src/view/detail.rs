@@ -1,10 +1,12 @@
 //! Windows of finer texels where pictures show edges of shadows in coarse ones.
 //!
-//! Small pictures of the triangles, as the camera and as the light sees them, say where edges of shadows may be seen, and how
-//! wide a texel may be there to be no wider than a pixel (`places.rs`). What they miss has the texels of the light's own map.
+//! Small pictures of the triangles, as the camera and as the light sees them, say where edges of shadows may
+//! be seen, and how wide a texel may be there to be no wider than a pixel (`places.rs`). What they miss has
+//! the texels of the light's own map.
 //!
-//! A scene that moves is looked at in the moments of its [`Course`](crate::model::Course), so that a light that stands still
-//! has the same windows in all frames, whatever moves beside it; one that moves has those of the frame.
+//! A scene that moves is looked at in the moments of its [`Course`](crate::model::Course), so that a light
+//! that stands still has the same windows in all frames, whatever moves beside it; one that moves has those
+//! of the frame.
 use super::{
     View, ViewRole,
     atlas::{Atlas, AtlasLimits},
@@ -22,11 +24,13 @@ mod window;
 const NAMES: [&str; 6] = ["detail0", "detail1", "detail2", "detail3", "detail4", "detail5"];
 /// Lights that have windows.
 const MOST_LIGHTS: usize = 4;
-/// Edge of the largest window \[texels\]; with curves of half as many, and smaller ones by thirds and quarters.
+/// Edge of the largest window \[texels\]; with curves of half as many, and smaller ones by thirds and
+/// quarters.
 const LARGEST: u32 = 2048;
 /// Texels of a light's windows, in windows of [`LARGEST`] a side.
 const MOST_TEXELS: f64 = 4.0;
-/// What a window must bring for each [`LARGEST`] texels of its edge: mean square of the share by which texels are too wide.
+/// What a window must bring for each [`LARGEST`] texels of its edge: mean square of the share by which texels
+/// are too wide.
 const PRICE: f64 = 0.0033;
 /// Places that are asked what a window brings.
 const ASKED: usize = 1000;
@@ -41,8 +45,8 @@ impl View {
     }
 }
 
-/// [`fitted_views`], and windows of finer texels before those of lights that they are for, if the scene's settings ask for
-/// them.
+/// [`fitted_views`], and windows of finer texels before those of lights that they are for, if the scene's
+/// settings ask for them.
 pub fn picture_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
     let (bases, shrunk) = fitted_views(scene, limits);
     let refined = (0..bases.len()).filter(|&i| has_windows(scene, &bases[i])).take(MOST_LIGHTS);
@@ -66,7 +70,8 @@ pub fn picture_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) 
     (with_windows.collect(), shrunk)
 }
 
-/// Whether a view is one that windows refine. Filters and blurs that are texels wide are as wide as their user chose.
+/// Whether a view is one that windows refine. Filters and blurs that are texels wide are as wide as their
+/// user chose.
 fn has_windows(scene: &Scene, base: &View) -> bool {
     let Some(light) = base.light.map(|index| &scene.lights[index]) else { return false };
     let shadow = &scene.shadow;

@@ -131,7 +131,8 @@ pub fn views_around(
 /// has one view of the whole scene instead of cascades.
 ///
 /// # Errors
-/// If a number of the light ([`Light::check`]), of the camera or of `bounds` is not finite or out of its range.
+/// If a number of the light ([`Light::check`]), of the camera or of `bounds` is not finite or out of its
+/// range.
 pub fn light_views(
     index: usize,
     light: &Light,
@@ -254,8 +255,8 @@ impl Owner<'_> {
         }
     }
 
-    /// A view fitted to the casters: a square window, with planes that enclose them and every receiver
-    /// within it. Outside the window there is light. Casters that move leave the texels of others where they are,
+    /// A view fitted to the casters: a square window, with planes that enclose them and every receiver within
+    /// it. Outside the window there is light. Casters that move leave the texels of others where they are,
     /// until the window grows by a step.
     fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, cover: &Cover<'_>) -> View {
         let axes = looking(Vec3::ZERO, direction, light_up(direction));

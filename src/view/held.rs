@@ -7,8 +7,9 @@ const ROOM: f32 = 0.125;
 /// Radius of a held box over that of what is in it, past which it is made anew.
 const TOO_LARGE: f32 = 2.5;
 
-/// A box around casters and receivers that move, for [`light_views`](crate::light_views): it stays as it is while they
-/// are in it and fill a fair part of it, so that the views do, and all that stands still has the same shadow in each frame.
+/// A box around casters and receivers that move, for [`light_views`](crate::light_views): it stays as it is
+/// while they are in it and fill a fair part of it, so that the views do, and all that stands still has the
+/// same shadow in each frame.
 ///
 /// ```
 /// use gobo::{Bounds, HeldBounds, Light, glam::Vec3, light_views};
@@ -28,8 +29,8 @@ pub struct HeldBounds {
 }
 
 impl HeldBounds {
-    /// The box to use for a frame with these casters and receivers, world space \[m\]: the one before, or one made anew with
-    /// some room around them. Bounds that are empty or not finite are returned as they are.
+    /// The box to use for a frame with these casters and receivers, world space \[m\]: the one before, or one
+    /// made anew with some room around them. Bounds that are empty or not finite are returned as they are.
     pub fn hold(&mut self, bounds: &Bounds) -> Bounds {
         if bounds.is_empty() || !bounds.is_finite() {
             return *bounds;

@@ -7,8 +7,8 @@ const MAX_HALVINGS: u32 = 3;
 /// Smallest halved map \[texels\].
 const SMALLEST: u32 = 64;
 
-/// Edge of the maps of one of a scene's lights that set none \[texels\]: of one that moves or that a moving camera sees, the
-/// largest that it needs in the moments of the scene's course.
+/// Edge of the maps of one of a scene's lights that set none \[texels\]: of one that moves or that a moving
+/// camera sees, the largest that it needs in the moments of the scene's course.
 pub(super) fn usual_size(scene: &Scene, index: usize) -> u32 {
     let (light, size) = (&scene.lights[index], scene.shadow.size);
     let changes = [scene.course.moves_camera(), scene.course.changes_light(index)];

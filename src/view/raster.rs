@@ -140,8 +140,8 @@ impl Raster {
         start + way * depth
     }
 
-    /// Gives `hit` each texel that a triangle is at: the texel's index, the depth, the triangle, and whether its front is
-    /// seen.
+    /// Gives `hit` each texel that a triangle is at: the texel's index, the depth, the triangle, and whether
+    /// its front is seen.
     fn visit(
         &self,
         scene: &Scene,

@@ -8,8 +8,8 @@ const MAX: usize = 4096;
 /// Edge of the first cells \[m\]: so close, points at 1 km from the origin are one.
 const FIRST_CELL: f64 = 1.0 / 16384.0;
 
-/// Where points are, whatever their number: at most 4,096 boxes, each around the points in one cell of a lattice. The
-/// views of `Renderer::point_look_up` are as deep as these boxes.
+/// Where points are, whatever their number: at most 4,096 boxes, each around the points in one cell of a
+/// lattice. The views of `Renderer::point_look_up` are as deep as these boxes.
 #[derive(Clone, Debug)]
 pub struct Receivers {
     /// Edge of a cell \[m\].

@@ -1,8 +1,8 @@
 //! Texels and viewpoints of lights with a size, by the penumbrae of a scene's triangles.
 //!
-//! Texels are as fine as the narrowest penumbrae ask for; a light whose middle does not see much of what shades its penumbrae
-//! has more viewpoints. They follow from what the scene holds when it is loaded and in the moments of its
-//! [`Course`](crate::model::Course): all frames have the same.
+//! Texels are as fine as the narrowest penumbrae ask for; a light whose middle does not see much of what
+//! shades its penumbrae has more viewpoints. They follow from what the scene holds when it is loaded and in
+//! the moments of its [`Course`](crate::model::Course): all frames have the same.
 use super::{View, detail::ShownPicture, shadow_views};
 use crate::model::{
     Light, LightKind, MAX_MAP_SIZE, MIN_MAP_SIZE, Scene, SoftLight, Source, TILE_SIZE,
@@ -19,20 +19,22 @@ const MOST_VIEWPOINTS: u32 = 64;
 const FEW: usize = 300;
 /// Least penumbrae that are provided for.
 const LEAST: usize = 8;
-/// Mean share of a light behind what its middle does not see, as far as it differs from what is seen around it, past which it has
-/// more viewpoints; and the share of penumbrae that have [`DEEP`] there.
+/// Mean share of a light behind what its middle does not see, as far as it differs from what is seen around
+/// it, past which it has more viewpoints; and the share of penumbrae that have [`DEEP`] there.
 const HIDDEN: f64 = 0.0008;
 /// Share of a light behind what its middle does not see that tears a shadow.
 const DEEP: f64 = 0.25;
-/// Share of the places that are looked at from which their penumbrae are worth more texels in a picture, and more viewpoints.
+/// Share of the places that are looked at from which their penumbrae are worth more texels in a picture, and
+/// more viewpoints.
 const WORTH: f64 = 0.01;
 /// Aspect ratio from which a rectangle is cut, since spots are blurred along its shorter edge.
 const LONG: f32 = 8.0;
 
 impl Scene {
-    /// Gives lights with a size the texels and viewpoints that their penumbrae ask for, if [`ShadowSettings`](crate::ShadowSettings)
-    /// say so: a stated size is the least, and a stated number of viewpoints (not 0) stays. `of_picture`: whether only what the
-    /// camera sees counts, and no texel is finer than a pixel.
+    /// Gives lights with a size the texels and viewpoints that their penumbrae ask for, if
+    /// [`ShadowSettings`](crate::ShadowSettings) say so: a stated size is the least, and a stated number of
+    /// viewpoints (not 0) stays. `of_picture`: whether only what the camera sees counts, and no texel is
+    /// finer than a pixel.
     pub fn fit_soft_lights(&mut self, of_picture: bool) {
         let is_soft = |light: &Light| light.area().is_some() && light.cascades.is_none();
         let is_free = |light: &mut Light| {
@@ -180,8 +182,8 @@ fn parts(light: &Light, seen: &SeenPenumbrae) -> u32 {
     }
 }
 
-/// Takes away what is over a budget of texels and of viewpoints: first of the largest maps, then of maps of lights with more
-/// viewpoints, down to half of their least edge, then viewpoints.
+/// Takes away what is over a budget of texels and of viewpoints: first of the largest maps, then of maps of
+/// lights with more viewpoints, down to half of their least edge, then viewpoints.
 fn keep_within(wishes: &mut [SoftWish], budget: u64, most: u32) {
     let texels = |wishes: &[SoftWish]| wishes.iter().map(SoftWish::texels).sum::<u64>();
     let smaller = |size: u32| (size * 7 / 8).next_multiple_of(16);

@@ -6,11 +6,12 @@ use glam::{DVec2, Mat4, Vec3};
 /// Steps of an octave in which windows around casters grow: few, so that casters which move seldom cross one.
 const STEPS: f64 = 4.0;
 
-/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping \[texels\].
+/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping
+/// \[texels\].
 pub(super) const BORDER: f64 = 3.0;
 
-/// Length rounded up to `steps` of an octave: products with integers are exact, and rounding errors in the last
-/// bit do not change it.
+/// Length rounded up to `steps` of an octave: products with integers are exact, and rounding errors in the
+/// last bit do not change it.
 pub(super) fn rounded_up(length: f64, steps: f64) -> f64 {
     let unit = length.log2().floor().exp2() / steps;
     (length / unit).ceil() * unit
@@ -55,7 +56,8 @@ impl LightBox {
         rounded_up(self.edge(), STEPS)
     }
 
-    /// Texel \[m\] and middle of a window of `size` texels around the box. Snapping moves it by up to half a texel.
+    /// Texel \[m\] and middle of a window of `size` texels around the box. Snapping moves it by up to half a
+    /// texel.
     pub(super) fn window(&self, size: u32) -> (f64, DVec2) {
         let texel = rounded_up(self.edge() / f64::from(size.max(2) - 1), STEPS);
         (texel, snapped((self.min + self.max).as_dvec3().truncate() * 0.5, texel))

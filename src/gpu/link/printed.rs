@@ -7,8 +7,8 @@ use naga::{
     },
 };
 
-/// First lines of WGSL with subgroups in browsers, whose compilers see no more than that lanes' own values decide a branch:
-/// ballots do, which all lanes share.
+/// First lines of WGSL with subgroups in browsers, whose compilers see no more than that lanes' own values
+/// decide a branch: ballots do, which all lanes share.
 pub const ENABLED: &str = "enable subgroups;\ndiagnostic(off, subgroup_uniformity);\n\n";
 
 /// The WGSL of a module.

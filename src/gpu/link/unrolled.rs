@@ -1,9 +1,10 @@
 //! Loops written out: `for (var i = 0u; i < unrolled(N); i += 1u) { .. }` becomes N blocks, each with its
-//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals; compilers of GPUs
-//! keep a loop of one turn if others are in it, and all that the loop leaves alone in registers.
+//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals;
+//! compilers of GPUs keep a loop of one turn if others are in it, and all that the loop leaves alone in
+//! registers.
 //!
-//! In the text, where a block is copied as it is: a module's expressions are evaluated once, so that a copy there
-//! needs a copy of every kind of expression, with its operands.
+//! In the text, where a block is copied as it is: a module's expressions are evaluated once, so that a copy
+//! there needs a copy of every kind of expression, with its operands.
 use super::{Constant, Linked, parse::code};
 use std::fmt::Write as _;
 
@@ -20,8 +21,8 @@ struct Loop<'a> {
 }
 
 impl Linked {
-    /// `wgsl`, this source with these values, without its marked loops of at most `max_turns` turns. Lines keep their
-    /// positions.
+    /// `wgsl`, this source with these values, without its marked loops of at most `max_turns` turns. Lines
+    /// keep their positions.
     pub fn unrolled(&self, mut wgsl: String, constants: &[Constant], max_turns: u32) -> String {
         let mut read = 0;
         // What comes first contains others.

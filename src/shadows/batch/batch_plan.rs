@@ -19,12 +19,12 @@ use crate::{
 };
 use std::ops::RangeInclusive;
 
-/// Tiles from which a batch takes no further view: one map of 2048x2048 texels occupies any device, and its sums, pairs
-/// and segments are memory that the next one uses, too.
+/// Tiles from which a batch takes no further view: one map of 2048x2048 texels occupies any device, and its
+/// sums, pairs and segments are memory that the next one uses, too.
 const MAX_TILES: u32 = 16384;
 
-/// Footprints of the host's casters that a batch has room for, 60 bytes each. Each view has room for all casters,
-/// whatever it sees: more views take more batches, not more memory.
+/// Footprints of the host's casters that a batch has room for, 60 bytes each. Each view has room for all
+/// casters, whatever it sees: more views take more batches, not more memory.
 const HOST_FOOTPRINTS: u64 = 3 << 19;
 
 /// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops

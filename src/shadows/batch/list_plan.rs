@@ -129,7 +129,8 @@ impl ListPlan {
         taken
     }
 
-    /// Whether the commands of `other` are this one's, too: see [`BatchPlan::is_alike`](super::batch_plan::BatchPlan::is_alike).
+    /// Whether the commands of `other` are this one's, too: see
+    /// [`BatchPlan::is_alike`](super::batch_plan::BatchPlan::is_alike).
     pub(crate) fn is_alike(
         &self,
         other: &Self,
@@ -192,9 +193,9 @@ impl ListPlan {
     }
 
     /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
-    /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
-    /// Of the host's casters, whose pairs have no useful bound, neither while those of earlier frames fit with room to
-    /// spare: each part is recorded, needed or not.
+    /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own. Of the
+    /// host's casters, whose pairs have no useful bound, neither while those of earlier frames fit with room
+    /// to spare: each part is recorded, needed or not.
     pub(crate) fn may_part(&self, partition: Partition, capacity: u32) -> bool {
         let expected = self.host.as_ref().and_then(|host| host.expected);
         let fits = expected.is_some_and(|pairs| pairs <= capacity);

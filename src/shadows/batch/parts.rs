@@ -31,8 +31,8 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// `None` if all pairs fit. `values`: parameters of bin; `resources`: of the kernel that finds each tile's pairs; `sorted`: index of
-    /// the texture of sorted keys.
+    /// `None` if all pairs fit. `values`: parameters of bin; `resources`: of the kernel that finds each
+    /// tile's pairs; `sorted`: index of the texture of sorted keys.
     pub(crate) fn new(
         context: &Context<'_, '_>,
         list: &ListPlan,

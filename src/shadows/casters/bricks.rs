@@ -16,8 +16,8 @@ const TEXEL_BYTES: u32 = 8;
 #[derive(Debug)]
 pub(super) struct UploadedBricks {
     pub records: wgpu::Texture,
-    /// Voxels, a slot of 9 x 8 x 8 texels for each brick that has some. A texel has four: its own, and the next in y, in
-    /// z and in both, so that two loads have all of a cell.
+    /// Voxels, a slot of 9 x 8 x 8 texels for each brick that has some. A texel has four: its own, and the
+    /// next in y, in z and in both, so that two loads have all of a cell.
     pub voxels: wgpu::Texture,
     slots: UVec3,
     bricks: Bricks,
@@ -73,7 +73,8 @@ impl UploadedBricks {
         self.bricks.among(particles, ..self.uploaded[1])
     }
 
-    /// For each grid of the host its bricks, as particles with the indices of their records, and the slot of the first.
+    /// For each grid of the host its bricks, as particles with the indices of their records, and the slot of
+    /// the first.
     pub(super) fn of_host(&self) -> impl Iterator<Item = (&[Particle], u32)> {
         let (uploaded, of_host) = self.grids.split_at(self.uploaded[0]);
         let slot_count = |grid: &Grid| grid.bricks.iter().map(slots_of).sum::<u32>();
@@ -94,8 +95,8 @@ impl UploadedBricks {
         (self.bricks.voxels.len() as u32).div_ceil(self.slots.x)
     }
 
-    /// Uploads changes. Returns for each brick whether it has changed; `None` if all must be uploaded anew, because
-    /// there are more or fewer, with voxels or without.
+    /// Uploads changes. Returns for each brick whether it has changed; `None` if all must be uploaded anew,
+    /// because there are more or fewer, with voxels or without.
     pub(super) fn update(
         &mut self,
         queue: &wgpu::Queue,

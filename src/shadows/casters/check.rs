@@ -11,7 +11,8 @@ use glam::{Vec3, Vec4};
 const NO_MATERIAL: &str = "its material is not among the materials";
 
 impl Casters<'_> {
-    /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
+    /// Checks that all indices are in range, all positions finite, and all numbers of materials in their
+    /// ranges.
     pub fn check(&self) -> Result<(), Error> {
         let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
             self;

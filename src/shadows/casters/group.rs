@@ -33,8 +33,8 @@ pub(in crate::shadows) enum CasterKind {
     Triangles,
 }
 
-/// How far a Gaussian reaches beyond its box, at most: the smallest deviation of `project` times the farthest reach
-/// \[texels\].
+/// How far a Gaussian reaches beyond its box, at most: the smallest deviation of `project` times the farthest
+/// reach \[texels\].
 pub(in crate::shadows) const GAUSSIAN_ENLARGED: f32 = 6.0;
 
 /// Extent of a group's casters.

@@ -43,8 +43,9 @@ pub(in crate::shadows) struct Groups {
 }
 
 impl Groups {
-    /// Forms the groups; ranges are those of the classes in the upload, of particles and then of Gaussians (`true`). `emitted`: class and records of each
-    /// emitter, whose groups are empty until [`Self::place_emitted`].
+    /// Forms the groups; ranges are those of the classes in the upload, of particles and then of Gaussians
+    /// (`true`). `emitted`: class and records of each emitter, whose groups are empty until
+    /// [`Self::place_emitted`].
     pub(in crate::shadows) fn new(
         members: Members<'_>,
         particle_ranges: &[(Class, Range<u32>, bool)],

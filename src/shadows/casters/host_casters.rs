@@ -178,8 +178,8 @@ fn spans(by_list: &[Vec<Given<'_>>; 2]) -> [HostSpan; 2] {
 }
 
 impl HostSets {
-    /// Whether these are the sets of `inputs`, whose bindings then are theirs, too: with the same loaders, counts and
-    /// materials, and no grids.
+    /// Whether these are the sets of `inputs`, whose bindings then are theirs, too: with the same loaders,
+    /// counts and materials, and no grids.
     pub(super) fn follow(
         &self,
         materials: &[Material],

@@ -132,8 +132,8 @@ impl CasterSet {
         Self::reserving(device, queue, casters, &HostInputs::new(), &[])
     }
 
-    /// A set with records reserved for casters of the host, bricks of its grids (`host_grids`) among them, which
-    /// [`Self::set_host_casters`] fills in, and of emitters, which [`Self::place_emitted`] does.
+    /// A set with records reserved for casters of the host, bricks of its grids (`host_grids`) among them,
+    /// which [`Self::set_host_casters`] fills in, and of emitters, which [`Self::place_emitted`] does.
     pub(super) fn reserving(
         device: &wgpu::Device,
         queue: &wgpu::Queue,

@@ -22,7 +22,8 @@ pub(super) fn materials_of<'a>(
 }
 
 /// Indices of particles and Gaussians by class, and each class's range. Within a class particles stay in the
-/// scene's order, and so do Gaussians behind them, if blending depends on the order; otherwise both are sorted in space.
+/// scene's order, and so do Gaussians behind them, if blending depends on the order; otherwise both are
+/// sorted in space.
 pub(super) fn particle_order(
     casters: &Casters<'_>,
     classes: &[Class],
@@ -93,8 +94,8 @@ impl<'a> RecordSources<'a> {
         sources
     }
 
-    /// Ranks of the blue noise, as records. They are behind the particles, because every dithering kernel binds
-    /// that texture already.
+    /// Ranks of the blue noise, as records. They are behind the particles, because every dithering kernel
+    /// binds that texture already.
     fn ranks(&self) -> &'static [Caster] {
         if self.is_blue { bytemuck::cast_slice(blue_ranks()) } else { &[] }
     }

@@ -8,8 +8,8 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 /// Copy of the upload, to detect changes.
 #[derive(Debug)]
 pub(super) struct Uploaded {
-    /// Indices into the scene's particles followed by its bricks, capsules and Gaussians, and into its triangles, in
-    /// upload order.
+    /// Indices into the scene's particles followed by its bricks, capsules and Gaussians, and into its
+    /// triangles, in upload order.
     pub particle_order: Vec<u32>,
     pub triangle_order: Vec<u32>,
     /// Particles and Gaussians, then the ranks of the blue noise, the Gaussians' axes and the capsules.

@@ -153,7 +153,8 @@ impl TileLoadBound {
         sides[0] * sides[1]
     }
 
-    /// Most pairs of casters within `touched`: the sides of [`Self::tiles_of_one`] are at most linear in the reach.
+    /// Most pairs of casters within `touched`: the sides of [`Self::tiles_of_one`] are at most linear in the
+    /// reach.
     fn tiles_of_all(&self, touched: &Touched, count: u32, reach: CasterReach) -> u64 {
         let per_tile = 2.0 * self.scale / f64::from(TILE_SIZE);
         let [[a, b], [c, d]] = touched.beside.map(|beside| {

@@ -99,8 +99,9 @@ impl<'a> MapLayout<'a> {
     }
 }
 
-/// Converted filter maps of a host's layout, ready to be recorded after the maps, any number of times. The texture stays the
-/// same one while no size changes: submit what you recorded of a frame before you prepare the next.
+/// Converted filter maps of a host's layout, ready to be recorded after the maps, any number of times. The
+/// texture stays the same one while no size changes: submit what you recorded of a frame before you prepare
+/// the next.
 #[derive(Debug)]
 pub struct ConvertedMaps {
     commands: Commands,
@@ -112,8 +113,8 @@ impl Prepared {
     /// Converts the filters of all views to another layout; rectangles stay those of [`Maps`](crate::Maps).
     ///
     /// # Errors
-    /// If the format has no alpha for the depth, a camera is invalid, a later `prepare` has taken the maps over, or the
-    /// device is lost or out of memory.
+    /// If the format has no alpha for the depth, a camera is invalid, a later `prepare` has taken the maps
+    /// over, or the device is lost or out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
         self.check_usable()?;

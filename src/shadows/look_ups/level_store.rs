@@ -1,4 +1,5 @@
-//! Levels that are kept with the maps: no look-up makes again what another has made of the same drawing of the maps.
+//! Levels that are kept with the maps: no look-up makes again what another has made of the same drawing of
+//! the maps.
 use crate::{
     error::Error,
     gpu::{Allocator, Memory},
@@ -102,7 +103,8 @@ impl LevelStore {
         self.made.load(Relaxed)
     }
 
-    /// Levels of the same key; else those of the last frame, in order, that have the same size; else new ones.
+    /// Levels of the same key; else those of the last frame, in order, that have the same size; else new
+    /// ones.
     pub(super) fn take(
         &self,
         key: LevelKey,

@@ -28,9 +28,9 @@ pub struct PointBuffers<'a> {
     pub normals: Option<&'a Buffer>,
 }
 
-/// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times. After the next
-/// [`prepare`](crate::Shadows::prepare) a look-up of as many points takes over its buffers: submit what you recorded of a
-/// frame before you prepare the next.
+/// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times.
+/// After the next [`prepare`](crate::Shadows::prepare) a look-up of as many points takes over its buffers:
+/// submit what you recorded of a frame before you prepare the next.
 #[derive(Debug)]
 pub struct LightPoints {
     levels: Option<AreaLevels>,
@@ -42,8 +42,8 @@ pub struct LightPoints {
 impl Prepared {
     /// The share of the `chosen` of `lights` that reaches each point: 1 if nothing is in between, without
     /// falloff and cosine. Reads the maps by the settings of [`prepare`](crate::Shadows::prepare); a light
-    /// without views is never shadowed, and a point behind the far plane of its view is dark, or, of cascades, lit. `lights` are those
-    /// that the views were made of.
+    /// without views is never shadowed, and a point behind the far plane of its view is dark, or, of
+    /// cascades, lit. `lights` are those that the views were made of.
     ///
     /// # Errors
     /// If a light is invalid or does not exist, a buffer is shorter than its points, a later `prepare` has
@@ -57,7 +57,8 @@ impl Prepared {
         self.points_on(self.light_shelf.take(), lights, chosen, points)
     }
 
-    /// Like [`Self::light_points`], with buffers that go with what it returns: for many points, some at a time.
+    /// Like [`Self::light_points`], with buffers that go with what it returns: for many points, some at a
+    /// time.
     ///
     /// # Errors
     /// Those of [`Self::light_points`].

@@ -3,7 +3,8 @@ use super::level_store::LevelStore;
 use crate::gpu::Shelf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Frames bind the lights anew into what the last frame's bindings were made of, of the first few alive at a time.
+/// Frames bind the lights anew into what the last frame's bindings were made of, of the first few alive at a
+/// time.
 #[derive(Debug)]
 pub struct LightShelf {
     shelf: Shelf,

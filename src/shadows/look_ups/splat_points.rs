@@ -6,15 +6,17 @@ use crate::{
 };
 use bytemuck::{Pod, Zeroable};
 
-/// WGSL for a kernel of the host, which places the points at which [`Prepared::light_points`] evaluates a light for its
-/// splats. It declares a struct, of the layout of [`SplatLight`], and
+/// WGSL for a kernel of the host, which places the points at which [`Prepared::light_points`] evaluates a
+/// light for its splats. It declares a struct, of the layout of [`SplatLight`], and
 ///
 /// ```wgsl
 /// fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma: vec3<f32>, opacity: f32) -> vec3<f32>
 /// ```
 ///
-/// Arguments are those of a [`Gaussian`](crate::Gaussian) whose opacity is that of a splat. The point is so far in front of
-/// the centre, towards the light, that no texel around it finds the splat itself in front: a lone one gets all light. That holds for curves ([`Receiver::Curve`](crate::Receiver)) of the spline filter without blur.
+/// Arguments are those of a [`Gaussian`](crate::Gaussian) whose opacity is that of a splat. The point is so
+/// far in front of the centre, towards the light, that no texel around it finds the splat itself in front: a
+/// lone one gets all light. That holds for curves ([`Receiver::Curve`](crate::Receiver)) of the spline filter
+/// without blur.
 pub const SPLAT_POINT_WGSL: &str = "
 struct SplatLight {
     position: vec3<f32>,    // of the light [m]; of a directional one its direction
@@ -34,8 +36,8 @@ fn splat_space(direction: vec3<f32>, rotation: vec4<f32>, sigma: vec3<f32>) -> v
     return sigma * (direction + rotation.w * turned + cross(-rotation.xyz, turned));
 }
 
-// How far hits of the splat within the filter's texels are in front of its centre: the depth of a hit is its mean over the
-// splat at the hit's place across the ray.
+// How far hits of the splat within the filter's texels are in front of its centre: the depth of a hit is its
+// mean over the splat at the hit's place across the ray.
 fn splat_reach(ray: vec3<f32>, texel: f32, rotation: vec4<f32>, sigma: vec3<f32>, opacity: f32) -> f32 {
     let aside = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(ray.x) > 0.5);
     let right = normalize(cross(ray, aside));

@@ -13,8 +13,8 @@ use wgpu::{BindGroup, Texture, TextureAspect, TextureFormat, TextureUsages, Text
 /// Far plane of masks for an infinite camera \[m\]; farther surfaces are moved to it.
 const FARTHEST: f64 = 1e5;
 
-/// A host's depths and normals, for [`LightMasks::prepare`](crate::host::LightMasks::prepare). The textures are
-/// read when the masks are recorded.
+/// A host's depths and normals, for [`LightMasks::prepare`](crate::host::LightMasks::prepare). The textures
+/// are read when the masks are recorded.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct MaskView<'a> {

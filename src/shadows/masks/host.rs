@@ -100,8 +100,8 @@ pub struct MaskSlot {
     pub channel: Option<u32>,
 }
 
-/// Shadow masks for a host's camera. The textures and what binds them are kept from frame to frame: submit what you
-/// recorded of a frame before you prepare the next.
+/// Shadow masks for a host's camera. The textures and what binds them are kept from frame to frame: submit
+/// what you recorded of a frame before you prepare the next.
 #[derive(Debug, Default)]
 pub struct LightMasks {
     textures: Option<Arc<MaskTextures>>,
@@ -130,8 +130,8 @@ impl LightMasks {
     /// The textures are kept while the size stays and their capacity suffices.
     ///
     /// # Errors
-    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device is lost or
-    /// out of memory.
+    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device
+    /// is lost or out of memory.
     pub fn prepare(
         &mut self,
         prepared: &Prepared,

@@ -30,8 +30,8 @@ pub struct Maps {
     /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers per layer of the other textures; a
     /// single texel without curves.
     pub curves: wgpu::Texture,
-    /// Sums over the casters instead of `filters` and `nearests`, rgba32uint, if they were asked for: optical depth per
-    /// channel in fixed point, and nearness of the nearest hit.
+    /// Sums over the casters instead of `filters` and `nearests`, rgba32uint, if they were asked for: optical
+    /// depth per channel in fixed point, and nearness of the nearest hit.
     pub sums: Option<wgpu::Texture>,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,

@@ -93,8 +93,8 @@ pub enum Partition {
     /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For
     /// software adapters, where these are slow and parallelism is scarce.
     Serial,
-    /// Each workgroup sorts a block, ranked by ballots of subgroups, or without them by bit masks in workgroup memory.
-    /// For GPUs.
+    /// Each workgroup sorts a block, ranked by ballots of subgroups, or without them by bit masks in
+    /// workgroup memory. For GPUs.
     Wide,
 }
 

@@ -17,7 +17,8 @@ const LEAST: usize = 6;
 const HALVINGS: u32 = 3;
 /// Places to one that is left coarser than it needs.
 const FEW: usize = 32;
-/// Steps of an octave in which windows and their texels grow: one that is made anew for each frame changes seldom.
+/// Steps of an octave in which windows and their texels grow: one that is made anew for each frame changes
+/// seldom.
 const STEPS: [f64; 2] = [4.0, 16.0];
 
 /// A square on the light's plane, in the unit of [`Seen::place`].
@@ -29,8 +30,8 @@ pub(super) struct Window {
     pub(super) size: u32,
 }
 
-/// Windows around all places that need texels as fine as some limit, by half octaves of it, and around parts of them.
-/// `seen`: in order of what they need.
+/// Windows around all places that need texels as fine as some limit, by half octaves of it, and around parts
+/// of them. `seen`: in order of what they need.
 pub(super) fn wishes(seen: &[Seen], largest: u32, coarsest: f64) -> Vec<Window> {
     let limits = (0..).map(|i| coarsest * (-0.5 * f64::from(i)).exp2());
     let counts = limits.map(|limit| seen.partition_point(|seen| seen.texel < limit));
@@ -68,8 +69,8 @@ fn inner(size: u32) -> f64 {
 }
 
 impl Window {
-    /// The window around places of `seen`, which are in order of what they need, of as few texels as they need; `None` if
-    /// they are no finer than `coarsest`.
+    /// The window around places of `seen`, which are in order of what they need, of as few texels as they
+    /// need; `None` if they are no finer than `coarsest`.
     fn around(seen: &[Seen], largest: u32, coarsest: f64) -> Option<Self> {
         let [low, high] = corners(seen);
         let needed = seen[seen.len() / FEW].texel;

@@ -1,7 +1,8 @@
-//! Penumbrae of a light with a size, by a small map of the triangles that its middle sees, a few behind each other.
+//! Penumbrae of a light with a size, by a small map of the triangles that its middle sees, a few behind each
+//! other.
 //!
-//! From places that may be in a penumbra rays go to points of the light, through the map. What stops them at the first
-//! opaque layer is what shadow maps hold, too; what stops or tints them behind it, they do not.
+//! From places that may be in a penumbra rays go to points of the light, through the map. What stops them at
+//! the first opaque layer is what shadow maps hold, too; what stops or tints them behind it, they do not.
 use crate::{
     model::{Light, Material, Projection, Scene, Source, Transfer, View},
     view::{
@@ -29,10 +30,11 @@ const TEXELS: f64 = 3.0;
 /// A place that a part of a light reaches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Penumbra {
-    /// Texels of the edge of the light's map by which the penumbra has enough, or texels are no wider than a pixel.
+    /// Texels of the edge of the light's map by which the penumbra has enough, or texels are no wider than a
+    /// pixel.
     pub(super) texels: f64,
-    /// Light of the points behind something that the light's middle does not see, as far as it differs from that of the points
-    /// that it sees: a share of the light.
+    /// Light of the points behind something that the light's middle does not see, as far as it differs from
+    /// that of the points that it sees: a share of the light.
     pub(super) hidden: f64,
 }
 
@@ -88,8 +90,8 @@ struct Met {
     is_dark: bool,
 }
 
-/// Penumbrae in a `view` from the middle of a `light`: of places that the picture shows or, without one, of all that the
-/// light may reach.
+/// Penumbrae in a `view` from the middle of a `light`: of places that the picture shows or, without one, of
+/// all that the light may reach.
 pub(super) fn penumbrae(
     scene: &Scene,
     light: &Light,

@@ -25,7 +25,7 @@ use gobo::{
 };
 use wgpu::Buffer;
 
-/// What triangles may look like.
+/// Features of triangles' looks.
 const LOOKS: Flags = Flags::HAS_TEXTURES.union(Flags::HAS_VERTEX_COLORS).union(Flags::HAS_FRESNEL);
 
 const LABEL: &str = "gobo shade";
@@ -212,7 +212,7 @@ impl ToShade<'_, '_> {
         Ok(BandDispatches { surfaces, masks, air, pixels })
     }
 
-    /// Runs of particles, as many at a time as the band's memory holds points.
+    /// Runs of particles, as many at once as the band's memory holds points.
     fn casters(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let ([_, blended], features) = (self.lists, self.features.casters);
@@ -235,7 +235,7 @@ impl ToShade<'_, '_> {
         Ok(runs)
     }
 
-    /// Runs of the lattices of bricks, as many points at a time as the band's memory holds.
+    /// Runs of the lattices of bricks, as many points at once as the band's memory holds.
     fn bricks(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let features = self.features.casters;

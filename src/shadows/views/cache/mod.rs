@@ -70,8 +70,8 @@ impl CachedView {
 }
 
 impl MapCache {
-    /// The cache after `self`, or after an empty one. A view is pending if its own parameters, its groups or a
-    /// caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
+    /// The cache after `self`, or after an empty one. A view is pending if its own parameters, its groups or
+    /// a caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
     /// compared, not its camera: a camera's move that leaves the matrix unchanged keeps the map. `hides`:
     /// nodes of a curve, if groups behind opaque surfaces are culled.
     #[must_use]
