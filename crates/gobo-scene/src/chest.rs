@@ -2,8 +2,8 @@
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Value at a place: x and z of -1 to 1 in the box, y of 0 at its floor to 1; it faces +z. `lumps`: noise of about
-/// -0.5 to 1, by which tissue is uneven.
+/// Value at a place: x and z of -1 to 1 in the box, y of 0 at its floor to 1; it faces +z. `lumps`: noise of
+/// about -0.5 to 1, by which tissue is uneven.
 pub(super) fn hounsfield(place: Vec3, lumps: f32) -> f32 {
     let at = Vec3::new(place.x, place.y * 2.0 - 1.0, place.z);
     // Shoulders are narrower than the chest.

@@ -25,7 +25,8 @@ pub enum KindOfCloud {
     Chest,
 }
 
-/// A generated volume: densities of 0 to 1, or a scanner's values, in a box that stands on the origin of its own space.
+/// A generated volume: densities of 0 to 1, or a scanner's values, in a box that stands on the origin of its
+/// own space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cloud {
     pub kind: KindOfCloud,
@@ -261,8 +262,8 @@ impl Field {
         }
     }
 
-    /// Temperature of an explosion as a share of the highest, at a place as for [`Self::density`]: hottest in the middle
-    /// and in clefts, it cools as it grows.
+    /// Temperature of an explosion as a share of the highest, at a place as for [`Self::density`]: hottest in
+    /// the middle and in clefts, it cools as it grows.
     fn heat(&self, noise: &mut Noise, part: Vec3, point: Vec3) -> f32 {
         let age = self.age();
         let (from, at) = self.blown(part, age);

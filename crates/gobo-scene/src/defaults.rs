@@ -12,8 +12,8 @@ pub fn empty_scene() -> Scene {
     Scene { camera: camera(&Bounds::EMPTY), ..Scene::default() }
 }
 
-/// A camera whose picture shows what the scene holds, `size` pixels large: that of a model or particle file that is
-/// rendered on its own.
+/// A camera whose picture shows what the scene holds, `size` pixels large: that of a model or particle file
+/// that is rendered on its own.
 pub fn usual_camera(scene: &Scene, size: UVec2) -> Camera {
     let usual = Camera { size, ..camera(&contents(scene)) };
     framed(usual, scene, false)
@@ -74,8 +74,8 @@ pub(super) fn sun_of_image(sun: &ImageSun) -> Light {
     }
 }
 
-/// Box around what is to be seen: of a scene of splats alone that of all centres but each thousandth at the sides,
-/// as captures have large and faint splats around them.
+/// Box around what is to be seen: of a scene of splats alone that of all centres but each thousandth at the
+/// sides, as captures have large and faint splats around them.
 pub(super) fn contents(scene: &Scene) -> Bounds {
     let Scene { gaussians, particles, triangles, emissions, .. } = scene;
     if gaussians.is_empty()
@@ -131,9 +131,9 @@ pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
 /// Share of the picture's width or height that the contents of a file alone fill.
 const FILLED: f32 = 0.75;
 
-/// The camera of a file alone, placed so that its contents fill [`FILLED`] of the picture's width or height: seen from
-/// 25 degrees above, so that the horizon is out of sight, and what is flat from up to 40. `keeps_target`: the target stays where it is, which need not be the
-/// middle.
+/// The camera of a file alone, placed so that its contents fill [`FILLED`] of the picture's width or height:
+/// seen from 25 degrees above, so that the horizon is out of sight, and what is flat from up to 40.
+/// `keeps_target`: the target stays where it is, which need not be the middle.
 pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> Camera {
     let bounds = contents(scene).or_unit();
     let size = bounds.max - bounds.min;
@@ -171,8 +171,8 @@ pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> C
     camera
 }
 
-/// Calls `visit` with spheres that hold what is to be seen: corners of triangles and particles, or else the corners
-/// of `bounds`.
+/// Calls `visit` with spheres that hold what is to be seen: corners of triangles and particles, or else the
+/// corners of `bounds`.
 fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f32)) {
     let Scene { gaussians, particles, triangles, emissions, grids, .. } = scene;
     if particles.is_empty() && triangles.is_empty()
@@ -188,9 +188,9 @@ fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f
 /// horizon.
 const GROUND: f32 = 100.0;
 
-/// Adds a grey floor, or one that catches shadows for an image around it, just under a bare model or particle file, to receive its shadow; none if it
-/// would hide the model from its own camera, or the model has a floor. It casts no shadow, so that shadow
-/// maps fit the model.
+/// Adds a grey floor, or one that catches shadows for an image around it, just under a bare model or particle
+/// file, to receive its shadow; none if it would hide the model from its own camera, or the model has a
+/// floor. It casts no shadow, so that shadow maps fit the model.
 pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>, catcher: bool) {
     let bounds = contents(scene);
     if bounds.is_empty() || has_floor(scene, &bounds) {

@@ -87,8 +87,8 @@ impl Deform {
         self.targets.iter().filter_map(|target| target.track.as_ref())
     }
 
-    /// Writes `local`, deformed at a time \[s\], to `target` in world space; `worlds`: transforms of the rig's
-    /// nodes.
+    /// Writes `local`, deformed at a time \[s\], to `target` in world space; `worlds`: transforms of the
+    /// rig's nodes.
     pub(super) fn put(
         &self,
         target: &mut [Triangle],
@@ -122,8 +122,8 @@ impl Deform {
         }
     }
 
-    /// World position of a corner: triangle and corner `at`; and the transform that took it there. `world`: of what has no
-    /// joints. A skinned mesh follows its joints, not its node.
+    /// World position of a corner: triangle and corner `at`; and the transform that took it there. `world`:
+    /// of what has no joints. A skinned mesh follows its joints, not its node.
     pub(super) fn corner(
         &self,
         pose: &Pose,
@@ -231,7 +231,8 @@ impl Skin {
         Ok(Some(Self { joints, sets: sets.len(), bounds }))
     }
 
-    /// Transform of a corner. `joints`: transforms of the joints; `node`: of the mesh, for a corner without joints.
+    /// Transform of a corner. `joints`: transforms of the joints; `node`: of the mesh, for a corner without
+    /// joints.
     fn at(&self, corner: usize, joints: &[Mat4], node: Mat4) -> Mat4 {
         let bounds = &self.bounds[corner * self.sets..][..self.sets];
         if bounds.iter().all(|bound| bound.weights == [0.0; 4]) {

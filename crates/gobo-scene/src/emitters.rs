@@ -39,8 +39,8 @@ struct Emitters {
     emitters: Vec<Arc<Emitter>>,
     /// Those that a device simulates.
     on_device: Vec<bool>,
-    /// States of each after the last frame, at the moments that it needs, from which the next one continues. They depend on
-    /// the time alone.
+    /// States of each after the last frame, at the moments that it needs, from which the next one continues.
+    /// They depend on the time alone.
     flocks: Arc<Mutex<Vec<Vec<Flock>>>>,
 }
 
@@ -158,7 +158,8 @@ fn flown(emitter: &Emitter) -> u64 {
     let Some(fluid) = &emitter.fluid else {
         return (u64::from(most) * u64::from(longest)).saturating_mul(moments);
     };
-    // A fluid is simulated from its first step on. Of a particle's neighbours, twice as many as at rest, twice.
+    // A fluid is simulated from its first step on. Of a particle's neighbours, twice as many as at rest,
+    // twice.
     let past = (-emitter.start * STEPS_PER_SECOND).max(0.0);
     let pairs = 4.0 * f64::from(fluid.reach / fluid.spacing).powi(3);
     ((f64::from(most) * past.max(f64::from(longest)) * pairs.max(1.0)) as u64)
@@ -216,7 +217,8 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Asks for the memory of the most particles that are alive at a time, and so many bytes of emitters' own.
+    /// Asks for the memory of the most particles that are alive at a time, and so many bytes of emitters'
+    /// own.
     fn ask_for(&mut self, most: usize, bytes: u64) -> Result<(), SceneError> {
         let path = self.source.path();
         limits::reserve(&mut self.scene.particles, most, "particles", path)?;

@@ -3,8 +3,8 @@ use super::particles::FARTHEST;
 use glam::{Vec2, Vec3};
 use gobo::model::{Material, Skipped, Texture, Triangle, VertexColor};
 
-/// Normals of a vertex are smooth on faces that are turned by less than this against the mean of those around it: the
-/// edges of a cube stay sharp [cosine of 45 degrees].
+/// Normals of a vertex are smooth on faces that are turned by less than this against the mean of those around
+/// it: the edges of a cube stay sharp [cosine of 45 degrees].
 const SMOOTH: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 /// Faces of a file, with what is on them.
@@ -53,7 +53,8 @@ impl Vertices {
         triangles
     }
 
-    /// Means of the normals of the faces around each vertex, by their angles there (Thuermer and Wuethrich 1998).
+    /// Means of the normals of the faces around each vertex, by their angles there (Thuermer and Wuethrich
+    /// 1998).
     fn smooth_normals(&self, faces: &[Face]) -> Vec<Vec3> {
         let mut sums = vec![Vec3::ZERO; self.positions.len()];
         for face in faces {

@@ -1,5 +1,5 @@
-//! What light passes diffusely, such as leaves and lampshades: the triangles that are seen cast no shadow, and hidden ones in
-//! their place filter.
+//! What light passes diffusely, such as leaves and lampshades: the triangles that are seen cast no shadow,
+//! and hidden ones in their place filter.
 use super::{
     Scene, SceneError,
     limits::{self, Limit},
@@ -8,9 +8,9 @@ use glam::Vec3;
 use gobo::model::{Material, Motion, Transfer, Triangle, VertexColor};
 use std::{path::Path, sync::Arc};
 
-/// The material of the light that passes: a gel of the seen one's coverage, behind which that light falls where the straight
-/// ray does. `passes`: share of light, per channel, and `lacks`, without textures, what the near side does not scatter for it;
-/// `index`: of the new material. The seen one casts no more.
+/// The material of the light that passes: a gel of the seen one's coverage, behind which that light falls
+/// where the straight ray does. `passes`: share of light, per channel, and `lacks`, without textures, what
+/// the near side does not scatter for it; `index`: of the new material. The seen one casts no more.
 pub(super) fn far_side(seen: &mut Material, index: u32, lacks: f32, passes: Vec3) -> Material {
     let casts = std::mem::replace(&mut seen.casts, false);
     let alpha = match seen.transfer {

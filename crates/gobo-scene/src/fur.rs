@@ -1,4 +1,5 @@
-//! Generated fur: strands that grow from the triangles of a shape or mesh, the same on every machine but for rounding.
+//! Generated fur: strands that grow from the triangles of a shape or mesh, the same on every machine but for
+//! rounding.
 use super::{
     SceneError,
     generate::Chance,

@@ -65,8 +65,8 @@ pub struct HeldFiles {
     paths: Vec<PathBuf>,
 }
 
-/// Has `files` read where a path names one of them, by every reader of this process until the result is dropped. The
-/// files that a scene names lie beside it: `smoke.ply` of `hall/scene.toml` is `hall/smoke.ply`.
+/// Has `files` read where a path names one of them, by every reader of this process until the result is
+/// dropped. The files that a scene names lie beside it: `smoke.ply` of `hall/scene.toml` is `hall/smoke.ply`.
 pub fn hold_files(files: impl IntoIterator<Item = (PathBuf, HeldFile)>) -> HeldFiles {
     let mut table = TABLE.write().unwrap_or_else(PoisonError::into_inner);
     let table = table.get_or_insert_default();

@@ -30,11 +30,12 @@ pub(super) fn size_of_file(path: &Path, most: u32) -> Option<[u32; 2]> {
     size_of(read::open(path).ok()?, most)
 }
 
-/// Longest header of a Radiance image, with the line of its size \[bytes\]. Those that programs write have a few hundred.
+/// Longest header of a Radiance image, with the line of its size \[bytes\]. Those that programs write have a
+/// few hundred.
 const MAX_HEADER: u64 = 1 << 16;
 
-/// Refuses a long header of a Radiance image, all lines of which the decoder keeps. `start`: of a file of `length` bytes,
-/// longer than such a header if the file is.
+/// Refuses a long header of a Radiance image, all lines of which the decoder keeps. `start`: of a file of
+/// `length` bytes, longer than such a header if the file is.
 pub(super) fn check_header(start: &[u8], length: u64) -> Result<(), String> {
     if length <= MAX_HEADER || !start.starts_with(b"#?") {
         return Ok(());

@@ -1,5 +1,5 @@
-//! A table of the scene file while it is read. A key is declared once, where it is read: its name, its default
-//! and its range.
+//! A table of the scene file while it is read. A key is declared once, where it is read: its name, its
+//! default and its range.
 use super::{
     SceneError,
     error::quoted,

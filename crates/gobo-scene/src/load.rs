@@ -40,14 +40,16 @@ pub struct LoadOptions {
     pub set: Vec<(String, String)>,
     /// Whether a model or particle file that is a scene of its own gets a floor.
     pub ground: bool,
-    /// Whether what every time makes anew is made for time 0: particles of emitters, and generated volumes that move. If
-    /// not, the first [`Scene::set_time`] makes it, unless the scene file leaves the camera to be placed by what it
-    /// sees: for a scene that is rendered at another time, or whose particles a device simulates.
+    /// Whether what every time makes anew is made for time 0: particles of emitters, and generated volumes
+    /// that move. If not, the first [`Scene::set_time`] makes it, unless the scene file leaves the camera to
+    /// be placed by what it sees: for a scene that is rendered at another time, or whose particles a device
+    /// simulates.
     pub start: bool,
-    /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest once the
-    /// scene's time is set.
+    /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest
+    /// once the scene's time is set.
     pub share: Option<Share>,
-    /// Whether lights with a size get texels and viewpoints for what the camera sees, and not for all that they reach.
+    /// Whether lights with a size get texels and viewpoints for what the camera sees, and not for all that
+    /// they reach.
     pub of_picture: bool,
     /// Whether nothing is simulated, not even to place the camera, and no texture is made that no file has.
     only_checks: bool,
@@ -76,8 +78,9 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
     load_as(path, &LoadOptions { set: set.to_vec(), ..LoadOptions::default() })
 }
 
-/// Like [`load`], for a scene that is not rendered: emitters send nothing out, generated volumes that move are their
-/// boxes, and a camera that is placed by what it sees is placed by those; textures that no file has are a white texel each.
+/// Like [`load`], for a scene that is not rendered: emitters send nothing out, generated volumes that move
+/// are their boxes, and a camera that is placed by what it sees is placed by those; textures that no file has
+/// are a white texel each.
 pub fn check(path: &Path) -> Result<Scene, SceneError> {
     check_with(path, &[])
 }
@@ -111,8 +114,8 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     load_all(path, options, None).map(|(scene, _)| scene)
 }
 
-/// Like [`load_as`], of the text of a scene file. `path`: what the file would be, for messages and for the files that
-/// it names.
+/// Like [`load_as`], of the text of a scene file. `path`: what the file would be, for messages and for the
+/// files that it names.
 pub fn load_text(text: &str, path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let _phase = tracing::debug_span!("read").entered();
     Limit::Text.grown_in(path, 0, text.len() as u64)?;
@@ -142,8 +145,8 @@ impl Relit {
     }
 }
 
-/// Like [`load_as`], with the splats of a file: placed as the scene places them or, if it does not name the file, as
-/// they are, with a neutral shadow.
+/// Like [`load_as`], with the splats of a file: placed as the scene places them or, if it does not name the
+/// file, as they are, with a neutral shadow.
 pub fn load_with_splats(
     path: &Path,
     options: &LoadOptions,
@@ -336,8 +339,8 @@ fn expose(scene: &mut Scene, table: Option<&CameraTable>) {
     }
 }
 
-/// Makes the corners of a re-centred scene anew: those that were made far away are rounded. `still`: parts that do not
-/// move, as they were before.
+/// Makes the corners of a re-centred scene anew: those that were made far away are rounded. `still`: parts
+/// that do not move, as they were before.
 fn place_again(scene: &mut Scene, still: Vec<Arc<dyn Motion>>) {
     if scene.origin == Vec3::ZERO {
         return;

@@ -49,7 +49,8 @@ pub(super) struct Loader<'a> {
     placed_names: HashSet<(&'static str, String)>,
     /// Displaced spheres that do not move.
     pub(super) still: Vec<Arc<dyn Motion>>,
-    /// Whether what a later time makes anew is made for time 0: particles of emitters, generated volumes that move.
+    /// Whether what a later time makes anew is made for time 0: particles of emitters, generated volumes that
+    /// move.
     pub(super) makes_start: bool,
     /// The share of the filtering particles to load.
     pub(super) share: Option<Share>,

@@ -16,8 +16,8 @@ use gobo::model::{Gaussian, GaussianOpacity, Material, Shape};
 use std::{f32::consts::TAU, f64::consts::TAU as DTAU, ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
-/// Longest deviation of a generated splat, in radii of the particle that it stands for: the soft disc of a radius
-/// is about as wide as a Gaussian of half of it.
+/// Longest deviation of a generated splat, in radii of the particle that it stands for: the soft disc of a
+/// radius is about as wide as a Gaussian of half of it.
 const DEVIATION: f32 = 0.5;
 
 /// Most extinction of a medium that is rendered on its own [1/m].
@@ -233,7 +233,8 @@ impl Loader<'_> {
     }
 }
 
-/// Optical depth of a medium along y, on the mean over what it absorbs, as if it were one Gaussian; 0 for splats.
+/// Optical depth of a medium along y, on the mean over what it absorbs, as if it were one Gaussian; 0 for
+/// splats.
 fn thickness(cloud: &Cloud) -> f64 {
     let (mut all, mut first, mut second) = (0.0, DVec3::ZERO, DVec3::ZERO);
     for splat in &cloud.splats {

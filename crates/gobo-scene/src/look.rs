@@ -249,8 +249,8 @@ fn rows(keys: &Keys<'_>, has_window: bool) -> Result<Vec<Row>, SceneError> {
     Ok(rows)
 }
 
-/// Extinction and albedo, per channel, of matter of a colour, a share `ahead` of whose scattered light goes straight on
-/// (Joseph, Wiscombe and Weinman 1976, "The delta-Eddington approximation", equation 13).
+/// Extinction and albedo, per channel, of matter of a colour, a share `ahead` of whose scattered light goes
+/// straight on (Joseph, Wiscombe and Weinman 1976, "The delta-Eddington approximation", equation 13).
 pub(super) fn delta_eddington(color: Vec3, ahead: f32) -> [Vec3; 2] {
     let extinction = 1.0 - color * ahead;
     let albedo = color * (1.0 - ahead) / extinction.max(Vec3::splat(1e-6));

@@ -15,8 +15,8 @@ use std::{
 };
 use toml::Spanned;
 
-/// The file of a scene, and all files that it and its models name, each once. Names are relative to the scene's
-/// folder; a scene that names others is refused.
+/// The file of a scene, and all files that it and its models name, each once. Names are relative to the
+/// scene's folder; a scene that names others is refused.
 pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let mut files = named_files(path)?;
     read::check(&files[0])?;

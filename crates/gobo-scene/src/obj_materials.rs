@@ -1,7 +1,8 @@
 //! Materials of MTL files as casters.
 //!
-//! `Kd` is the colour and `d` (or 1 - `Tr`) its coverage: below 1 the transfer is `smoke`, as of alphaMode BLEND in glTF. `map_d`
-//! makes a cut-out. `Ns` becomes a roughness by Karis 2013, section "Specular D"; `Pr`, `Pm` and `Ke` are taken as they are.
+//! `Kd` is the colour and `d` (or 1 - `Tr`) its coverage: below 1 the transfer is `smoke`, as of alphaMode
+//! BLEND in glTF. `map_d` makes a cut-out. `Ns` becomes a roughness by Karis 2013, section "Specular D";
+//! `Pr`, `Pm` and `Ke` are taken as they are.
 use super::{SceneError, gltf::Earlier, images, limits::Limit, read};
 use glam::Vec3;
 use gobo::model::{Material, Texture, Transfer};

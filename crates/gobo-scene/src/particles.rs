@@ -140,7 +140,8 @@ pub(super) fn load(
     Rows { earlier, ..Rows::new(kind) }.load(path, default_radius)
 }
 
-/// Loads a file of strands, with the columns of particles. `default_radius` \[m\] is for files without a radius column.
+/// Loads a file of strands, with the columns of particles. `default_radius` \[m\] is for files without a
+/// radius column.
 pub(super) fn load_strands(
     path: &Path,
     material: &Material,

@@ -192,8 +192,8 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Gives each row of an element to `read`, as its number and the numbers at `table`'s columns, and what that returns
-    /// to `take`, in order. Rows of one size are read on all cores.
+    /// Gives each row of an element to `read`, as its number and the numbers at `table`'s columns, and what
+    /// that returns to `take`, in order. Rows of one size are read on all cores.
     pub(super) fn rows<T: Send>(
         &mut self,
         element: &Element,

@@ -13,8 +13,8 @@ use std::{
 
 static WATCH: OnceLock<fn(&Path)> = OnceLock::new();
 
-/// From now on, `watch` is called with each file before it is read: for a program that must not write over them. The
-/// first call in a process counts.
+/// From now on, `watch` is called with each file before it is read: for a program that must not write over
+/// them. The first call in a process counts.
 #[doc(hidden)]
 pub fn watch_files(watch: fn(&Path)) {
     let _ = WATCH.set(watch);

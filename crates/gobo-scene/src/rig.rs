@@ -145,7 +145,8 @@ impl Rig {
         worlds
     }
 
-    /// Box around where triangles ever are, as far as a few of each draw say. `whole`: as in [`Self::pose`], at a time \[s\].
+    /// Box around where triangles ever are, as far as a few of each draw say. `whole`: as in [`Self::pose`],
+    /// at a time \[s\].
     fn reach(
         &self,
         local: &[Triangle],

@@ -2,8 +2,9 @@
 use super::Scene;
 use gobo::model::Class;
 
-/// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables and Gaussians are dealt in
-/// blocks; triangles, grids, strands and emitted particles belong to the first share. Casters that block light belong to all, since they end rays.
+/// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables and Gaussians are
+/// dealt in blocks; triangles, grids, strands and emitted particles belong to the first share. Casters that
+/// block light belong to all, since they end rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {
     index: u32,
@@ -41,8 +42,8 @@ impl Share {
         starts.map(move |start| start..(start + BLOCK).min(end))
     }
 
-    /// Removes what belongs to other shares from a scene that was loaded with this one, at its present time. The scene
-    /// keeps the bounds of what it loses, so that all shares have the same views.
+    /// Removes what belongs to other shares from a scene that was loaded with this one, at its present time.
+    /// The scene keeps the bounds of what it loses, so that all shares have the same views.
     pub fn keep(&self, scene: &mut Scene) {
         let classes: Vec<Class> = scene.materials.iter().map(Class::of).collect();
         let stays = |material: u32| !Class::FILTERING.contains(&classes[material as usize]);

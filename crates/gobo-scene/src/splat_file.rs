@@ -53,14 +53,16 @@ pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
     metas.find(|meta| read::is_file(meta)).map_or(path.into(), Cow::Owned)
 }
 
-/// Kind of splats in a file or folder, by its head; `None` if they are none, or glTF, or the file cannot be read.
+/// Kind of splats in a file or folder, by its head; `None` if they are none, or glTF, or the file cannot be
+/// read.
 pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
     let path = inside(path);
     let (head, length) = read::head(&path, LONGEST_HEAD).ok()?;
     kind_of(&head, length).or_else(|| kind_of_name(&path))
 }
 
-/// All files of splats that are read by a name: the one that it leads to, first, and those that this one names.
+/// All files of splats that are read by a name: the one that it leads to, first, and those that this one
+/// names.
 pub(super) fn named_files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let path = inside(path).into_owned();
     let mut all = Vec::new();

@@ -203,8 +203,8 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
     })
 }
 
-/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture, or the
-/// contents of a file alone.
+/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture, or
+/// the contents of a file alone.
 pub(super) fn placed_camera(
     source: &SceneText<'_>,
     table: &Spanned<CameraTable>,

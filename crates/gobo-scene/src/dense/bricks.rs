@@ -10,8 +10,8 @@ enum Part {
     Voxels(Box<[f32; LEAF_VOXELS]>),
 }
 
-/// The tree of `size` voxels along x, y and z from the origin on, and the numbers of densities that are below 0 and
-/// not finite, which count as 0.
+/// The tree of `size` voxels along x, y and z from the origin on, and the numbers of densities that are below
+/// 0 and not finite, which count as 0.
 pub(crate) fn tree_of(
     size: [usize; 3],
     density: impl Fn([usize; 3]) -> f32 + Sync,

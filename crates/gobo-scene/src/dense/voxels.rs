@@ -56,8 +56,8 @@ impl Dense {
         (share(channel) * opacity) as f32
     }
 
-    /// The file's space \[m\] from index space, in which voxel centres are whole numbers. `unit` \[m\] and `up` replace what
-    /// the file says.
+    /// The file's space \[m\] from index space, in which voxel centres are whole numbers. `unit` \[m\] and
+    /// `up` replace what the file says.
     pub(crate) fn volume_from_index(&self, unit: Option<f64>, up: Option<Up>) -> DAffine3 {
         self.place.volume_from_index(unit, up)
     }

@@ -113,7 +113,8 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
     Dense::new(bytes, layout, Place::new(axes, origin + turn * (start * spacing)))
 }
 
-/// The array of a name, or the scalars, or the first one of points or else of cells, and whether it is of cells.
+/// The array of a name, or the scalars, or the first one of points or else of cells, and whether it is of
+/// cells.
 fn array<'a, 'input>(
     piece: Node<'a, 'input>,
     name: Option<&str>,

@@ -41,8 +41,8 @@ enum Number {
     F32,
 }
 
-/// The file's compressed primitives. Their accessors get views of their own, whose bytes [`unpack`] makes; those that
-/// have a view keep it, as it holds the same without compression.
+/// The file's compressed primitives. Their accessors get views of their own, whose bytes [`unpack`] makes;
+/// those that have a view keep it, as it holds the same without compression.
 pub(crate) fn packed(root: &mut Value) -> Result<Vec<Packed>, Fault> {
     let mut found = Vec::new();
     for (mesh, value) in list(root, "meshes").iter().enumerate() {

@@ -34,8 +34,8 @@ pub(crate) type Fault = (String, &'static str);
 
 const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 
-/// Parses and adapts the JSON; also returns what of it is ignored, and the number of textures whose only image is
-/// of a kind that is not read.
+/// Parses and adapts the JSON; also returns what of it is ignored, and the number of textures whose only
+/// image is of a kind that is not read.
 pub(crate) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     if !limits::has_memory(parsed_size(bytes)) {
         let message = format!("no memory for {} MiB of JSON", bytes.len() >> 20);
@@ -176,8 +176,9 @@ fn remove_extras(value: &mut Value) {
     }
 }
 
-/// Chooses the image of each texture: that of `EXT_texture_webp`, if any, or its own, or that of `KHR_texture_basisu`; a
-/// texture without an image is white. Returns how many have one of another extension only.
+/// Chooses the image of each texture: that of `EXT_texture_webp`, if any, or its own, or that of
+/// `KHR_texture_basisu`; a texture without an image is white. Returns how many have one of another extension
+/// only.
 fn pick_sources(root: &mut Value) -> usize {
     let white = list(root, "images").map_or(0, |images| images.len());
     let (mut needs_white, mut unread) = (false, 0);

@@ -1,11 +1,11 @@
 //! glTF materials as casters.
 //!
-//! Transmission `t` filters: `T = baseColor * t`; of metal, none. With `KHR_materials_volume` the body is closed
-//! and a ray crosses a front and a back face, so each face takes the square root of `baseColor * t`, and the body
-//! absorbs by its thickness along the ray. A mesh that is not closed has no such thickness: there `baseColor * t` is
-//! multiplied by `attenuationColor^(thickness / attenuationDistance)`, of which a sheet, whose faces look one way,
-//! takes all where it is crossed, and each face of another mesh the square root. Thickness is in the mesh's own
-//! units, so the node's scale multiplies it in that material.
+//! Transmission `t` filters: `T = baseColor * t`; of metal, none. With `KHR_materials_volume` the body is
+//! closed and a ray crosses a front and a back face, so each face takes the square root of `baseColor * t`,
+//! and the body absorbs by its thickness along the ray. A mesh that is not closed has no such thickness:
+//! there `baseColor * t` is multiplied by `attenuationColor^(thickness / attenuationDistance)`, of which a
+//! sheet, whose faces look one way, takes all where it is crossed, and each face of another mesh the square
+//! root. Thickness is in the mesh's own units, so the node's scale multiplies it in that material.
 use super::{
     Earlier,
     file::File,
@@ -105,8 +105,8 @@ impl<'a> Materials<'a> {
         self.volumes.contains_key(&material)
     }
 
-    /// Material for a mesh that is not closed, in place of a volume's. `is_sheet`: whether a ray crosses one face of it
-    /// and not two.
+    /// Material for a mesh that is not closed, in place of a volume's. `is_sheet`: whether a ray crosses one
+    /// face of it and not two.
     pub(crate) fn open(
         &mut self,
         material: u32,

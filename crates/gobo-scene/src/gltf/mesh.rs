@@ -227,7 +227,8 @@ pub(crate) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     }
 }
 
-/// Whether a ray crosses one face of an open mesh and not two: whether most of its area looks one way, either way.
+/// Whether a ray crosses one face of an open mesh and not two: whether most of its area looks one way, either
+/// way.
 fn is_sheet(triangles: &[Triangle]) -> bool {
     let (mut whole, mut sum) = (0.0, DVec3::ZERO);
     for triangle in triangles {

@@ -91,8 +91,9 @@ const EFFICACY: f32 = 683.0;
 /// worthless.
 const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 
-/// Distance from the origin along an axis past which corners are kept in their own space, to be made again where the scene
-/// is re-centred \[m\]: past it neighbouring `f32` are 15 um apart, a hundredth of a texel for a metre in a large map.
+/// Distance from the origin along an axis past which corners are kept in their own space, to be made again
+/// where the scene is re-centred \[m\]: past it neighbouring `f32` are 15 um apart, a hundredth of a texel
+/// for a metre in a large map.
 const FAR: f32 = 128.0;
 
 /// Rows of a picture if the camera gives only its aspect \[pixels\].

@@ -33,7 +33,8 @@ pub(crate) enum Stored {
     Spz { view: usize },
 }
 
-/// Takes the primitives of splats out of the document: the `gltf` crate refuses the names of their attributes.
+/// Takes the primitives of splats out of the document: the `gltf` crate refuses the names of their
+/// attributes.
 pub(crate) fn take(root: &mut Value) -> Result<Vec<SplatPrimitive>, (String, &'static str)> {
     let mut taken = Vec::new();
     let meshes = root.get_mut("meshes").and_then(Value::as_array_mut);

@@ -1,5 +1,5 @@
-//! Splats in glTF: `KHR_gaussian_splatting`, in accessors or in an SPZ file in a view, whose coordinates are taken as
-//! they are, as `CesiumJS` takes them.
+//! Splats in glTF: `KHR_gaussian_splatting`, in accessors or in an SPZ file in a view, whose coordinates are
+//! taken as they are, as `CesiumJS` takes them.
 use super::{
     file::File,
     items::Items,

@@ -293,8 +293,8 @@ fn srgb_byte(c: f32) -> u8 {
     (srgb * 255.0).round() as u8
 }
 
-/// Share of light that it transmits without its textures. Metal transmits nothing; where a texture says what is metal,
-/// that multiplies the texture.
+/// Share of light that it transmits without its textures. Metal transmits nothing; where a texture says what
+/// is metal, that multiplies the texture.
 pub(crate) fn transmission(source: &Material<'_>) -> f32 {
     let surface = source.pbr_metallic_roughness();
     let metal = match surface.metallic_roughness_texture() {

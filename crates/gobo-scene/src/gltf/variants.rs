@@ -18,8 +18,8 @@ fn names(root: &Value) -> Vec<&str> {
         .collect()
 }
 
-/// Gives primitives the materials of a variant; without a name they keep their own. Returns a note about variants that
-/// are not taken, or the problem and the remedy.
+/// Gives primitives the materials of a variant; without a name they keep their own. Returns a note about
+/// variants that are not taken, or the problem and the remedy.
 pub(crate) fn choose(
     root: &mut Value,
     path: &Path,

@@ -153,7 +153,8 @@ pub(super) struct Wanted {
     pub(super) earlier: u64,
 }
 
-/// Loads a file as discs. `origin`: what is subtracted from all files' coordinates, set by the first that is far out.
+/// Loads a file as discs. `origin`: what is subtracted from all files' coordinates, set by the first that is
+/// far out.
 pub(super) fn load(
     path: &Path,
     kind: Kind,
@@ -184,7 +185,8 @@ const FAR: f64 = 10_000.0;
 /// Origins are multiples of this \[m\].
 const STEP: f64 = 1000.0;
 
-/// Origin of points far out, in the file's axes: along each axis the middle of the box where that is beyond [`FAR`].
+/// Origin of points far out, in the file's axes: along each axis the middle of the box where that is beyond
+/// [`FAR`].
 fn far_origin(points: &Points) -> DVec3 {
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for position in &points.positions {

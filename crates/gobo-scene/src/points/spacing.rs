@@ -9,15 +9,15 @@ const SAMPLES: usize = 4096;
 /// Neighbours before and behind a point along the curve that are looked at.
 const WINDOW: usize = 48;
 
-/// The neighbour whose distance is the spacing: on a plane with points in a square grid as well as with points anywhere the
-/// mean distance of the fourth is that of a square per point (1 and 1.09 of its edge).
+/// The neighbour whose distance is the spacing: on a plane with points in a square grid as well as with
+/// points anywhere the mean distance of the fourth is that of a square per point (1 and 1.09 of its edge).
 const NEIGHBOR: usize = 4;
 
 /// Radius of points that are all at one place \[m\].
 const LONE: f32 = 0.05;
 
-/// The median over a sample of the distance to the fourth neighbour \[m\]. Neighbours are looked for along a curve through all
-/// points (Morton 1966), in whose order most are close.
+/// The median over a sample of the distance to the fourth neighbour \[m\]. Neighbours are looked for along a
+/// curve through all points (Morton 1966), in whose order most are close.
 pub(super) fn radius(particles: &[Particle]) -> f32 {
     let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for particle in particles {

@@ -95,8 +95,8 @@ impl Cloud {
     }
 }
 
-/// The splat with its rotation normalised, its colour clamped and without deviations of 0, or why it cannot be
-/// used.
+/// The splat with its rotation normalised, its colour clamped and without deviations of 0, or why it cannot
+/// be used.
 pub fn valid(splat: Gaussian) -> Result<Gaussian, &'static str> {
     let Gaussian { rotation, sigma, color, .. } = splat;
     // Squares of a short quaternion would vanish.

@@ -21,8 +21,9 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took over
-    /// the axes of photogrammetry. `PlayCanvas` writes SOG with the axes of the PLY that it is made from.
+    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took
+    /// over the axes of photogrammetry. `PlayCanvas` writes SOG with the axes of the PLY that it is made
+    /// from.
     pub(crate) fn points_down(self) -> bool {
         self != Self::Spz
     }

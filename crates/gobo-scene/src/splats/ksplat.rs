@@ -1,5 +1,6 @@
-//! `.ksplat` (mkkellogg/GaussianSplats3D, version 0.1): sections of splats, in buckets relative to whose centres
-//! positions are stored; plain floats, halves, or halves with harmonics of 8 bits (compression levels 0, 1 and 2).
+//! `.ksplat` (mkkellogg/GaussianSplats3D, version 0.1): sections of splats, in buckets relative to whose
+//! centres positions are stored; plain floats, halves, or halves with harmonics of 8 bits (compression levels
+//! 0, 1 and 2).
 use super::cloud::{Cloud, Fault, word};
 use crate::limits::Limit;
 use glam::{Quat, Vec3};
@@ -93,7 +94,8 @@ impl Section {
         })
     }
 
-    /// Length of its lists of buckets, and of all its data \[bytes\]; numbers of 32 bits cannot overflow here.
+    /// Length of its lists of buckets, and of all its data \[bytes\]; numbers of 32 bits cannot overflow
+    /// here.
     fn lengths(&self) -> [u64; 2] {
         let lists = 4 * self.partial + self.center * self.buckets;
         [lists, lists + self.size * self.room.max(self.count)]

@@ -71,8 +71,8 @@ fn kind_of_json(start: &[u8]) -> Option<Kind> {
     has(&IMAGES).then_some(Kind::SogFolder)
 }
 
-/// Reads the bytes of a file of a kind. `path`: of the file, beside which the others of a SOG are. `lod`: the level of
-/// detail, of a file that has some.
+/// Reads the bytes of a file of a kind. `path`: of the file, beside which the others of a SOG are. `lod`: the
+/// level of detail, of a file that has some.
 pub fn read_kind(kind: Kind, path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud, Fault> {
     if lod.is_some() && kind != Kind::SogLevels {
         let help = "remove it; a streamed SOG (lod-meta.json) has levels";

@@ -20,7 +20,8 @@ pub(crate) fn placed(splat: &Gaussian, world: &Mat4) -> Gaussian {
 }
 
 /// Rotation and deviations of the Gaussian that `axes` makes of the unit one: its singular vectors and values
-/// (one-sided Jacobi: Hestenes 1958), which keep the thin axis of a needle exact where the covariance loses it.
+/// (one-sided Jacobi: Hestenes 1958), which keep the thin axis of a needle exact where the covariance loses
+/// it.
 fn principal_axes(axes: DMat3) -> (DQuat, DVec3) {
     let mut columns = [axes.x_axis, axes.y_axis, axes.z_axis];
     for _ in 0..SWEEPS {

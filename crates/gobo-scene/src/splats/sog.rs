@@ -1,4 +1,5 @@
-//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder.
+//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a
+//! folder.
 use super::{
     cloud::{Cloud, Fault, HARMONIC},
     packed::smallest_three,

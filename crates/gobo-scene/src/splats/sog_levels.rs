@@ -1,5 +1,5 @@
-//! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG, in whose order splats of a region are
-//! together, at several levels of detail. Level 0 is the finest.
+//! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG, in whose order splats of a
+//! region are together, at several levels of detail. Level 0 is the finest.
 use super::{
     cloud::{Cloud, Fault},
     sog::{self, DAMAGED, Sog},

@@ -1,5 +1,5 @@
-//! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream for each
-//! attribute. x is right, y up, z back.
+//! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream for
+//! each attribute. x is right, y up, z back.
 use super::{
     cloud::{Cloud, Fault, HARMONIC, word},
     packed::smallest_three,
@@ -149,8 +149,8 @@ fn rotation(header: Header, bytes: &[u8], i: usize) -> Quat {
         let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
         return Quat::from_xyzw(x, y, z, w);
     }
-    // From the top: index of the largest part of x y z w, then the others, each a sign and nine bits; the last of
-    // them is the lowest.
+    // From the top: index of the largest part of x y z w, then the others, each a sign and nine bits; the
+    // last of them is the lowest.
     let packed = u32::from_le_bytes(word(bytes, i));
     let part = |shift: u32| {
         let size = (packed >> shift & 511) as f32 / 511.0 * std::f32::consts::FRAC_1_SQRT_2;

@@ -14,7 +14,8 @@ use std::collections::{BTreeSet, HashMap};
 #[derive(Debug, Default)]
 pub(crate) struct Bricks {
     pub(crate) bricks: Vec<Brick>,
-    /// Density of the grid per density of its bricks: a power of two, 1 unless halves could not hold its densities.
+    /// Density of the grid per density of its bricks: a power of two, 1 unless halves could not hold its
+    /// densities.
     pub(crate) scale: f32,
     /// Voxels and tiles whose value is below 0: they count as 0.
     pub(crate) negative: u64,
@@ -162,8 +163,8 @@ impl Tree {
         Ok(Bricks { bricks, scale, negative, not_finite })
     }
 
-    /// Gives bricks with voxels the tree's temperatures, `kelvin` for a value of 1, at most what halves hold. Returns the
-    /// numbers of negative and not finite values, which count as 0.
+    /// Gives bricks with voxels the tree's temperatures, `kelvin` for a value of 1, at most what halves hold.
+    /// Returns the numbers of negative and not finite values, which count as 0.
     pub(crate) fn heat(mut self, bricks: &mut [Brick], kelvin: f32) -> [u64; 2] {
         let wrong = self.clear_wrong();
         for value in self.values_mut() {
@@ -193,8 +194,8 @@ impl Tree {
         wrong
     }
 
-    /// Makes all values densities that halves can hold. Returns the density per value, and the numbers of negative and
-    /// not finite ones.
+    /// Makes all values densities that halves can hold. Returns the density per value, and the numbers of
+    /// negative and not finite ones.
     fn make_halves(&mut self) -> (f32, [u64; 2]) {
         /// Densities up to here are as precise as larger ones.
         const LEAST: f32 = 1.0 / 64.0;

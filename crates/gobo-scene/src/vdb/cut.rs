@@ -6,8 +6,8 @@ use super::{
 use glam::IVec3;
 
 impl Tree {
-    /// Keeps the voxels that `has`. `has_all` says of the voxels from a first to a last one whether it has all of them, none,
-    /// or it cannot say; tiles of which it cannot are split.
+    /// Keeps the voxels that `has`. `has_all` says of the voxels from a first to a last one whether it has
+    /// all of them, none, or it cannot say; tiles of which it cannot are split.
     pub(crate) fn cut(
         mut self,
         has: impl Fn(IVec3) -> bool,

@@ -1,5 +1,6 @@
-//! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"), versions 218
-//! to 225: grids of numbers, and of colours. Memory is at most some twenty times the file's size.
+//! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"),
+//! versions 218 to 225: grids of numbers, and of colours. Memory is at most some twenty times the file's
+//! size.
 mod bricks;
 mod cut;
 mod input;
@@ -158,8 +159,8 @@ impl Vdb {
         self.end_of(start, end, has_offsets, 0, &unique)
     }
 
-    /// Where a grid ends that begins at byte `start`, by its head at `end`; `width`: of the last head, 0 for a grid that is
-    /// not read.
+    /// Where a grid ends that begins at byte `start`, by its head at `end`; `width`: of the last head, 0 for
+    /// a grid that is not read.
     fn end_of(
         &self,
         start: usize,

@@ -1,5 +1,5 @@
-//! Reading of `NanoVDB` files (Museth 2021, "`NanoVDB`: A GPU-Friendly and Portable VDB Data Structure"), layouts of
-//! version 32: segments of grids, or grids alone.
+//! Reading of `NanoVDB` files (Museth 2021, "`NanoVDB`: A GPU-Friendly and Portable VDB Data Structure"),
+//! layouts of version 32: segments of grids, or grids alone.
 use super::{
     Vdb, VdbGrid,
     input::{Fault, Input},

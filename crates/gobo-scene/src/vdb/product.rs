@@ -8,8 +8,8 @@ use glam::IVec3;
 use std::collections::HashSet;
 
 impl Tree {
-    /// The product with another grid, whose voxels are `unset` where it has none. Tiles in which the other one changes are
-    /// split.
+    /// The product with another grid, whose voxels are `unset` where it has none. Tiles in which the other
+    /// one changes are split.
     pub(crate) fn times(self, other: &Self, unset: f32) -> Result<Self, Fault> {
         let lookup = VoxelSources::new(other, unset);
         let small = other.tiles.iter().filter(|tile| tile.edge < LOWER_EDGE);

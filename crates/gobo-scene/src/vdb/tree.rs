@@ -27,8 +27,8 @@ pub(crate) struct Tile {
     pub(crate) value: f32,
 }
 
-/// The voxels of a grid. Voxels that nothing sets, and inactive ones with the value of the background, are 0; those of a
-/// channel of colours have the background's value.
+/// The voxels of a grid. Voxels that nothing sets, and inactive ones with the value of the background, are 0;
+/// those of a channel of colours have the background's value.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     /// Lowest voxels of the leaves, index space.
