@@ -91,9 +91,9 @@ use glam::Mat4;
 use gobo::model::{Bounds, Camera, Material};
 use std::path::Path;
 
-/// Reads a PLY or CSV file, or a cloud of points (LAS, LAZ, PCD, E57), alone, for hosts that make their own
+/// Reads a PLY or CSV file, or a point cloud (LAS, LAZ, PCD, E57), alone, for hosts that make their own
 /// scenes. The particles refer to material `material_id` of the host's list; ids default to row number +
-/// `first_id`; `default_radius` \[m\] is for files without one.
+/// `first_id`; `default_radius` \[m\] is for files without radii.
 pub fn load_particles(
     path: &Path,
     material: &Material,
