@@ -1,4 +1,5 @@
-//! The folders of `src/` and the crates above them form layers: a file imports from its own folder and from those below.
+//! The folders of `src/` and the crates above them form layers: a file imports from its own folder and from
+//! those below.
 use super::sources::{Module, Source, arrows, files, sources};
 use std::{
     collections::{BTreeMap, BTreeSet},

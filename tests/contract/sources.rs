@@ -1,5 +1,5 @@
-//! The files of all crates as modules, and which of them name what is declared in others. A module of the library is
-//! known by its path there, one of another crate by that behind the crate's name.
+//! The files of all crates as modules, and which of them name what is declared in others. A module of the
+//! library is known by its path there, one of another crate by that behind the crate's name.
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,

@@ -1,5 +1,5 @@
-//! Queues that lavapipe collects discs in change no bit of a map, nor do columns of four texels instead of eight, and
-//! pairs sorted and binned by workgroups, as on GPUs.
+//! Queues that lavapipe collects discs in change no bit of a map, nor do columns of four texels instead of
+//! eight, and pairs sorted and binned by workgroups, as on GPUs.
 use super::pipeline::lights;
 use crate::common::{
     gpu,
@@ -69,11 +69,12 @@ fn a_queue_of_discs_changes_no_bit() {
     }
 }
 
-/// Nodes that texels share beside each texel's own: mean of the differences of light, over depths and channels.
+/// Nodes that texels share beside each texel's own: mean of the differences of light, over depths and
+/// channels.
 const SHARED: f64 = 2e-3;
 
-/// Crowded tiles of curves, in orthographic and perspective views: black texels, tiles of several segments, and pairs that
-/// do not fit. Texels of few hits have a node for each.
+/// Crowded tiles of curves, in orthographic and perspective views: black texels, tiles of several segments,
+/// and pairs that do not fit. Texels of few hits have a node for each.
 #[test]
 fn a_queue_of_discs_ends_nodes_together() {
     let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();

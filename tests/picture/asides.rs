@@ -1,5 +1,5 @@
-//! What look-ups of area lights lay aside, in workgroup memory as on a GPU and in registers as on software adapters: the
-//! same bits.
+//! What look-ups of area lights lay aside, in workgroup memory as on a GPU and in registers as on software
+//! adapters: the same bits.
 use super::{air::AIR, masks};
 use crate::common::{TIERS, gpu};
 use gobo::{
@@ -18,7 +18,8 @@ fn picture(scene: &Scene, in_registers: bool) -> Picture {
     frame.unwrap_or_else(|error| panic!("{error}")).picture
 }
 
-/// A sun with cascades and a lamp with six faces, both with a size, over solids and a pane, in air, with masks and without.
+/// A sun with cascades and a lamp with six faces, both with a size, over solids and a pane, in air, with
+/// masks and without.
 #[test]
 fn asides_change_no_bit() {
     let mut scene = masks::room(true);

@@ -1,4 +1,5 @@
-//! `NumPy`'s array file, formats 1.0 to 3.0: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+//! `NumPy`'s array file, formats 1.0 to 3.0:
+//! <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 use std::io::{self, Read, Write};
 
 /// The problem and the remedy.

@@ -187,7 +187,8 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
     (format!("{frame:04}") == number).then_some(frame)
 }
 
-/// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a folder of such.
+/// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a
+/// folder of such.
 pub(super) fn is_of_frames(name: &str, frames: &Range<u32>) -> bool {
     let own = name.strip_prefix("maps/").unwrap_or(name).split('/').next();
     let frame = own.and_then(frame_of_any);
@@ -236,7 +237,8 @@ impl SidecarContents {
 }
 
 /// Hash of everything that decides what frames look like, except the device, whose rounding may move a last
-/// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit together. The scene is as before.
+/// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit
+/// together. The scene is as before.
 pub(super) fn inputs(scene: &mut Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
     let RenderArguments { maps, exr, layers, fps, .. } = arguments;

@@ -18,8 +18,8 @@ const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
     binding_array: BoundsCheckPolicy::Restrict,
 };
 
-/// The same where devices check buffers and images, as wgpu has it on Vulkan: checks of a load's place would double
-/// the code of some kernels.
+/// The same where devices check buffers and images, as wgpu has it on Vulkan: checks of a load's place would
+/// double the code of some kernels.
 const ROBUST: BoundsCheckPolicies = BoundsCheckPolicies {
     index: BoundsCheckPolicy::Restrict,
     buffer: BoundsCheckPolicy::Unchecked,

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering towards the eye, as a
-//! volume of columns of pixels and slices of depth.
+//! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering
+//! towards the eye, as a volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use gobo::{

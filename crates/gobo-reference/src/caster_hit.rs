@@ -209,7 +209,8 @@ impl<'a> Target<'a> {
         Some(Hit { presence: hit.opacity.max(changed), ..hit })
     }
 
-    /// Light of a brick along the ray through `texel`, which ends at light depth `opaque_depth`, by the light of its lattice.
+    /// Light of a brick along the ray through `texel`, which ends at light depth `opaque_depth`, by the light
+    /// of its lattice.
     pub fn brick_light(
         &self,
         texel: Vec2,

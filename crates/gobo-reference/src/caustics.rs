@@ -1,9 +1,10 @@
 //! CPU reference of `wgsl/caustics/*.wgsl`: light that glass bends lands elsewhere on what is opaque.
 //!
-//! For a light's map, texel by texel (Wyman and Davis 2006; Szirmay-Kalos et al. 2005): the nearest face of glass that the light
-//! enters by, in front of the opaque surface, bends the texel's rays by its normal; the nearest faces of the map that light
-//! leaves by bend them again where the rays meet them; and where they meet the opaque depths, their light is added to four
-//! texels. It is the light that the texel's straight ray has there: its colour and what it has lost are those of that ray.
+//! For a light's map, texel by texel (Wyman and Davis 2006; Szirmay-Kalos et al. 2005): the nearest face of
+//! glass that the light enters by, in front of the opaque surface, bends the texel's rays by its normal; the
+//! nearest faces of the map that light leaves by bend them again where the rays meet them; and where they
+//! meet the opaque depths, their light is added to four texels. It is the light that the texel's straight ray
+//! has there: its colour and what it has lost are those of that ray.
 use crate::threads::each;
 use glam::{Vec2, Vec3, Vec4};
 use gobo::records::{CausticTexel, GlassFace, GpuView, NO_FACE, THROWN_BIT, ViewMaps, add_caustic};
@@ -97,7 +98,8 @@ pub(super) fn index_at(view: &GpuView, place: Vec2) -> Option<usize> {
     inside.then(|| place.y as usize * view.size.x as usize + place.x as usize)
 }
 
-/// `n1 / n2` times the sine, as Snell has it; `None` where all is reflected. Unit vectors; `normal` on the ray's side.
+/// `n1 / n2` times the sine, as Snell has it; `None` where all is reflected. Unit vectors; `normal` on the
+/// ray's side.
 fn refracted(ray: Vec3, normal: Vec3, ratio: f32) -> Option<Vec3> {
     let cosine = -ray.dot(normal);
     let rest = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
@@ -162,7 +164,8 @@ impl Glass<'_> {
         self.meets_opaque(point, outside)
     }
 
-    /// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside of all.
+    /// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside
+    /// of all.
     fn left(&self, point: Vec3) -> f32 {
         let at = index_at(self.view, place(self.view, point));
         let Some(at) = at.filter(|&at| self.leaves.faces[at] != NO_FACE) else { return -1.0 };

@@ -1,9 +1,10 @@
 //! CPU reference of `wgsl/project/project_gaussians.wgsl` and `wgsl/hit/gaussian.wgsl`: Gaussians.
 //!
-//! The plane form of Hahlbohm et al. 2024 (HTGS, section 4), `q^2 = |w2 n1 - w1 n2|^2 / |n1 x n2|^2`, relative to the
-//! centre's place in the map: there the numerator is the quadratic form of the projected covariance, whitened once a
-//! view, and the denominator a square of a linear function and a share of the numerator ([`GaussianSetup`]). No term
-//! of it is a difference of large numbers, and no deviation is divided by.
+//! The plane form of Hahlbohm et al. 2024 (HTGS, section 4), `q^2 = |w2 n1 - w1 n2|^2 / |n1 x n2|^2`,
+//! relative to the centre's place in the map: there the numerator is the quadratic form of the projected
+//! covariance, whitened once a view, and the denominator a square of a linear function and a share of the
+//! numerator ([`GaussianSetup`]). No term of it is a difference of large numbers, and no deviation is divided
+//! by.
 use super::{
     outline::{Ellipse, outline_of, outlined_tiles},
     project::{MIN_COSINE, ProjectParams, Projected, TexelBox, depth_key, tangents, tile_rect},
@@ -23,8 +24,8 @@ pub use hit::*;
 
 /// Square of a projected deviation below which the conic is enlarged \[texels²\].
 pub const MIN_SQUARE: f32 = 0.5;
-/// Squared distance from the centre up to which a deviation is measured in the map \[standard deviations\]: beside a near
-/// eye a Gaussian may span many texels though its middle is thinner than one.
+/// Squared distance from the centre up to which a deviation is measured in the map \[standard deviations\]:
+/// beside a near eye a Gaussian may span many texels though its middle is thinner than one.
 pub const MEASURED_AT: f32 = 4.0;
 /// Least squared distance of the eye from the centre of one beside the view \[standard deviations\].
 pub const NEAREST_EYE: f32 = 1e-12;
@@ -139,8 +140,8 @@ fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
     Vec3::from_array(vectors.map(|vector| vector[component]))
 }
 
-/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis \[m\];
-/// `squared`: where it ends.
+/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the
+/// axis \[m\]; `squared`: where it ends.
 fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> PlacedGaussian {
     let half = view.size * 0.5;
     let range = view.far - view.near;
@@ -185,8 +186,8 @@ struct Conic {
 }
 
 impl Conic {
-    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space \[texels\]; `along`: along the axis, a
-    /// share of the distance.
+    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space \[texels\]; `along`: along the
+    /// axis, a share of the distance.
     fn new(p: Vec3, q: Vec3, along: Vec3, is_perspective: bool) -> Self {
         let (xx, xy, yy) = (p.dot(p), p.dot(q), q.dot(q));
         let apart = 0.5 * (xx - yy);
@@ -270,8 +271,8 @@ impl Conic {
     }
 }
 
-/// A Gaussian without a place in the map: relative to the map's centre, `u` has an offset, the footprint's centre, and
-/// `e = depth + tilt . delta` [1/m].
+/// A Gaussian without a place in the map: relative to the map's centre, `u` has an offset, the footprint's
+/// centre, and `e = depth + tilt . delta` [1/m].
 fn beside(
     view: &GpuView,
     center: Vec3,

@@ -1,5 +1,6 @@
-//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind glass is seen aside, by the
-//! refraction of the eye's ray where it enters a body, and blurred, by the roughness of panes.
+//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind
+//! glass is seen aside, by the refraction of the eye's ray where it enters a body, and blurred, by the
+//! roughness of panes.
 use super::{bloom::Level, shading::world_point};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::{
@@ -7,7 +8,8 @@ use gobo::{
     records::{GpuView, image_level_size, refraction_levels},
 };
 
-/// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are halves.
+/// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are
+/// halves.
 pub const PANE_SLACK: f32 = 0.001;
 
 /// Cosine between a ray and a face's normal at which it hardly meets the face.
@@ -97,7 +99,8 @@ impl Ray {
         }
     }
 
-    /// Where a pixel sees what is behind, at light depth `behind`, and the blur; `None` where it sees it straight.
+    /// Where a pixel sees what is behind, at light depth `behind`, and the blur; `None` where it sees it
+    /// straight.
     pub fn bend(
         mut self,
         view: &GpuView,
@@ -136,8 +139,8 @@ pub struct Bend {
     pub passed: Vec3,
 }
 
-/// A picture's light with what is seen aside or blurred: `light` without it, `behind` the opaque surfaces and their light
-/// depths.
+/// A picture's light with what is seen aside or blurred: `light` without it, `behind` the opaque surfaces and
+/// their light depths.
 pub fn refracted_picture(
     size: UVec2,
     light: &[Vec3],

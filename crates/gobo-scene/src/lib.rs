@@ -91,9 +91,9 @@ use glam::Mat4;
 use gobo::model::{Bounds, Camera, Material};
 use std::path::Path;
 
-/// Reads a PLY or CSV file, or a cloud of points (LAS, LAZ, PCD, E57), alone, for hosts that make their own scenes. The particles refer to material
-/// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` \[m\] is for
-/// files without one.
+/// Reads a PLY or CSV file, or a point cloud (LAS, LAZ, PCD, E57), alone, for hosts that make their own
+/// scenes. The particles refer to material `material_id` of the host's list; ids default to row number +
+/// `first_id`; `default_radius` \[m\] is for files without radii.
 pub fn load_particles(
     path: &Path,
     material: &Material,
@@ -109,8 +109,8 @@ pub fn load_particles(
     particles::load(path, material, material_id, default_radius, first_id, 0)
 }
 
-/// Reads a `.glb` or `.gltf` file, an OBJ or a PLY with faces, alone, at the start of its animation. World space = `transform` * glTF
-/// space.
+/// Reads a `.glb` or `.gltf` file, an OBJ or a PLY with faces, alone, at the start of its animation. World
+/// space = `transform` * glTF space.
 pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
     let (earlier, wanted) = (gltf::Earlier::default(), gltf::Wanted::default());
     let mut model = models::load(path, transform, &earlier, wanted)?;

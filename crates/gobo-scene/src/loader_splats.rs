@@ -1,4 +1,4 @@
-//! Loading of splats, from files and generated.
+//! Loads splats from files, or generates them.
 use super::{
     SceneError,
     document::{Cast, Opacity, SplatsTable},
@@ -16,8 +16,8 @@ use gobo::model::{Gaussian, GaussianOpacity, Material, Shape};
 use std::{f32::consts::TAU, f64::consts::TAU as DTAU, ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
-/// Longest deviation of a generated splat, in radii of the particle that it stands for: the soft disc of a radius
-/// is about as wide as a Gaussian of half of it.
+/// Longest deviation of a generated splat, in radii of the particle that it replaces: a soft disc is about as
+/// wide as a Gaussian of half its radius.
 const DEVIATION: f32 = 0.5;
 
 /// Most extinction of a medium that is rendered on its own [1/m].
@@ -73,7 +73,7 @@ impl Loader<'_> {
         self.place("splats", &span, given.name.as_ref(), 0..0, moving)
     }
 
-    /// Splats that are a scene of their own; `kind`: of a file that is no glTF.
+    /// Loads splats that alone are a scene; `kind`: of a file other than glTF.
     pub(super) fn splats_alone(
         &mut self,
         path: &Path,
@@ -99,7 +99,8 @@ impl Loader<'_> {
         self.add_neutral(path, cloud, rotation)
     }
 
-    /// The splats of a file, which are added as they are if no table names it; and the id of its first row.
+    /// The splats of a file and the id of its first row; if no table names the file, its splats are added as
+    /// they are.
     pub(super) fn found_splats(&mut self, path: &Path) -> Result<(Range<usize>, u32), SceneError> {
         let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let mut known = self.splat_files.iter();
@@ -165,7 +166,7 @@ impl Loader<'_> {
         })
     }
 
-    /// Adds the splats of a cloud; returns what keys may move.
+    /// Adds the splats of a cloud; returns their movable part.
     fn add_splats(
         &mut self,
         cloud: SplatCloud,
@@ -238,7 +239,8 @@ impl Loader<'_> {
     }
 }
 
-/// Optical depth of a medium along y, on the mean over what it absorbs, as if it were one Gaussian; 0 for splats.
+/// Mean optical depth of a medium along y, weighted by absorption, as if the medium were one Gaussian; 0 for
+/// splats.
 fn thickness(cloud: &SplatCloud) -> f64 {
     let (mut all, mut first, mut second) = (0.0, DVec3::ZERO, DVec3::ZERO);
     for splat in &cloud.splats {
@@ -254,7 +256,7 @@ fn thickness(cloud: &SplatCloud) -> f64 {
     if thickness.is_finite() { thickness } else { 0.0 }
 }
 
-/// What the opacity of a cloud means, by a table's keys and the file.
+/// Meaning of a cloud's opacity, by a table's keys and the file.
 fn opacity_of(
     opacity: Option<Opacity>,
     density: Option<f32>,

@@ -1,4 +1,4 @@
-//! Files that a scene names, by which it can be copied whole.
+//! Files that a scene names, so that it can be copied as a whole.
 use super::{
     SceneError, dense,
     document::{Document, TextureSource, VolumeTable},
@@ -15,8 +15,8 @@ use std::{
 };
 use toml::Spanned;
 
-/// The file of a scene, and all files that it and its models name, each once. Names are relative to the scene's
-/// folder; a scene that names others is refused.
+/// The file of a scene, and all files that it and its models name, each once. Names are relative to the
+/// scene's folder; absolute names are refused.
 pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let mut files = named_files(path)?;
     read::check(&files[0])?;

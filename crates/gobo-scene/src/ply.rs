@@ -1,4 +1,4 @@
-//! PLY: the rows after the header.
+//! Particles of PLY files: the rows after the header.
 use super::{
     SceneError,
     error::{Fault, quoted},
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(),
     Ok(())
 }
 
-/// Number of particles that a header promises, given the first bytes of a file and its length; `None` if the
+/// Number of particles that a header announces, given the first bytes of a file and its length; `None` if the
 /// file is too short for them.
 pub(super) fn announced((head, length): (Vec<u8>, u64)) -> Option<u64> {
     let header = ply_header::parse(&head).ok()?;
@@ -65,8 +65,7 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
     facts
 }
 
-/// Columns of anisotropic Gaussians in files of 3D Gaussian splatting and its relatives. Read as discs they
-/// would be wrong.
+/// Columns of anisotropic Gaussians, as in 3D Gaussian splatting. Read as discs they would be wrong.
 const SPLATS: [&str; 6] =
     ["scale_0", "rot_0", "f_dc_0", "packed_position", "packed_rotation", "packed_scale"];
 

@@ -1,26 +1,26 @@
-//! The rows of a PLY file, behind its header.
+//! The rows of a PLY file, after its header.
 use super::{
     error::{Fault, quoted},
     ply_header::{Element, PlyEncoding, PlyHeader, PropertyKind, Scalar},
 };
 use rayon::prelude::*;
 
-/// Rows that a core reads at a time, and such blocks that are in memory.
+/// Rows that a core reads at a time, and number of such blocks in memory.
 const BLOCK: usize = 1 << 14;
 const WAVE: usize = 64;
 
 const DAMAGED: &str = "the file is damaged or its header is wrong: write it again";
 
-/// Columns of an element's properties in the rows that are taken from it.
+/// Columns that are taken from the rows of an element.
 #[derive(Clone, Debug)]
 pub(super) struct ElementTable {
-    /// Column in a row of each property; `None` for one that is not read.
+    /// Column of each property in a row; `None` if it is not read.
     pub(super) columns: Vec<Option<usize>>,
-    /// Numbers of a row.
+    /// Numbers per row.
     pub(super) width: usize,
 }
 
-/// Most rows of an element in so many bytes.
+/// Upper bound of an element's rows in `bytes`.
 pub(super) fn most_rows(element: &Element, encoding: PlyEncoding, bytes: u64) -> u64 {
     // The last line of an ascii file may lack its line end.
     (bytes + 1) / least_size(element, encoding).max(1)
@@ -61,13 +61,13 @@ enum Problem {
 }
 
 impl<'a> PlyBody<'a> {
-    /// What is behind the header of `bytes`.
+    /// The bytes after the header.
     pub(super) fn new(header: &PlyHeader, bytes: &'a [u8]) -> Self {
         let (encoding, line) = (header.encoding, header.lines);
         Self { encoding, rest: &bytes[header.length..], line }
     }
 
-    /// Checks that a header promises no more than the file can hold.
+    /// Checks that a header announces no more than the file can hold.
     pub(super) fn check_count(&self, element: &Element) -> Result<(), Fault> {
         let most = most_rows(element, self.encoding, self.rest.len() as u64);
         let is_empty = least_size(element, self.encoding) == 0;
@@ -124,7 +124,7 @@ impl<'a> PlyBody<'a> {
         Ok(())
     }
 
-    /// Gives the items of list `which` of each row of an element to `take`.
+    /// Passes the items of list `which` in each row of an element to `take`.
     pub(super) fn lists(
         &mut self,
         element: &Element,
@@ -141,7 +141,7 @@ impl<'a> PlyBody<'a> {
         Ok(())
     }
 
-    /// Reads a row of which only the items of a list count.
+    /// Reads a row, keeping only the items of a list.
     fn list(
         &mut self,
         element: &Element,
@@ -193,8 +193,8 @@ impl<'a> PlyBody<'a> {
         Ok(())
     }
 
-    /// Gives each row of an element to `read`, as its number and the numbers at `table`'s columns, and what that returns
-    /// to `take`, in order. Rows of one size are read on all cores.
+    /// Passes each row of an element to `read`, as its number and its numbers in `table`'s columns, and each
+    /// result to `take`, in order. Rows of one size are read on all cores.
     pub(super) fn rows<T: Send>(
         &mut self,
         element: &Element,
@@ -248,7 +248,7 @@ impl<'a> PlyBody<'a> {
         })
     }
 
-    /// A note about bytes behind the last row.
+    /// A note about bytes after the last row.
     pub(super) fn left_over(&self) -> Option<String> {
         let left = self.rest.trim_ascii().len();
         let bytes = if left == 1 { "1 byte" } else { &format!("{left} bytes") };

@@ -180,7 +180,7 @@ fn parse_kind(words: &[&str]) -> Option<PropertyKind> {
     }
 }
 
-/// Lines with the same line end as the first one: a body may start with any byte.
+/// Lines with the same ending as the first one: a body may start with any byte.
 struct Lines<'a> {
     bytes: &'a [u8],
     end: &'static [u8],
@@ -199,14 +199,14 @@ impl<'a> Lines<'a> {
         Self { bytes, end, start: 0, count: 0 }
     }
 
-    /// The next line; `None` without a further line end. Lines that are not UTF-8 are unknown ones.
+    /// The next line; `None` without a further line ending. A line that is not UTF-8 is unknown.
     fn next(&mut self) -> Option<&'a str> {
         let rest = &self.bytes[self.start..];
         let length = rest.windows(self.end.len()).position(|window| window == self.end)?;
         self.start += length + self.end.len();
         self.count += 1;
         let line = &rest[..length];
-        // A comment may have bytes of an older encoding.
+        // A comment may be in an older encoding.
         let text = if line.starts_with(b"comment") { "comment" } else { "?" };
         Some(str::from_utf8(line).unwrap_or(text).trim_end())
     }

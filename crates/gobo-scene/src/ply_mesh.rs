@@ -22,7 +22,7 @@ const LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// Albedo of a mesh without colours.
 const GREY: f32 = 0.7;
 
-/// Place of the list among a face's properties.
+/// Index of the list of vertices among a face's properties.
 fn list(element: &Element) -> Option<usize> {
     element.properties.iter().position(|property| {
         LISTS.contains(&property.name.as_str())
@@ -30,7 +30,7 @@ fn list(element: &Element) -> Option<usize> {
     })
 }
 
-/// Whether bytes begin a PLY with faces.
+/// Whether a file that starts with these bytes is a PLY with faces.
 pub(super) fn is_mesh(start: &[u8]) -> bool {
     if !start.starts_with(b"ply") {
         return false;
@@ -151,7 +151,7 @@ fn vertices(
     let read = |_: usize, row: &[f64]| {
         let number = |i: usize| row[i] as f32;
         let three = |i: usize| Vec3::new(number(i), number(i + 1), number(i + 2));
-        // Bytes are as screens show them, floats are linear.
+        // Bytes are sRGB, floats are linear.
         let share = |i: usize| if is_byte { number(i) / 255.0 } else { number(i) };
         let color = |i: usize| if is_byte { linear_from_srgb(share(i)) } else { share(i) };
         let alpha = if has_alpha { share(9) } else { 1.0 };

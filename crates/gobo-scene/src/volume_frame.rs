@@ -1,4 +1,4 @@
-//! What a volume shows at a time: voxels of a file, or generated ones.
+//! Voxels of a volume at a time, from a file or generated.
 use super::{
     SceneError,
     clouds::Cloud,
@@ -19,19 +19,19 @@ use std::path::{Path, PathBuf};
 /// Channels of a grid of colours.
 pub(super) const CHANNELS: usize = 3;
 
-/// What a volume shows at any time.
+/// Source of a volume's voxels.
 #[derive(Clone, Debug)]
 pub(super) enum Content {
     File(FileContent),
     Cloud {
         cloud: Cloud,
-        /// Highest temperature of what glows \[K\].
+        /// Highest temperature of the emission \[K\].
         kelvin: Option<f32>,
         look: Look,
     },
 }
 
-/// What is shown of a file, or of a sequence of files.
+/// Part of a file, or of a sequence of files, that a volume shows.
 #[derive(Clone, Debug)]
 pub(super) struct FileContent {
     path: PathBuf,
@@ -41,17 +41,17 @@ pub(super) struct FileContent {
     grid: Option<String>,
     /// Name of a grid of colours.
     color: Option<String>,
-    /// The channel of colours that multiplies densities.
+    /// The colour channel that multiplies densities.
     channel: usize,
-    /// Grid of temperatures, and the temperature of a value of 1 \[K\].
+    /// Grid of temperatures, and the temperature of the value 1 \[K\].
     hot: Option<(String, f32)>,
     look: Look,
-    /// What replaces the file's unit \[m\] and axes.
+    /// Overrides of the file's unit \[m\] and axes.
     unit: Option<f64>,
     up: Option<Up>,
 }
 
-/// What a volume shows at one time.
+/// Voxels of a volume at one time.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
     pub(super) bricks: Vec<Brick>,
@@ -59,7 +59,7 @@ pub(super) struct Frame {
     pub(super) scale: f32,
     pub(super) volume_from_index: DAffine3,
     pub(super) skipped: Skipped,
-    /// What of the file is not shown, a sentence each.
+    /// Parts of the file that are not shown, a sentence each.
     pub(super) notes: Vec<String>,
 }
 
@@ -72,7 +72,7 @@ impl Content {
         }
     }
 
-    /// A generated volume that changes as its box without anything in it; `None` for others.
+    /// An animated volume as its empty box; `None` for others.
     pub(super) fn outline(&self) -> Option<Frame> {
         match self {
             Self::Cloud { cloud, .. } if cloud.moves() => {
@@ -82,7 +82,7 @@ impl Content {
         }
     }
 
-    /// Bricks that it makes at most; 0 for a file.
+    /// Upper bound of its bricks; 0 for a file.
     pub(super) fn most_bricks(&self) -> u64 {
         match self {
             Self::File { .. } => 0,
@@ -122,12 +122,12 @@ impl FileContent {
         }
     }
 
-    /// The same with a channel of its colours.
+    /// The same with one channel of its colours.
     pub(super) fn with_channel(&self, channel: usize) -> Self {
         Self { channel, ..self.clone() }
     }
 
-    /// The same with a row of its table of colours.
+    /// The same with one row of its table of colours.
     pub(super) fn with_look(&self, look: Look) -> Self {
         Self { look, ..self.clone() }
     }
@@ -144,7 +144,7 @@ impl FileContent {
         numbered(&self.path, first.saturating_add(frame).min(last)).unwrap_or_default()
     }
 
-    /// Nodes with voxels in a file, or 0 if it cannot be read, or has none.
+    /// Number of nodes with voxels in a file; 0 if it cannot be read, or has none.
     pub(super) fn announced(&self, path: &Path) -> u64 {
         let channels = if self.color.is_some() { CHANNELS as u64 } else { 1 };
         let vdb =
@@ -158,7 +158,7 @@ impl FileContent {
         grid.map_or(0, |grid| nodes(&grid.tree) * channels)
     }
 
-    /// What it shows of its open file.
+    /// Voxels of its open file.
     pub(super) fn frame(&self, path: &Path, file: &VolumeFile) -> Result<Frame, SceneError> {
         let _phase = tracing::debug_span!("read").entered();
         let frame = match file {
@@ -258,7 +258,7 @@ impl Frame {
         Self { bricks, scale: 1.0, volume_from_index: cloud.box_from_index(), skipped, notes }
     }
 
-    /// `wrong`: numbers of values below 0 and not finite besides those of the bricks.
+    /// `wrong`: numbers of values below 0 and of values that are not finite, besides those of the bricks.
     fn of_bricks(
         bricks: Bricks,
         wrong: [u64; 2],
@@ -273,7 +273,7 @@ impl Frame {
     }
 }
 
-/// The file of a sequence with a number: `%d`, or `%04d` for four digits, in the file's name.
+/// Path of file `number` of a sequence: `%d`, or `%04d` for four digits, in the file's name.
 pub(super) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let (before, rest) = name.split_once('%')?;
@@ -282,7 +282,7 @@ pub(super) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
     (width <= 9).then(|| path.with_file_name(format!("{before}{number:0width$}{after}")))
 }
 
-/// Place of the grid of densities in the file.
+/// Index of the grid of densities in the file.
 fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, VolumeFault> {
     let wanted = name.unwrap_or("density");
     if let Some(i) = vdb.names().position(|known| known == wanted) {
@@ -299,7 +299,7 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, VolumeFault> {
     Err(unknown("grid", wanted, known))
 }
 
-/// Place of a grid of colours in the file.
+/// Index of a grid of colours in the file.
 fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, VolumeFault> {
     if let Some(i) = vdb.color_names().position(|known| known == name) {
         return Ok(i);

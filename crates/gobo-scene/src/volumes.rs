@@ -1,4 +1,4 @@
-//! Volumes of a scene: grids of voxels that files have, or that are generated.
+//! Volumes of a scene: grids of voxels from files, or generated.
 use super::{
     SceneError,
     clouds::{Cloud, KindOfCloud},
@@ -20,7 +20,7 @@ use std::{
 };
 use toml::Spanned;
 
-/// A volume of a scene that changes.
+/// An animated volume of a scene.
 #[derive(Clone, Debug)]
 struct MovingVolume {
     /// Index into the scene's grids.
@@ -31,7 +31,7 @@ struct MovingVolume {
     world_from_volume: DMat4,
     /// Optical depth of a metre of density 1 [1/m].
     factor: f32,
-    /// What it shows at the start, if that is made: it is asked for again when the start is rendered.
+    /// Its first frame, if made at loading: it is used again when the start is rendered.
     start: Option<Arc<Frame>>,
 }
 
@@ -81,12 +81,12 @@ impl Motion for MovingVolume {
 /// A grid of a volume: all of it, a channel, or a row of a table of colours.
 struct VolumePart {
     content: Content,
-    /// What it shows at the start.
+    /// Its first frame.
     start: Frame,
-    /// Times the volume's own.
+    /// Extinction, multiplied by the volume's own.
     extinction: Vec3,
     albedo: Vec3,
-    /// Place among the volume's materials.
+    /// Index among the volume's materials.
     material: usize,
 }
 
@@ -96,7 +96,7 @@ impl VolumePart {
     }
 }
 
-/// Shows a frame in a grid.
+/// Puts a frame into a grid.
 fn put(grid: &mut Grid, frame: Frame, world_from_volume: DMat4, factor: f32) {
     let world_from_index = world_from_volume * DMat4::from(frame.volume_from_index);
     grid.world_from_index = Affine3A::from_mat4(world_from_index.as_mat4());
@@ -121,7 +121,7 @@ fn thickness(grid: &Grid) -> f64 {
         columns.extend((first.x..=last.x).flat_map(|x| (first.z..=last.z).map(move |z| (x, z))));
         sum += match &brick.density {
             Density::Voxels(voxels) => {
-                // The last ones are the first of other bricks.
+                // The last voxels are the first of other bricks.
                 let voxel = |i: u32| UVec3::new(i % 8, i / 8 % 8, i / 64);
                 (0..512).map(|i| f64::from(voxels.at(voxel(i)))).sum::<f64>()
             }
@@ -137,7 +137,7 @@ fn thickness(grid: &Grid) -> f64 {
 /// Temperature in the middle of an explosion \[K\].
 const HOTTEST: f32 = 2200.0;
 
-/// Optical depth along y at which a volume or a medium that is rendered on its own is neither thin nor black.
+/// Optical depth along y of a volume or medium that is rendered on its own: neither faint nor black.
 pub(super) const USUAL_THICKNESS: f64 = 4.0;
 
 /// A part for each row of the table of colours, or one without a table.
@@ -159,7 +159,7 @@ fn rows(
 impl Loader<'_> {
     pub(super) fn volume(&mut self, table: &Spanned<VolumeTable>) -> Result<(), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
-        // A file that is the scene has no key that names it.
+        // A file that is itself the scene has no key that names it.
         let is_alone =
             given.file.as_ref().is_some_and(|file| self.folder.join(file) == self.source.path());
         let named = |error| if is_alone { error } else { self.named_by(span, "file", error) };
@@ -200,7 +200,7 @@ impl Loader<'_> {
                 ..Material::default()
             });
         }
-        // What a file leaves out is the same for all parts.
+        // A file leaves out the same for all parts.
         if let Some(part) = parts.first() {
             self.scene.notes.extend_from_slice(&part.start.notes);
             add_skipped(&mut self.scene.skipped, &part.start.skipped);
@@ -222,7 +222,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// The parts of a volume, and the key that says where they are from. `named`: an error of its file.
+    /// The parts of a volume, and the key that its placement comes from. `named`: an error of its file.
     fn parts(
         &self,
         table: &Spanned<VolumeTable>,
@@ -311,7 +311,7 @@ impl Loader<'_> {
         rows(given, part)
     }
 
-    /// The parts of a file at the start: of channels, of rows of a table of colours, or one.
+    /// The parts of a file at the start: one per channel or row of a table of colours, or a single one.
     fn of_open_file(
         &self,
         table: &Spanned<VolumeTable>,
@@ -331,7 +331,7 @@ impl Loader<'_> {
             Ok(VolumePart::new(Content::File(content), start))
         };
         if given.color_grid.is_some() || file.channels() > 1 {
-            // Each channel is a grid that takes no other.
+            // Each channel is a grid that absorbs no other channel.
             let of_channel = |channel| {
                 let part = part(content.with_channel(channel))?;
                 Ok(VolumePart { extinction: Vec3::AXES[channel], ..part })
@@ -342,7 +342,7 @@ impl Loader<'_> {
         rows(given, of_look)
     }
 
-    /// A file, or all of a sequence, which must be there.
+    /// A file, or all files of a sequence, which must exist.
     fn of_file(
         &self,
         table: &Spanned<VolumeTable>,

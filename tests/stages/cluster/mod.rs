@@ -1,4 +1,5 @@
-//! Light clusters: kernels against the CPU reference, and the picture against the one that evaluates all lights.
+//! Light clusters: kernels against the CPU reference, and the picture against the one that evaluates all
+//! lights.
 mod alone;
 mod reach;
 

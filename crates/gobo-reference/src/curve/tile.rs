@@ -1,8 +1,8 @@
-//! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
-//! it: the curves of a tile.
+//! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl`
+//! beside it: the curves of a tile.
 //!
-//! Curves of what only passes light on, no bodies, are made by [`two_walks`]; of other casters every hit is inserted into
-//! its texel's curve as it comes.
+//! Curves of what only passes light on, no bodies, are made by [`two_walks`]; of other casters every hit is
+//! inserted into its texel's curve as it comes.
 use super::{
     Affine, DEPTHS, PackedNode, Streaming,
     two_walks::{self, RayHit, RayModes},

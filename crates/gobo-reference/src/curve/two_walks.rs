@@ -1,16 +1,17 @@
 //! CPU reference of `wgsl/curve/ray.wgsl`: curves by two walks, of hits that only pass light on.
 //!
-//! The first walk, in any order, has the light behind all hits, how many there are, the first and the last depth, and
-//! how many *pairs* of neighbours have which cost. Up to K hits each have a node: the curve is exact, in any order.
-//! Up to [`FEW`] times as many, pairs are joined that cost least: an area of the light that both take times the depth between
-//! them, and as many as must be. Beyond, the second walk gives each hit a *place* on the ray, half by the light that was lost
-//! so far and half by the depth that is gone, of which the gap in front of the hit counts three times. The open node ends
-//! where a place passes its cut: where the node began, and an equal part of what was left there; a hit which alone takes more
-//! than an equal part of the light that is left has a node of its own. Hits of equal depth stay together.
+//! The first walk, in any order, has the light behind all hits, how many there are, the first and the last
+//! depth, and how many *pairs* of neighbours have which cost. Up to K hits each have a node: the curve is
+//! exact, in any order. Up to [`FEW`] times as many, pairs are joined that cost least: an area of the light
+//! that both take times the depth between them, and as many as must be. Beyond, the second walk gives each
+//! hit a *place* on the ray, half by the light that was lost so far and half by the depth that is gone, of
+//! which the gap in front of the hit counts three times. The open node ends where a place passes its cut:
+//! where the node began, and an equal part of what was left there; a hit which alone takes more than an equal
+//! part of the light that is left has a node of its own. Hits of equal depth stay together.
 //!
-//! A node passes the product of its hits, as a ramp of the mean depth and the variance of the light that they take,
-//! within the depths of its first and last hit. So at any depth the error is at most what the nodes that enclose it
-//! take, where hits come in order the light lost in one.
+//! A node passes the product of its hits, as a ramp of the mean depth and the variance of the light that they
+//! take, within the depths of its first and last hit. So at any depth the error is at most what the nodes
+//! that enclose it take, where hits come in order the light lost in one.
 use super::{
     MAX_NODES, PackedNode,
     bodies::{MIN_BEND, SHORTEST},

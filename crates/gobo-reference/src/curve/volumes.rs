@@ -55,8 +55,8 @@ impl Unentered {
         }
     }
 
-    /// Takes away an entry at light depth `depth`; returns its share of `density`, and the optical depth from there to where
-    /// it was left.
+    /// Takes away an entry at light depth `depth`; returns its share of `density`, and the optical depth from
+    /// there to where it was left.
     fn enter(&mut self, depth: f32, density: Vec3) -> (Vec3, Vec3) {
         if depth >= self.last {
             return (Vec3::ZERO, Vec3::ZERO);
@@ -111,8 +111,8 @@ impl Inside {
         ramp(start, end, tau)
     }
 
-    /// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up to where the
-    /// first was left and from there to the last: exact for two.
+    /// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up
+    /// to where the first was left and from there to the last: exact for two.
     pub fn begin(&self) -> [Option<Ramp>; 2] {
         let Unentered { density, tau, first, last } = self.unentered;
         [ramp(0.0, first, density * first), ramp(first, last, tau - density * first)]

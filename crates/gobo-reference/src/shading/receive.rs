@@ -48,8 +48,8 @@ struct ReceiverPlane {
     is_end: bool,
 }
 
-/// Distance behind a stored depth from which a receiver is shadowed, with respect to opaque surfaces and to translucent
-/// casters; \[m\], or as light depth.
+/// Distance behind a stored depth from which a receiver is shadowed, with respect to opaque surfaces and to
+/// translucent casters; \[m\], or as light depth.
 #[derive(Clone, Copy, Debug)]
 struct Bias {
     solid: f32,
@@ -77,7 +77,8 @@ impl ReceiverPlane {
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
     /// receiver, which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets
-    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of that by the bias.
+    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of
+    /// that by the bias.
     fn tint_depth(
         &self,
         view: &GpuView,
@@ -93,7 +94,8 @@ impl ReceiverPlane {
         }
     }
 
-    /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth along it.
+    /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth
+    /// along it.
     fn meets(&self, view: &GpuView, texel: Vec2) -> f32 {
         let Self { point, normal, .. } = *self;
         let slope = (texel - view.size * 0.5) / view.scale;
@@ -239,8 +241,9 @@ impl Lighting<'_> {
         first + face..first + view.role_count as usize
     }
 
-    /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel. `normal` is on the light's side;
-    /// `reach`: distance that a caster in the maps may be off the point \[m\].
+    /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel.
+    /// `normal` is on the light's side; `reach`: distance that a caster in the maps may be off the point
+    /// \[m\].
     pub fn shadow(
         &self,
         index: usize,

@@ -1,17 +1,17 @@
-//! A tree of leaves and tiles of dense voxels: what is 0 has none.
+//! A sparse tree of dense voxels: leaves and tiles where the density is not 0.
 use crate::vdb::{LEAF_EDGE, LEAF_VOXELS, MOST_NODES, Tile, Tree, VolumeFault};
 use glam::IVec3;
 use rayon::prelude::*;
 
-/// What 8^3 voxels are.
+/// Contents of 8^3 voxels.
 enum BrickPart {
     Nothing,
     Same(f32),
     Voxels(Box<[f32; LEAF_VOXELS]>),
 }
 
-/// The tree of `size` voxels along x, y and z from the origin on, and the numbers of densities that are below 0 and
-/// not finite, which count as 0.
+/// The tree of `size` voxels along x, y and z from the origin. Also counts the densities below 0 and the
+/// densities that are not finite: they become 0.
 pub(crate) fn tree_of(
     size: [usize; 3],
     density: impl Fn([usize; 3]) -> f32 + Sync,
@@ -43,7 +43,7 @@ pub(crate) fn tree_of(
     };
     let (mut tree, mut all_wrong) = (Tree::default(), [0, 0]);
     let rows = height.div_ceil(EDGE);
-    // A slice of leaves at a time bounds what is there twice.
+    // Slices of leaves, one after another, bound the memory that is held twice.
     for back in (0..depth).step_by(EDGE) {
         let row = |row: usize| {
             let lefts = (0..width).step_by(EDGE);

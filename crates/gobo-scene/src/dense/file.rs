@@ -1,4 +1,4 @@
-//! A file that is read, and those beside it.
+//! A file of an array, and the files that it names.
 use crate::{error::quoted, read, vdb::VolumeFault};
 use std::path::{Component, Path, PathBuf};
 
@@ -6,12 +6,12 @@ use std::path::{Component, Path, PathBuf};
 pub(super) struct DenseFile<'a> {
     pub(super) path: &'a Path,
     pub(super) bytes: Vec<u8>,
-    /// Name of the array that is asked for.
+    /// Name of the requested array.
     pub(super) array: Option<&'a str>,
 }
 
 impl DenseFile<'_> {
-    /// Refuses a name of an array in a file that has a single one.
+    /// Refuses the name of an array in a file that holds a single one.
     pub(super) fn has_one_array(&self) -> Result<(), VolumeFault> {
         match self.array {
             None => Ok(()),
@@ -20,7 +20,7 @@ impl DenseFile<'_> {
     }
 }
 
-/// A file beside another one, which names it.
+/// Path of a file that another one names, in the same folder.
 pub(super) fn beside(path: &Path, name: &str) -> Result<PathBuf, VolumeFault> {
     let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
     if name.is_empty() || !Path::new(name).components().all(is_plain) {

@@ -1,4 +1,5 @@
-//! `MetaImage` of ITK, with its data or beside them: <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
+//! `MetaImage` of ITK, with its data inside or in another file:
+//! <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
 use super::{
     array::{Axis, Layout, Number},
     file::{DenseFile, beside, bytes_beside},
@@ -14,7 +15,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Keys of which one is in the first lines of each file.
+/// Keys: each file has one of them in its first lines.
 const FIRST: [&str; 3] = ["ObjectType", "NDims", "ObjectSubType"];
 
 pub(super) fn is(head: &[u8]) -> bool {
@@ -28,17 +29,17 @@ pub(super) fn named(head: &[u8], path: &Path) -> Option<PathBuf> {
     beside(path, name).ok()
 }
 
-/// The data stand behind the header.
+/// Name that means that the data follow the header.
 const LOCAL: &str = "LOCAL";
 
-/// Values by key, and where the data start.
+/// Values by key, and the offset of the data.
 fn keys(bytes: &[u8]) -> (HashMap<&str, &str>, usize) {
     let (mut keys, mut at) = (HashMap::new(), 0);
     while let Some((line, next)) = text::line(bytes, at) {
         at = next;
         if let Some((key, value)) = line.split_once('=') {
             keys.insert(key.trim(), value.trim());
-            // The last one of each header.
+            // This key ends each header.
             if key.trim() == "ElementDataFile" {
                 break;
             }
@@ -91,7 +92,7 @@ fn data_name<'a>(keys: &HashMap<&str, &'a str>) -> Result<&'a str, VolumeFault> 
     keys.get("ElementDataFile").copied().ok_or_else(missing)
 }
 
-/// The name of the data's file; `None` if they stand behind the header.
+/// The name of the data's file; `None` if they follow the header.
 fn data_file(name: &str) -> Result<Option<&str>, VolumeFault> {
     if name.starts_with("LIST") || name.contains('%') {
         return Err(VolumeFault::new("its data are in several files", "write them into one file"));
@@ -119,7 +120,7 @@ fn number(name: &str) -> Result<Number, VolumeFault> {
     })
 }
 
-/// `ITK` has the direction of each axis in a row of the matrix.
+/// `ITK` stores the direction of each axis in a row of the matrix.
 fn place(keys: &HashMap<&str, &str>, dimension: usize) -> Result<Place, VolumeFault> {
     let numbers = |names: &[&'static str]| {
         let found = names.iter().find_map(|&name| Some((name, *keys.get(name)?)));

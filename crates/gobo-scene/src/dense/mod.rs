@@ -1,4 +1,4 @@
-//! Files of dense arrays of voxels, recognised by their contents.
+//! Files of dense voxel arrays, recognised by their contents.
 //!
 //! | file | axes | unit |
 //! |---|---|---|
@@ -29,14 +29,14 @@ use super::{SceneError, read, vdb::VolumeFault};
 use file::DenseFile;
 use std::path::{Path, PathBuf};
 
-/// A format of files.
+/// A file format.
 pub(super) struct DenseFormat {
-    /// Endings of names.
+    /// Endings of file names.
     pub(super) extensions: &'static [&'static str],
-    /// Whether the first bytes of a file are such ones.
+    /// Whether a file's first bytes are of this format.
     is: fn(&[u8]) -> bool,
     read: fn(&mut DenseFile<'_>) -> Result<Dense, VolumeFault>,
-    /// Files that a file names.
+    /// Other file that a file names.
     named: fn(&[u8], &Path) -> Option<PathBuf>,
 }
 
@@ -66,27 +66,27 @@ pub(super) const FORMATS: [DenseFormat; 7] = [
     DenseFormat { extensions: &["tif", "tiff"], is: tiff::is, read: tiff::read, named: no_file },
 ];
 
-/// Head by which a format is recognised, and in which texts name a file \[bytes\].
+/// Bytes at a file's beginning that tell its format and may name another file.
 const HEAD: u64 = 1 << 16;
 
 fn no_file(_: &[u8], _: &Path) -> Option<PathBuf> {
     None
 }
 
-/// Format of a file by its head; `None` if it is none of these, or cannot be read.
+/// Format of a file by its first bytes; `None` if it has another format or cannot be read.
 pub(super) fn format_of(path: &Path) -> Option<&'static DenseFormat> {
     let (head, _) = read::head(path, HEAD).ok()?;
     FORMATS.iter().find(|format| (format.is)(&head))
 }
 
-/// The file that a file of a dense array names, if it does.
+/// The other file that this file names, if any.
 pub(super) fn named(path: &Path) -> Option<PathBuf> {
     let (head, _) = read::head(path, HEAD).ok()?;
     FORMATS.iter().find(|format| (format.is)(&head)).and_then(|format| (format.named)(&head, path))
 }
 
 impl DenseFormat {
-    /// Reads a file; `array`: the name of the one that is asked for.
+    /// Reads a file; `array`: the requested name.
     pub(super) fn read(&self, path: &Path, array: Option<&str>) -> Result<Dense, SceneError> {
         let mut file = DenseFile { path, bytes: read::bytes(path)?, array };
         (self.read)(&mut file)

@@ -1,4 +1,4 @@
-//! NIfTI-1, with its data, packed or not, or beside them: Cox et al. 2004, `nifti1.h`.
+//! NIfTI-1, with its data inside or in another file, compressed or not: Cox et al. 2004, `nifti1.h`.
 use super::{
     array::{Axis, Layout, Number},
     file::{DenseFile, bytes_beside},
@@ -22,7 +22,7 @@ const GZIP: &[u8] = &[0x1f, 0x8b];
 pub(super) fn is(head: &[u8]) -> bool {
     let mut first = Vec::new();
     if head.starts_with(GZIP) {
-        // A head that is cut off unpacks to what it has.
+        // A truncated head unpacks as far as it goes.
         let _ = MultiGzDecoder::new(head).take(HEADER as u64).read_to_end(&mut first);
     }
     NiftiHeader::of(if first.is_empty() { head } else { &first }).is_some()
@@ -32,7 +32,7 @@ pub(super) fn named(head: &[u8], path: &Path) -> Option<PathBuf> {
     NiftiHeader::of(head)?.is_beside().then(|| path.with_extension("img"))
 }
 
-/// The header, of which the first number says the order of bytes.
+/// The header; its first number tells the byte order.
 struct NiftiHeader<'a> {
     bytes: &'a [u8],
     is_big: bool,
@@ -110,7 +110,7 @@ impl<'a> NiftiHeader<'a> {
     /// By method 3, 2 or 1 of the header's description.
     fn place(&self) -> Place {
         let [qform, sform] = [252, 254].map(|at| self.i16(at));
-        // Of a few writers a length is 0 or below it.
+        // Some programs write lengths of 0 or less.
         let length = |i: usize| Some(self.f32(76 + 4 * i).abs()).filter(|&length| length > 0.0);
         let lengths = [1, 2, 3].map(|i| length(i).unwrap_or(1.0));
         let mut place = if sform > 0 {

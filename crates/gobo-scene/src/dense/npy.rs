@@ -11,7 +11,7 @@ use crate::{error::quoted, plain::nearest, vdb::VolumeFault};
 use std::io::{Cursor, Read as _};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// First bytes of a file in an archive, and where the length of its name and the name are.
+/// First bytes of a file in a zip archive, then the offsets of the name's length and of the name.
 const ENTRY: &[u8] = b"PK\x03\x04";
 const NAME_LENGTH: usize = 26;
 const NAME: usize = 30;
@@ -38,7 +38,7 @@ pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     Dense::new(bytes, header.layout()?, Place::default())
 }
 
-/// Reads the array of a name from an archive, or the one that is named `density`, or the first.
+/// Reads the named array from an archive, or else `density`, or else the first one.
 pub(super) fn read_archive(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     let of_zip = |error: zip::result::ZipError| {
         VolumeFault::new(format!("the archive: {error}"), "write it again with numpy.savez")
@@ -67,7 +67,7 @@ pub(super) fn read_archive(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFaul
     };
     let mut entry = archive.by_name(&format!("{name}{ENDING}")).map_err(of_zip)?;
     let unpacks = |error| VolumeFault::damaged(format!("its voxels do not unpack: {error}"));
-    // What the archive says of its size may be a lie.
+    // The size that the archive states may be wrong.
     let mut head = Vec::new();
     entry.by_ref().take(MOST_HEADER as u64).read_to_end(&mut head).map_err(unpacks)?;
     let header = NpyHeader::read(&head)?;
@@ -97,7 +97,7 @@ struct NpyHeader {
     is_big: bool,
     is_fortran: bool,
     shape: Vec<u64>,
-    /// With the magic \[bytes\].
+    /// Length with the magic \[bytes\].
     length: usize,
 }
 

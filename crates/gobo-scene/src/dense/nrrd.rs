@@ -1,4 +1,4 @@
-//! NRRD of teem, with its data or beside them: <https://teem.sourceforge.net/nrrd/format.html>.
+//! NRRD of teem, with its data inside or in another file: <https://teem.sourceforge.net/nrrd/format.html>.
 use super::{
     array::{Axis, Layout, Number},
     file::{DenseFile, beside, bytes_beside},
@@ -25,7 +25,7 @@ pub(super) fn named(head: &[u8], path: &Path) -> Option<PathBuf> {
     beside(path, fields.get("data file")?).ok()
 }
 
-/// Fields by their names without capitals, and where the data start.
+/// Fields by their names in lower case, and the offset of the data.
 fn fields(bytes: &[u8]) -> (HashMap<String, &str>, usize) {
     let (mut fields, mut at) = (HashMap::new(), 0);
     while let Some((line, next)) = text::line(bytes, at) {
@@ -33,7 +33,7 @@ fn fields(bytes: &[u8]) -> (HashMap<String, &str>, usize) {
         if line.is_empty() {
             break;
         }
-        // Pairs of `:=` are a user's own.
+        // Pairs with `:=` are the user's own.
         let field = line.split_once(':').filter(|(_, value)| !value.starts_with('='));
         if let Some((key, value)) = field.filter(|_| !line.starts_with('#')) {
             let key = match &*key.trim().to_ascii_lowercase() {
@@ -146,7 +146,7 @@ fn number(name: &str) -> Result<Number, VolumeFault> {
     })
 }
 
-/// The axes of an array, and where it is.
+/// The axes of an array, and its place.
 struct Axes {
     /// Lengths and meanings, the fastest first.
     axes: Vec<(u64, Axis)>,
@@ -205,7 +205,7 @@ impl Axes {
             let mut words = units.split('"').filter(|word| !word.trim().is_empty());
             words.next().and_then(unit_named)
         });
-        // Those of a body are of millimetres, as all who write them have it.
+        // Anatomical spaces are in millimetres, as all programs write them.
         place.unit = place.unit.or(place.body.map(|_| 1e-3));
         Ok(Self { axes, place })
     }

@@ -1,21 +1,21 @@
-//! Arrays that are packed, within memory that the packed bytes can fill.
+//! Unpacks compressed arrays; the memory for one is bounded by its packed size.
 use crate::{limits::has_memory, vdb::VolumeFault};
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 use std::io::Read;
 
 /// Largest array that is unpacked \[bytes\].
 pub(super) const MOST_BYTES: usize = 1 << 31;
-/// What a byte of a deflated stream unpacks to at most \[bytes\].
+/// Most bytes that a byte of a deflated stream unpacks to.
 const MOST_RATIO: usize = 1032;
 
-/// How bytes are packed.
+/// Compression of an array's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Packing {
     Zlib,
     Gzip,
 }
 
-/// The first `length` bytes of what is packed.
+/// The first `length` unpacked bytes.
 pub(super) fn unpacked(
     packing: Packing,
     packed: &[u8],
@@ -36,7 +36,7 @@ pub(super) fn unpacked(
     Ok(bytes)
 }
 
-/// Room for unpacked bytes.
+/// An empty buffer with capacity for unpacked bytes.
 pub(super) fn room(length: usize) -> Result<Vec<u8>, VolumeFault> {
     if length > MOST_BYTES {
         let message = format!("{} MiB of packed voxels", length >> 20);

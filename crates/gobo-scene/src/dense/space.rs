@@ -1,19 +1,19 @@
-//! Where an array of voxels is.
+//! Placement of a voxel array in space.
 use crate::{units::Up, vdb::VolumeFault};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Where the voxels of a file are.
+/// Placement of a file's voxels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// The file's space, in its units, from index space, in which voxel centres are whole numbers.
+    /// The file's space, in its units, from index space, where voxel centres are whole numbers.
     pub(super) file_from_index: DAffine3,
-    /// What the file says of its unit \[m\].
+    /// Unit that the file states \[m\].
     pub(super) unit: Option<f64>,
-    /// The axes of a body, if the file says that they are.
+    /// Anatomical axes, if the file states them.
     pub(super) body: Option<BodyAxes>,
 }
 
-/// Towards which side of a body x and y grow; z grows towards its head.
+/// Sides of the body that x and y grow towards; z grows towards the head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BodyAxes {
     /// Left and back, as in DICOM.
@@ -25,7 +25,7 @@ pub(super) enum BodyAxes {
 }
 
 impl BodyAxes {
-    /// Standing, and facing +z: x to its left, y to its head, as glTF wants of models.
+    /// Rotation to a body that stands and faces +z: x to its left, y to its head, as glTF wants of models.
     fn standing(self) -> DMat3 {
         let (left, front) = match self {
             Self::LeftBack => (1.0, -1.0),
@@ -50,7 +50,7 @@ impl Place {
         Self { file_from_index, ..Self::default() }
     }
 
-    /// Refuses what has no volume.
+    /// Refuses voxels without volume.
     pub(super) fn check(&self) -> Result<(), VolumeFault> {
         let (affine, matrix) = (self.file_from_index, self.file_from_index.matrix3);
         if !affine.is_finite() || !matrix.determinant().is_normal() || !matrix.inverse().is_finite()

@@ -1,4 +1,4 @@
-//! Stacks of TIFF pages: TIFF 6.0, and `ImageJ`'s spacing in the description of the first.
+//! Stacks of TIFF pages: TIFF 6.0, with `ImageJ`'s spacing in the first page's description.
 use super::{
     array::{Axis, Layout, Number},
     file::DenseFile,
@@ -101,7 +101,7 @@ fn append(bytes: &mut Vec<u8>, numbers: &DecodingResult) -> Result<Number, Volum
     })
 }
 
-/// Edges of a voxel, in a unit \[m\] if one is said.
+/// Edges of a voxel, in a unit \[m\] if one is stated.
 struct Spacing {
     edges: DVec3,
     unit: Option<f64>,

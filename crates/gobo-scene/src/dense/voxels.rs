@@ -8,10 +8,10 @@ use glam::DAffine3;
 pub(crate) struct Dense {
     bytes: Vec<u8>,
     layout: Layout,
-    /// What a number is multiplied by, and what is added then.
+    /// Factor of each number, and the offset added after it.
     pub(super) scale: [f64; 2],
     place: Place,
-    /// What of the file is not shown, a sentence each.
+    /// Parts of the file that are not shown, a sentence each.
     pub(crate) notes: Vec<String>,
 }
 
@@ -56,8 +56,8 @@ impl Dense {
         (share(channel) * opacity) as f32
     }
 
-    /// The file's space \[m\] from index space, in which voxel centres are whole numbers. `unit` \[m\] and `up` replace what
-    /// the file says.
+    /// The file's space \[m\] from index space, where voxel centres are whole numbers. `unit` \[m\] and `up`
+    /// override the file's.
     pub(crate) fn volume_from_index(&self, unit: Option<f64>, up: Option<Up>) -> DAffine3 {
         self.place.volume_from_index(unit, up)
     }

@@ -12,7 +12,7 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use glam::{DMat3, DVec3};
 use roxmltree::{Document, Node, ParsingOptions};
 
-/// Most nodes of the text that is read.
+/// Most XML nodes that are read.
 const MOST_NODES: u32 = 100_000;
 const APPENDED: &[u8] = b"<AppendedData";
 
@@ -31,7 +31,7 @@ fn wrong(message: impl Into<String>) -> VolumeFault {
 }
 
 pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
-    // What is appended may be no text.
+    // Appended data need not be text.
     let appended = find(&file.bytes, APPENDED, 0);
     let end = appended.and_then(|at| find(&file.bytes, b">", at)).map(|at| at + 1);
     let data = end.and_then(|end| find(&file.bytes, b"_", end)).map(|at| &file.bytes[at + 1..]);
@@ -106,14 +106,15 @@ pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     let (origin, spacing) = (vector("Origin", 0.0)?, vector("Spacing", 1.0)?);
     let rows = text::numbers("Direction", image.attribute("Direction").unwrap_or_default())?;
     let rows: Option<[f64; 9]> = rows.try_into().ok();
-    // Of rows, so the transpose has them as columns.
+    // The file stores the matrix by rows, glam by columns.
     let turn = rows.map_or(DMat3::IDENTITY, |rows| DMat3::from_cols_array(&rows).transpose());
     let start = first + if is_cells { 0.5 } else { 0.0 };
     let axes = std::array::from_fn(|i| turn.col(i) * spacing[i]);
     Dense::new(bytes, layout, Place::new(axes, origin + turn * (start * spacing)))
 }
 
-/// The array of a name, or the scalars, or the first one of points or else of cells, and whether it is of cells.
+/// The named array, or else the scalars, or else the first array, points before cells; and whether it is of
+/// cells.
 fn array<'a, 'input>(
     piece: Node<'a, 'input>,
     name: Option<&str>,
@@ -159,18 +160,18 @@ fn number(name: &str) -> Result<Number, VolumeFault> {
     })
 }
 
-/// How the bytes of an array are written.
+/// Encoding of an array's bytes.
 struct Stream<'a> {
     is_big: bool,
     /// Whether lengths have 8 bytes.
     is_wide: bool,
     compressor: Option<&'a str>,
-    /// Bytes that the array has.
+    /// Bytes of the array.
     need: usize,
 }
 
 impl Stream<'_> {
-    /// The array of which the lengths are the first bytes.
+    /// The array's bytes, which follow their lengths in the file.
     fn read(&self, data: &[u8], is_base64: bool) -> Result<Vec<u8>, VolumeFault> {
         let width = if self.is_wide { 8 } else { 4 };
         let Some(compressor) = self.compressor else {
@@ -219,7 +220,7 @@ impl Stream<'_> {
         Ok(whole)
     }
 
-    /// The length at a place.
+    /// The length at byte `place`.
     fn length(&self, bytes: &[u8], place: usize) -> Result<usize, VolumeFault> {
         let width = if self.is_wide { 8 } else { 4 };
         let own = bytes.get(place * width..(place + 1) * width);
@@ -232,7 +233,7 @@ impl Stream<'_> {
 }
 
 fn lz4(packed: &[u8], size: usize) -> Result<Vec<u8>, VolumeFault> {
-    /// What a byte of LZ4 unpacks to at most \[bytes\].
+    /// Most bytes that a byte of LZ4 unpacks to.
     const MOST_RATIO: usize = 255;
     if size > packed.len().saturating_mul(MOST_RATIO) {
         return Err(VolumeFault::damaged(format!("{size} bytes in {} packed ones", packed.len())));
@@ -245,7 +246,7 @@ fn lz4(packed: &[u8], size: usize) -> Result<Vec<u8>, VolumeFault> {
     Ok(bytes)
 }
 
-/// Bytes, as they are or as letters.
+/// Raw bytes, or base64 text.
 #[derive(Clone, Copy)]
 struct VtiBytes<'a> {
     data: &'a [u8],
@@ -257,7 +258,7 @@ impl<'a> VtiBytes<'a> {
         Self { data, is_base64 }
     }
 
-    /// The first `length` bytes, or those that are there.
+    /// The first `length` bytes, or fewer if the data end.
     fn bytes(self, length: usize) -> Result<Vec<u8>, VolumeFault> {
         if !self.is_base64 {
             return Ok(self.data[..length.min(self.data.len())].to_vec());
@@ -272,7 +273,7 @@ impl<'a> VtiBytes<'a> {
         Ok(bytes)
     }
 
-    /// What stands behind `length` bytes that were written by themselves.
+    /// Data after the first `length` bytes, which were encoded on their own.
     fn behind(self, length: usize) -> Self {
         let at = if self.is_base64 { length.div_ceil(3).saturating_mul(4) } else { length };
         Self { data: self.data.get(at..).unwrap_or_default(), ..self }

@@ -1,4 +1,4 @@
-//! What a glTF file announces, before anything is made of it.
+//! Counts that a glTF file announces, before anything is allocated.
 //!
 //! Never more than [`super::gltf::load`] makes: a texture that is stored once for bodies and once for
 //! surfaces is counted once.
@@ -20,7 +20,7 @@ pub(crate) struct Announced {
     pub(crate) texels: u64,
 }
 
-/// Counts what the nodes of the file's scene name.
+/// Counts the contents of the nodes in the file's scene.
 pub(crate) fn announced(file: &GltfFile) -> Announced {
     let mut triangles = 0_u64;
     let mut materials = Vec::new();
@@ -56,7 +56,7 @@ pub(crate) fn announced(file: &GltfFile) -> Announced {
     Announced { triangles, textures, texels }
 }
 
-/// Number of textures of these materials, and of their texels.
+/// Number of these materials' textures, and of their texels.
 pub(crate) fn images<'a>(
     file: &'a GltfFile,
     materials: impl IntoIterator<Item = Material<'a>>,
@@ -85,7 +85,7 @@ pub(crate) fn images<'a>(
     (textures, texels)
 }
 
-/// Images of the colour, which become one texture, of the emission, and of what passes diffusely.
+/// Images of the colour, which become one texture; of the emission; and of diffuse transmission.
 fn images_of<'a>(file: &'a GltfFile, material: &Material<'a>) -> [[Option<Image<'a>>; IMAGES]; 3] {
     let transmits = transmission(material) > 0.0;
     let color = Product::of(material, transmits, false);

@@ -9,10 +9,10 @@ pub(crate) const EXTENSION: &str = "KHR_draco_mesh_compression";
 
 const DAMAGED: &str = "check it with a glTF validator, or compress it again";
 
-/// A compressed primitive: the view that holds its stream, and the views that accessors read it from.
+/// A compressed primitive: the view with its stream, and the views that accessors read its data from.
 #[derive(Debug)]
 pub(crate) struct PackedPrimitive {
-    /// As messages name it.
+    /// Name in messages.
     name: String,
     stream: usize,
     indices: Decoded,
@@ -25,7 +25,7 @@ struct Decoded {
     accessor: usize,
     view: usize,
     count: usize,
-    /// Of an item.
+    /// Components of an item.
     components: usize,
     number: ComponentType,
 }
@@ -41,8 +41,8 @@ enum ComponentType {
     F32,
 }
 
-/// The file's compressed primitives. Their accessors get views of their own, whose bytes [`unpack`] makes; those that
-/// have a view keep it, as it holds the same without compression.
+/// The file's compressed primitives. Their accessors get new views, whose bytes [`unpack`] makes. An accessor
+/// with a view keeps it: it holds the same data uncompressed.
 pub(crate) fn packed(root: &mut Value) -> Result<Vec<PackedPrimitive>, Fault> {
     let mut found = Vec::new();
     for (mesh, value) in list(root, "meshes").iter().enumerate() {
@@ -68,7 +68,7 @@ fn index(value: Option<&Value>) -> Option<usize> {
     value.and_then(Value::as_u64).and_then(|index| usize::try_from(index).ok())
 }
 
-/// `None` if no accessor needs what is compressed.
+/// `None` if no accessor needs the compressed data.
 fn of_primitive(
     root: &mut Value,
     name: String,
@@ -102,7 +102,7 @@ fn of_primitive(
     Ok(Some(PackedPrimitive { name, stream, indices, attributes }))
 }
 
-/// Gives an accessor without a view one of its own; `Some(None)` if it has a view, `None` if it is damaged.
+/// Gives an accessor without a view a new one; `Some(None)` if it has one, `None` if it is damaged.
 fn decoded(root: &mut Value, index_of: usize, buffer: &Value) -> Option<Option<Decoded>> {
     let view = list(root, "bufferViews").len();
     let accessor = root.get_mut("accessors")?.get_mut(index_of)?.as_object_mut()?;
@@ -126,12 +126,12 @@ fn decoded(root: &mut Value, index_of: usize, buffer: &Value) -> Option<Option<D
     Some(Some(Decoded { accessor: index_of, view, count, components, number }))
 }
 
-/// What compressed primitives hold.
+/// Contents of compressed primitives.
 #[derive(Debug, Default)]
 pub(crate) struct Unpacked {
-    /// Bytes of the views of their accessors.
+    /// Bytes of each accessor's view.
     pub(crate) views: HashMap<usize, Vec<u8>>,
-    /// Counts of accessors that announce another one than their stream has.
+    /// Item counts of accessors that announce another count than their stream.
     pub(crate) counts: HashMap<usize, usize>,
 }
 
@@ -169,7 +169,7 @@ pub(crate) fn unpack(file: &GltfFile, packed: &[PackedPrimitive]) -> Result<Unpa
             if usize::from(attribute.num_components()) < decoded.components {
                 return Err(damaged(&format!("attribute {id} has too few components")));
             }
-            // Exact, as attributes have no integers of 32 bits.
+            // Exact: no attribute has integers of 32 bits.
             let numbers = attribute.read_f32s(decoded.count, decoded.components);
             unpacked.put(announced, decoded, numbers.into_iter().map(f64::from));
         }
@@ -177,7 +177,7 @@ pub(crate) fn unpack(file: &GltfFile, packed: &[PackedPrimitive]) -> Result<Unpa
     Ok(unpacked)
 }
 
-/// `most`: what it may take \[bytes\].
+/// `most`: memory limit \[bytes\].
 fn decode(stream: &[u8], most: u64) -> Result<Mesh, draco_core::DracoError> {
     let faces = Limit::Triangles.most();
     let limits = DecodeLimits::default()
@@ -190,7 +190,7 @@ fn decode(stream: &[u8], most: u64) -> Result<Mesh, draco_core::DracoError> {
     Ok(mesh)
 }
 
-/// Bytes of all accessors as they are decoded, four a component.
+/// Bytes of all decoded accessors, at four per component.
 fn size_of<'a>(all: impl Iterator<Item = &'a Decoded>) -> u64 {
     let size =
         |decoded: &Decoded| (decoded.count as u64).saturating_mul((decoded.components * 4) as u64);
@@ -242,7 +242,7 @@ impl ComponentType {
         })
     }
 
-    /// Whether it is wide enough for an index.
+    /// Whether the type is wide enough for an index.
     const fn holds(self, index: u32) -> bool {
         match self {
             Self::U8 => index <= u8::MAX as u32,

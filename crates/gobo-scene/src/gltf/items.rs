@@ -8,7 +8,7 @@ use ::gltf::accessor::DataType;
 pub(crate) struct Items<'a> {
     /// Base items; zeros if there are none.
     base: Option<Strided<'a>>,
-    /// Sorted indices, and the items that replace those.
+    /// Sorted indices, and the items that replace the base's.
     sparse: Option<(Strided<'a>, Strided<'a>)>,
     pub(crate) count: usize,
     data_type: DataType,
@@ -73,7 +73,7 @@ impl<'a> Items<'a> {
         self.base.map(|base| base.get(i))
     }
 
-    /// First components of item `i`; integers are scaled to -1..=1 if the accessor says so.
+    /// First components of item `i`; integers are scaled to -1..=1 if the accessor is normalised.
     pub(crate) fn floats<const N: usize>(&self, i: usize) -> [f32; N] {
         let Some(bytes) = self.bytes(i) else { return [0.0; N] };
         let scaled = |number: f32, most: f32| {
@@ -111,7 +111,7 @@ fn part<const N: usize>(bytes: &[u8], c: usize) -> [u8; N] {
     std::array::from_fn(|i| bytes[c * N + i])
 }
 
-/// First of `count` indices that satisfies `holds`, if all later ones do too.
+/// First of `count` indices that satisfies `holds`, which all later ones satisfy, too.
 fn first_from(count: usize, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count);
     while low < high {

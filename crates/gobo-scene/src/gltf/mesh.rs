@@ -23,11 +23,11 @@ pub(crate) struct Meshes {
     pub(crate) triangles: Vec<Triangle>,
     /// Vertices of the triangles of the last primitive.
     pub(crate) kept: Vec<[usize; 3]>,
-    /// Primitives so far: object ids of their triangles.
+    /// Number of primitives so far: object ids of their triangles.
     objects: u32,
     pub(crate) skipped: Skipped,
-    /// Triangles of the scene plus those announced by this file, including degenerate ones: a small file
-    /// can name one mesh many times.
+    /// Triangles of the scene and those announced by this file, including degenerate ones: a small file can
+    /// name one mesh many times.
     promised: u64,
     /// Accessors that were checked.
     checked: HashSet<usize>,
@@ -42,12 +42,12 @@ struct MeshVertices<'a> {
 }
 
 impl Meshes {
-    /// `earlier`: triangles that the scene has already.
+    /// `earlier`: triangles that the scene already has.
     pub(crate) fn new(earlier: u64) -> Self {
         Self { promised: earlier, ..Self::default() }
     }
 
-    /// Counts the triangles that [`Self::add`] will make of a primitive, before any of them is made.
+    /// Counts the triangles that [`Self::add`] will make of a primitive, before any is made.
     pub(crate) fn promise(
         &mut self,
         file: &GltfFile,
@@ -61,7 +61,7 @@ impl Meshes {
         Ok(())
     }
 
-    /// Adds the triangles of a primitive in world space, or, if it moves, in the mesh's own space.
+    /// Adds the triangles of a primitive: in world space or, if it moves, in the mesh's own space.
     pub(crate) fn add(
         &mut self,
         file: &GltfFile,
@@ -212,12 +212,12 @@ impl Meshes {
     }
 }
 
-/// Accessor with one item per corner, of triangles, strips and fans.
+/// Accessor with one item per corner of triangles, strips and fans.
 pub(crate) fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
     primitive.indices().or_else(|| primitive.get(&Semantic::Positions))
 }
 
-/// Number of triangles that the file announces, including degenerate ones.
+/// Number of triangles that the primitive announces, including degenerate ones.
 pub(crate) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     let corners = corners(primitive).map_or(0, |accessor| accessor.count());
     match primitive.mode() {
@@ -227,7 +227,8 @@ pub(crate) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     }
 }
 
-/// Whether a ray crosses one face of an open mesh and not two: whether most of its area looks one way, either way.
+/// Whether a ray crosses one face of an open mesh and not two: whether most of its area faces one way or its
+/// opposite.
 fn is_sheet(triangles: &[Triangle]) -> bool {
     let (mut whole, mut sum) = (0.0, DVec3::ZERO);
     for triangle in triangles {

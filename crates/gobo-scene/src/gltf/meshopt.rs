@@ -9,7 +9,7 @@ const EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compressi
 
 const DAMAGED: &str = "check it with a glTF validator, or compress it again";
 
-/// A compressed view: which bytes of which buffer it is decompressed from.
+/// A compressed view, and its bytes in a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PackedView {
     view: usize,

@@ -1,5 +1,5 @@
-//! Splats in glTF: `KHR_gaussian_splatting`, in accessors or in an SPZ file in a view, whose coordinates are taken as
-//! they are, as `CesiumJS` takes them.
+//! Splats in glTF: `KHR_gaussian_splatting`, in accessors or in an SPZ file in a view, whose coordinates are
+//! used unchanged, as in `CesiumJS`.
 use super::{
     file::GltfFile,
     items::Items,
@@ -19,7 +19,7 @@ use std::{
     path::Path,
 };
 
-/// Reads the splats of a file, placed by its nodes as they rest.
+/// Reads the splats of a file, placed by its nodes at rest.
 pub(crate) fn read(path: &Path) -> Result<SplatCloud, SceneError> {
     let file = GltfFile::open(path)?;
     let fault = |(message, help): (String, &'static str)| file.invalid(message, help);
@@ -158,7 +158,7 @@ impl<'a> SplatAttributes<'a> {
         Ok(columns)
     }
 
-    /// Whether scales are logarithms, as drafts of the extension had them until 2025: plain ones are never
+    /// Whether scales are logarithms, as in drafts of the extension until 2025: plain scales are never
     /// negative.
     fn has_logarithms(&self) -> bool {
         (0..self.scale.count).any(|i| self.scale.floats::<3>(i).iter().any(|scale| *scale < 0.0))

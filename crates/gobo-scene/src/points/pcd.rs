@@ -1,4 +1,4 @@
-//! PCD 0.7 (Point Cloud Library): rows of numbers as text or binary, or columns by LZF.
+//! PCD 0.7 (Point Cloud Library): rows of numbers as text or binary, or columns compressed by LZF.
 use super::{
     DAMAGED, Fault, Point, Points, linear, lzf,
     pcd_header::{self, PcdEncoding, PcdField, PcdHeader},
@@ -12,7 +12,7 @@ const NAMES: [&str; 8] = ["x", "y", "z", "rgb", "rgba", "intensity", "label", "c
 const COLOR: [usize; 2] = [3, 4];
 const INTENSITY: usize = 5;
 
-/// Places of the columns that are read: the field, and its offset in a row \[bytes\].
+/// The columns that are read: each one's field, and its offset in a row \[bytes\].
 struct PointColumns<'a> {
     of_names: [Option<(&'a PcdField, usize)>; NAMES.len()],
 }
@@ -57,13 +57,13 @@ impl<'a> PointColumns<'a> {
     }
 }
 
-/// Number of points that a header promises; `None` if the file is too short for them.
+/// Number of points that a header announces; `None` if the file is too short for them.
 pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
     let header = pcd_header::parse(head).ok()?;
     (header.points <= most_points(&header, length)).then_some(header.points)
 }
 
-/// Most points in a file of a length \[bytes\].
+/// Upper bound of the points in a file of `length` bytes.
 fn most_points(header: &PcdHeader, length: u64) -> u64 {
     let bytes = length.saturating_sub(header.length as u64);
     let row = header.row().max(1) as u64;
@@ -170,7 +170,7 @@ fn ascii(
             let word = words[before.map(|field| field.count).sum::<usize>()];
             let value: f64 =
                 word.parse().map_err(|_| format!("{} is not a number", quoted(word)))?;
-            // Bytes of colours are written as the float or the number that they make.
+            // Bytes of colours are written as the bits of a float or an integer.
             let bits = match field.kind {
                 b'F' => u64::from((value as f32).to_bits()),
                 _ => value as i64 as u64,
@@ -186,7 +186,7 @@ fn ascii(
     Ok(())
 }
 
-/// Columns one behind the other, by LZF.
+/// Columns one after the other, compressed by LZF.
 fn packed(
     header: &PcdHeader,
     columns: &PointColumns<'_>,
@@ -206,7 +206,7 @@ fn packed(
     let damaged = || ("its compressed points cannot be read".to_owned(), DAMAGED);
     let plain = lzf::unpacked(stream, length).ok_or_else(damaged)?;
     for i in 0..count {
-        // Behind all rows of the columns before.
+        // After all rows of the columns before.
         let number = |field: &PcdField, offset: usize| {
             Ok(binary(field, &plain[offset * count + i * field.size..]))
         };

@@ -22,7 +22,7 @@ pub(super) struct PcdField {
     pub(super) size: usize,
     /// `I`, `U` or `F`.
     pub(super) kind: u8,
-    /// Numbers of a point.
+    /// Numbers per point.
     pub(super) count: usize,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct PcdHeader {
     pub(super) fields: Vec<PcdField>,
     pub(super) points: u64,
     pub(super) encoding: PcdEncoding,
-    /// Whether the place of the sensor is another than the origin.
+    /// Whether the sensor is not at the origin.
     pub(super) has_viewpoint: bool,
     pub(super) lines: usize,
     /// Offset of the data \[bytes\].
@@ -52,7 +52,7 @@ impl PcdHeader {
     }
 }
 
-/// Whether bytes begin a PCD file: after comments there is its version, or its columns.
+/// Whether bytes begin a PCD file: its version or its columns follow the comments.
 pub(super) fn is_pcd(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(&start[..start.len().min(4096)]);
     if text.starts_with("# .PCD") {

@@ -8,10 +8,10 @@ use gobo::model::Gaussian;
 /// Size of a record \[bytes\].
 const RECORD: usize = 32;
 
-/// Records that are looked at before a file without a header is taken for splats.
+/// Records that are checked before a file without a header is taken for splats.
 const PROBED: usize = 64;
 
-/// Whether bytes look like such records: their first have sensible numbers.
+/// Whether bytes look like such records: whether the first ones have plausible numbers.
 pub(super) fn is_bare(bytes: &[u8]) -> bool {
     let is_sensible = |record: &[u8]| {
         let Gaussian { center, sigma, rotation, .. } = splat(record);
@@ -27,7 +27,7 @@ pub(super) fn is_bare(bytes: &[u8]) -> bool {
         && probed.clone().filter(|record| is_sensible(&record[..])).count() * 2 > probed.len()
 }
 
-/// Whether a file of so many bytes has whole records.
+/// Whether a file of this length has whole records.
 pub(super) fn is_whole(length: u64) -> bool {
     length.is_multiple_of(RECORD as u64)
 }

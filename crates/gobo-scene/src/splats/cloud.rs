@@ -21,15 +21,15 @@ pub struct SplatCloud {
     pub extinction: Option<f32>,
     /// Splats left out, by reason.
     pub skipped: Skipped,
-    /// What of the file is ignored, a sentence each.
+    /// Ignored parts of the file, a sentence each.
     pub notes: Vec<String>,
-    /// Row of the file of each splat; empty where no row was skipped.
+    /// Each splat's row in the file; empty where no row was skipped.
     pub rows: Vec<u32>,
-    /// Colours that were outside 0..=1.
+    /// Number of colours that were outside 0..=1.
     clamped: u64,
 }
 
-/// A deviation of 0 becomes this share of the largest: a flat splat without a division by 0.
+/// A deviation of 0 becomes this share of the largest: the splat stays flat, without a division by 0.
 const FLATTEST: f32 = 1e-6;
 
 impl SplatCloud {
@@ -73,7 +73,7 @@ impl SplatCloud {
         }
     }
 
-    /// Notes what is left out of each splat's colour: `count` coefficients of higher spherical harmonics.
+    /// Notes that `count` coefficients of higher spherical harmonics are ignored in each splat's colour.
     pub(crate) fn leave_out_harmonics(&mut self, count: usize) {
         if count > 0 && !self.splats.is_empty() {
             self.notes.push(format!(
@@ -92,11 +92,11 @@ impl SplatCloud {
     }
 }
 
-/// The splat with its rotation normalised, its colour clamped and without deviations of 0, or why it cannot be
+/// The splat with a unit rotation, a clamped colour and no deviation of 0, or the reason why it cannot be
 /// used.
 pub fn valid(splat: Gaussian) -> Result<Gaussian, &'static str> {
     let Gaussian { rotation, sigma, color, .. } = splat;
-    // Squares of a short quaternion would vanish.
+    // Squares of a short quaternion would underflow.
     let longest = rotation.to_array().iter().fold(0.0, |most: f32, part| most.max(part.abs()));
     let flattest = sigma.max_element() * FLATTEST;
     let valid = Gaussian {

@@ -1,5 +1,5 @@
-//! Kinds of files of splats.
-/// Kind of a file of splats.
+//! Kinds of splat files.
+/// Kind of a splat file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplatKind {
     /// PLY with a row per splat.
@@ -21,8 +21,9 @@ pub enum SplatKind {
 }
 
 impl SplatKind {
-    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took over
-    /// the axes of photogrammetry. `PlayCanvas` writes SOG with the axes of the PLY that it is made from.
+    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which
+    /// inherited the axes of photogrammetry. `PlayCanvas` writes SOG with the axes of the PLY that it is made
+    /// from.
     pub(crate) fn points_down(self) -> bool {
         self != Self::Spz
     }

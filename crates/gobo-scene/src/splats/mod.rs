@@ -2,12 +2,12 @@
 //!
 //! | file | coordinates | opacity | scale |
 //! |---|---|---|---|
-//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | as they are: the format has none | logit | logarithm |
-//! | `.compressed.ply` (`PlayCanvas`) | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
-//! | `.splat` | as they are | 8 bits | plain |
+//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged: the format has none | logit | logarithm |
+//! | `.compressed.ply` (`PlayCanvas`) | unchanged, like its source `.ply` | 8 bits | logarithm |
+//! | `.splat` | unchanged | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
-//! | `.ksplat` 0.1 (mkkellogg) | as they are | 8 bits | plain |
+//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | unchanged, like the source `.ply` | 8 bits | logarithm |
+//! | `.ksplat` 0.1 (mkkellogg) | unchanged | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
 mod bare;
@@ -36,7 +36,7 @@ use crate::error::Fault;
 use sog_store::{Store, file_name};
 use std::path::{Path, PathBuf};
 
-/// Kind of splats in a file of a length \[bytes\], by its start; `None` if they are none, or glTF.
+/// Kind of splats in a file of `length` bytes, by its first bytes; `None` if it has none, or is glTF.
 pub fn kind_of(start: &[u8], length: u64) -> Option<SplatKind> {
     if start.starts_with(b"ply") {
         return ply::kind_of(start);
@@ -45,7 +45,7 @@ pub fn kind_of(start: &[u8], length: u64) -> Option<SplatKind> {
         return Some(SplatKind::Spz);
     }
     if start.starts_with(b"PK\x03\x04") {
-        // The name of the first file: a zip of another program's begins with a scene.
+        // The name of the first file: archives of USD begin with a scene.
         let name = String::from_utf8_lossy(start.get(30..start.len().min(300)).unwrap_or_default());
         return (!name.contains(".usd")).then_some(SplatKind::Sog);
     }
@@ -59,7 +59,7 @@ pub fn kind_of(start: &[u8], length: u64) -> Option<SplatKind> {
     (bare::is_whole(length) && bare::is_bare(start)).then_some(SplatKind::Bare)
 }
 
-/// Keys of the two kinds of `meta.json`, all of which are near its start.
+/// Keys of the two kinds of `meta.json`, all near its beginning.
 const LEVELS: [&str; 2] = ["\"lodLevels\"", "\"filenames\""];
 const IMAGES: [&str; 3] = ["\"means\"", "\"scales\"", "\"files\""];
 
@@ -72,8 +72,8 @@ fn kind_of_json(start: &[u8]) -> Option<SplatKind> {
     has(&IMAGES).then_some(SplatKind::SogFolder)
 }
 
-/// Reads the bytes of a file of a kind. `path`: of the file, beside which the others of a SOG are. `lod`: the level of
-/// detail, of a file that has some.
+/// Reads the bytes of a file of a kind. `path`: of the file; the other files of a SOG are beside it. `lod`:
+/// the level of detail, in a file with several.
 pub fn read_kind(
     kind: SplatKind,
     path: &Path,

@@ -4,10 +4,10 @@ use crate::{error::Fault, ply_body::PlyBody, ply_header};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 
-/// Splats of a chunk.
+/// Splats per chunk.
 const CHUNK: usize = 256;
 
-/// Columns of the bounds of a chunk: of centres, logarithms of deviations, colours.
+/// Columns of a chunk's bounds: of centres, logarithms of deviations, colours.
 const BOUNDS: [[&str; 6]; 3] = [
     ["min_x", "min_y", "min_z", "max_x", "max_y", "max_z"],
     ["min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y", "max_scale_z"],
@@ -16,7 +16,7 @@ const BOUNDS: [[&str; 6]; 3] = [
 
 const WORDS: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
 
-/// Bounds of a chunk: least and largest of centres, logarithms of deviations and colours.
+/// Bounds of a chunk: minima and maxima of centres, logarithms of deviations, and colours.
 type Chunk = [[Vec3; 2]; 3];
 
 pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
@@ -95,8 +95,8 @@ fn share(word: u32, shift: u32, bits: u32) -> f32 {
     (word >> shift & most) as f32 / most as f32
 }
 
-/// Words of the centre (11, 10, 11 bits from the top), rotation (index of the largest part of w x y z, and
-/// the others), deviations (as the centre), colour and opacity (8 bits each from the top).
+/// Decodes the words of the centre (11, 10, 11 bits from the top), rotation (index of the largest part of w x
+/// y z, and the others), deviations (as the centre), colour and opacity (8 bits each from the top).
 fn splat(chunk: &Chunk, [position, rotation, scale, color]: [u32; 4]) -> Gaussian {
     let vector = |word| Vec3::new(share(word, 21, 11), share(word, 11, 10), share(word, 0, 11));
     let within = |[least, most]: [Vec3; 2], share: Vec3| least + (most - least) * share;
@@ -114,7 +114,7 @@ fn splat(chunk: &Chunk, [position, rotation, scale, color]: [u32; 4]) -> Gaussia
     }
 }
 
-/// A unit quaternion without its largest part, number `largest` of w x y z.
+/// A unit quaternion from the parts without its largest, number `largest` of w x y z.
 pub(super) fn smallest_three(parts: [f32; 3], largest: usize) -> Quat {
     let sum: f32 = parts.iter().map(|part| part * part).sum();
     let mut rest = parts.into_iter();

@@ -23,7 +23,7 @@ const MEDIUM: [&str; 4] = ["sigma_t_0", "albedo_0", "albedo_1", "albedo_2"];
 /// Column that distinguishes compressed splats from others.
 const PACKED: &str = "packed_position";
 
-/// The `columns` among the properties of `element`, all of which must be there.
+/// Table of `columns` in the properties of `element`, all of which are required.
 pub(super) fn table(element: &Element, columns: &[&str]) -> Result<ElementTable, Fault> {
     let mut of_properties = vec![None; element.properties.len()];
     for (i, name) in columns.iter().enumerate() {
@@ -39,7 +39,7 @@ pub(super) fn table(element: &Element, columns: &[&str]) -> Result<ElementTable,
     Ok(ElementTable { columns: of_properties, width: columns.len() })
 }
 
-/// Kind of splats that a header has columns of.
+/// Kind of splats by the columns of a header.
 pub(super) fn kind_of(bytes: &[u8]) -> Option<SplatKind> {
     let header = ply_header::parse(bytes).ok()?;
     let vertex = header.elements.iter().find(|element| element.name == "vertex")?;
@@ -101,7 +101,7 @@ fn vertices(body: &mut PlyBody<'_>, element: &Element) -> Result<SplatCloud, Fau
         Gaussian { center: vector(0), rotation, sigma, opacity, color, ..Gaussian::default() }
     };
     if is_medium {
-        // Opacities are shares of the largest extinction, which is known at the end.
+        // Opacities are shares of the largest extinction, known at the end.
         let mut all = Vec::new();
         let help = "use a smaller file, or a machine with more memory";
         all.try_reserve_exact(element.count)

@@ -1,4 +1,5 @@
-//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder.
+//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a
+//! folder.
 use super::{
     cloud::{HARMONIC, SplatCloud},
     packed::smallest_three,
@@ -26,7 +27,7 @@ const MAX_SIDE: u32 = 8192;
 /// Longest `meta.json` \[bytes\].
 const MAX_META: u64 = 1 << 20;
 
-/// Longest compressed image: more than the texels of the most splats need \[bytes\].
+/// Longest compressed image \[bytes\]: more than the largest number of splats needs.
 const MAX_IMAGE: u64 = 1 << 28;
 
 /// Alpha of a rotation whose largest part is w; x, y and z follow.
@@ -69,21 +70,21 @@ struct Higher {
     files: Vec<String>,
 }
 
-/// The splats of a SOG, decoded as they are asked for.
+/// The splats of a SOG, decoded on demand.
 pub(super) struct Sog {
     pub(super) count: u64,
     least: Vec3,
     most: Vec3,
     scale_of: [f32; 256],
     color_of: [f32; 256],
-    /// Low and high bytes of positions, scales, rotations, colours.
+    /// Images of positions' low and high bytes, scales, rotations and colours.
     images: [RgbaImage; 5],
     /// Coefficients of higher harmonics per channel.
     pub(super) harmonics: usize,
 }
 
 impl Sog {
-    /// Reads the images that a `meta.json` of this name in the store names.
+    /// Reads the images that the `meta.json` called `name` in the store lists.
     pub(super) fn open(store: &mut Store<'_>, name: &str) -> Result<Self, Fault> {
         let meta = meta(store, name)?;
         Limit::Splats.grown(0, meta.count)?;
@@ -139,7 +140,7 @@ impl Sog {
     }
 }
 
-/// Reads a store: a zip, or the folder of a `meta.json` of this name.
+/// Reads a store: a zip, or the folder of a `meta.json` called `name`.
 pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<SplatCloud, Fault> {
     let sog = Sog::open(store, name)?;
     let mut cloud = SplatCloud::with_room(sog.count)?;

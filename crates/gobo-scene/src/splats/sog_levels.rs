@@ -1,5 +1,5 @@
-//! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG, in whose order splats of a region are
-//! together, at several levels of detail. Level 0 is the finest.
+//! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG. Each stores the splats of a
+//! region together, at several levels of detail; level 0 is the finest.
 use super::{
     cloud::SplatCloud,
     sog::{self, DAMAGED, Sog},
@@ -16,7 +16,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Most splats that are read without being asked for: the finest level that has no more is taken.
+/// Most splats that are read by default: the finest level within it is chosen.
 const BUDGET: u64 = 4_000_000;
 
 /// Most nodes of the tree.
@@ -26,7 +26,7 @@ const MAX_NODES: u64 = 1 << 20;
 struct LevelsMeta {
     #[serde(rename = "lodLevels")]
     levels: u32,
-    /// `meta.json` of splats around the scene that have no levels.
+    /// `meta.json` of splats around the scene without levels.
     environment: Option<String>,
     filenames: Vec<String>,
     tree: LevelNode,
@@ -36,12 +36,12 @@ struct LevelsMeta {
 struct LevelNode {
     #[serde(default)]
     children: Vec<Self>,
-    /// By level.
+    /// Runs by level.
     #[serde(default)]
     lods: BTreeMap<u32, Run>,
 }
 
-/// Splats of a region and a level: a run of those of a file.
+/// Splats of a region at a level: consecutive ones of a file.
 #[derive(Clone, Copy, Deserialize)]
 struct Run {
     file: usize,
@@ -49,7 +49,7 @@ struct Run {
     count: u64,
 }
 
-/// Runs of each level, and the number of regions that have none.
+/// Runs of each level, and the number of regions without any.
 struct Levels {
     runs: Vec<Vec<Run>>,
     regions: usize,
@@ -89,8 +89,8 @@ fn meta(bytes: &[u8]) -> Result<(LevelsMeta, Levels), Fault> {
     Ok((meta, levels))
 }
 
-/// Reads a level; `None`: the finest of at most [`BUDGET`] splats, or else the coarsest. `path`: of the
-/// `lod-meta.json`, whose bytes are given.
+/// Reads a level; `None`: the finest of at most [`BUDGET`] splats, or else the coarsest. `path` and `bytes`:
+/// of the `lod-meta.json`.
 pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatCloud, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (meta, levels) = meta(bytes)?;
@@ -150,7 +150,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatC
     Ok(cloud.finish())
 }
 
-/// Opens the SOG of a `meta.json` that is named from a folder.
+/// Opens the SOG of a `meta.json` that is named relative to a folder.
 fn open(folder: &Path, name: &str) -> Result<Sog, Fault> {
     let place = path_in(folder, name)?;
     let inside = place.parent().unwrap_or(folder);
@@ -168,7 +168,7 @@ fn in_file(name: &str) -> impl Fn(Fault) -> Fault {
     move |(message, help)| (format!("{}: {message}", quoted(name)), help)
 }
 
-/// Files that a `lod-meta.json` names, of all levels.
+/// Files of all levels that a `lod-meta.json` names.
 pub(super) fn files(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (meta, _) = meta(bytes)?;

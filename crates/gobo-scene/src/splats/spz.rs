@@ -1,4 +1,4 @@
-//! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream for each
+//! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream per
 //! attribute. x is right, y up, z back.
 use super::{
     cloud::{HARMONIC, SplatCloud, word},
@@ -18,10 +18,10 @@ const MAGIC: [u8; 4] = *b"NGSP";
 const HEADER: usize = 16;
 const HEADER_4: usize = 32;
 
-/// Length of an entry of the list of streams: compressed and plain length \[bytes\].
+/// Length of an entry in the list of streams: compressed and plain length \[bytes\].
 const ENTRY: usize = 16;
 
-/// Range of coefficients: a byte is 0.5 + this * the coefficient.
+/// Scale of coefficients: a byte stores 0.5 + this * the coefficient.
 pub(super) const COLOR_SCALE: f32 = 0.15;
 
 /// Extensions of a file are shorter than this \[bytes\].
@@ -38,7 +38,7 @@ struct SpzHeader {
     version: u32,
     count: usize,
     degree: u8,
-    /// Bits of a coordinate behind the point.
+    /// Fractional bits of a coordinate.
     fraction: u8,
 }
 
@@ -62,7 +62,7 @@ impl SpzHeader {
         Ok(Self { version, count: count as usize, degree, fraction })
     }
 
-    /// Bytes of an attribute of a splat, by its place in [`NAMES`].
+    /// Bytes per splat of an attribute, by its index in [`NAMES`].
     fn size(self, attribute: usize) -> usize {
         let position = if self.version == 1 { 6 } else { 9 };
         let rotation = if self.version < 3 { 3 } else { 4 };
@@ -83,7 +83,7 @@ pub(super) fn is_spz(bytes: &[u8]) -> bool {
             && start == MAGIC
 }
 
-/// The splats of a file, decoded as they are asked for.
+/// The splats of a file, decoded on demand.
 pub(crate) struct Spz {
     header: SpzHeader,
     attributes: Attributes,
@@ -149,8 +149,8 @@ fn rotation(header: SpzHeader, bytes: &[u8], i: usize) -> Quat {
         let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
         return Quat::from_xyzw(x, y, z, w);
     }
-    // From the top: index of the largest part of x y z w, then the others, each a sign and nine bits; the last of
-    // them is the lowest.
+    // From the top: index of the largest part of x y z w, then the others, a sign and nine bits each, the
+    // last one lowest.
     let packed = u32::from_le_bytes(word(bytes, i));
     let part = |shift: u32| {
         let size = (packed >> shift & 511) as f32 / 511.0 * std::f32::consts::FRAC_1_SQRT_2;
@@ -174,7 +174,7 @@ fn exactly(from: &mut impl Read, length: usize, name: &str) -> Result<Vec<u8>, F
     Err((format!("the file ends in the {name}: {} of {length} bytes", bytes.len()), DAMAGED))
 }
 
-/// Reads and forgets exactly `length` bytes.
+/// Skips exactly `length` bytes.
 fn pass(from: &mut impl Read, length: usize, name: &str) -> Result<(), Fault> {
     let passed = io::copy(&mut from.take(length as u64), &mut io::sink())
         .map_err(|error| (format!("the {name} cannot be read: {error}"), DAMAGED))?;
@@ -197,7 +197,7 @@ fn gzip(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
         *attribute = exactly(&mut plain, header.count * header.size(i), NAMES[i])?;
     }
     pass(&mut plain, header.count * header.size(5), NAMES[5])?;
-    // Extensions, and the checksum of all.
+    // Extensions, and the checksum of the whole.
     io::copy(&mut plain.take(MOST_BEHIND), &mut io::sink())
         .map_err(|error| (format!("the end of the file cannot be read: {error}"), DAMAGED))?;
     Ok((header, attributes))

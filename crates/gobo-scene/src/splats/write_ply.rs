@@ -1,4 +1,4 @@
-//! PLY of 3D Gaussian splatting.
+//! Writes PLY of 3D Gaussian splatting.
 use super::cloud::HARMONIC;
 use gobo::model::Gaussian;
 use std::fmt::Write as _;
@@ -8,10 +8,10 @@ const COLUMNS: [&str; 14] = [
     "rot_0", "rot_1", "rot_2", "rot_3",
 ];
 
-/// Opacities are written within this distance of 0 and 1, whose logits are infinite; sixteen bits resolve it.
+/// Opacities are written at least this far from 0 and 1, whose logits are infinite; sixteen bits resolve it.
 const OPACITY_MARGIN: f32 = 1e-6;
 
-/// The splats as a little-endian PLY. `colors`: of each splat, any size.
+/// The splats as a little-endian PLY. `colors`: one per splat, of any magnitude.
 pub fn to_ply(splats: &[Gaussian], colors: &[glam::Vec3]) -> Vec<u8> {
     let mut header =
         format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", splats.len());

@@ -1,4 +1,4 @@
-//! SPZ version 3.
+//! Writes SPZ version 3.
 use super::{cloud::HARMONIC, spz::COLOR_SCALE};
 use flate2::{Compression, write::GzEncoder};
 use glam::Vec3;
@@ -7,13 +7,13 @@ use std::io::{self, Write as _};
 
 const VERSION: u32 = 3;
 
-/// Most bits of a coordinate behind the point.
+/// Most fractional bits of a coordinate.
 const MAX_FRACTION: u32 = 20;
 
 /// Largest number of 23 bits and a sign.
 const MOST: f32 = 8_388_607.0;
 
-/// The splats as SPZ. `colors`: of each splat; SPZ holds those from -0.44 to 1.44.
+/// The splats as SPZ. `colors`: one per splat; SPZ can hold -0.44 to 1.44.
 pub fn to_spz(splats: &[Gaussian], colors: &[Vec3]) -> io::Result<Vec<u8>> {
     let farthest = splats.iter().fold(0.0, |most: f32, s| most.max(s.center.abs().max_element()));
     // As fine as the farthest centre allows.
@@ -51,7 +51,7 @@ pub fn to_spz(splats: &[Gaussian], colors: &[Vec3]) -> io::Result<Vec<u8>> {
     file.finish()
 }
 
-/// Index of the largest part of x y z w, then the others, each a sign and nine bits, the last one lowest.
+/// Index of the largest part of x y z w, then the others, a sign and nine bits each, the last one lowest.
 fn rotation(splat: &Gaussian) -> u32 {
     let parts = splat.rotation.to_array();
     let larger = |a: usize, b: usize| if parts[b].abs() > parts[a].abs() { b } else { a };

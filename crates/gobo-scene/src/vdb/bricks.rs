@@ -14,18 +14,19 @@ use std::collections::{BTreeSet, HashMap};
 #[derive(Debug, Default)]
 pub(crate) struct Bricks {
     pub(crate) bricks: Vec<Brick>,
-    /// Density of the grid per density of its bricks: a power of two, 1 unless halves could not hold its densities.
+    /// Density of the grid per density of its bricks: a power of two, 1 unless half floats could not hold its
+    /// densities.
     pub(crate) scale: f32,
-    /// Voxels and tiles whose value is below 0: they count as 0.
+    /// Number of voxels and tiles with a value below 0: they count as 0.
     pub(crate) negative: u64,
-    /// Voxels and tiles whose value is not finite: they count as 0.
+    /// Number of voxels and tiles with a value that is not finite: they count as 0.
     pub(crate) not_finite: u64,
 }
 
 /// Edges of tiles \[voxels\].
 const EDGES: [i32; 3] = [LEAF_EDGE, 128, UPPER_EDGE];
 
-/// Where the voxels of a brick's place come from.
+/// Source of a brick's voxels.
 #[derive(Clone, Copy)]
 pub(super) enum VoxelSource<'a> {
     /// Values of a leaf, z first.
@@ -79,7 +80,7 @@ impl<'a> VoxelSources<'a> {
         })
     }
 
-    /// The brick from `origin` on; `None` if it is 0 throughout.
+    /// The brick from `origin` on; `None` if it is 0 everywhere.
     fn brick(&self, origin: IVec3) -> Option<Brick> {
         let sources = self.sources(origin);
         if let VoxelSource::Constant(value) = sources[0]
@@ -112,7 +113,7 @@ fn constant(origin: IVec3, edge: i32, density: f32) -> Brick {
 }
 
 impl Tree {
-    /// Bricks of all cells that have a corner above 0: also of cells whose lowest corner is in no leaf.
+    /// Bricks of all cells with a corner above 0, also of cells whose lowest corner is in no leaf.
     pub(crate) fn into_bricks(mut self) -> Result<Bricks, VolumeFault> {
         let (scale, [negative, not_finite]) = self.make_halves();
         let step = IVec3::splat(LEAF_EDGE);
@@ -134,7 +135,8 @@ impl Tree {
         }
         let mut boxes = Vec::new();
         for &Tile { origin, edge, value } in &self.tiles {
-            // Within a tile a box has all cells but the last ones, whose upper corners are its neighbours'.
+            // A box holds all cells inside a tile except the last ones: their upper corners belong to
+            // neighbours.
             if edge > LEAF_EDGE {
                 boxes.push(constant(origin, edge - LEAF_EDGE, value));
             }
@@ -170,8 +172,9 @@ impl Tree {
         Ok(Bricks { bricks, scale, negative, not_finite })
     }
 
-    /// Gives bricks with voxels the tree's temperatures, `kelvin` for a value of 1, at most what halves hold. Returns the
-    /// numbers of negative and not finite values, which count as 0.
+    /// Gives bricks with voxels the tree's temperatures, `kelvin` for the value 1, clamped to the range of
+    /// half floats. Returns the numbers of negative values and of values that are not finite; both count
+    /// as 0.
     pub(crate) fn heat(mut self, bricks: &mut [Brick], kelvin: f32) -> [u64; 2] {
         let wrong = self.clear_wrong();
         for value in self.values_mut() {
@@ -191,7 +194,7 @@ impl Tree {
         self.values.iter_mut().chain(self.tiles.iter_mut().map(|tile| &mut tile.value))
     }
 
-    /// Sets negative and not finite values to 0, and returns their numbers.
+    /// Sets negative values and values that are not finite to 0; returns their numbers.
     fn clear_wrong(&mut self) -> [u64; 2] {
         let mut wrong = [0; 2];
         for value in self.values_mut().filter(|value| !value.is_finite() || **value < 0.0) {
@@ -201,15 +204,15 @@ impl Tree {
         wrong
     }
 
-    /// Makes all values densities that halves can hold. Returns the density per value, and the numbers of negative and
-    /// not finite ones.
+    /// Scales all values to densities that half floats can hold. Returns the density per value, and the
+    /// numbers of negative values and of values that are not finite.
     fn make_halves(&mut self) -> (f32, [u64; 2]) {
         /// Densities up to here are as precise as larger ones.
         const LEAST: f32 = 1.0 / 64.0;
         let wrong = self.clear_wrong();
         let most = self.values_mut().fold(0f32, |most, value| most.max(*value));
         let fits = most == 0.0 || (LEAST..=65504.0).contains(&most);
-        // A power of two changes no value but those that are 0 beside the largest one.
+        // A power of two changes only values that vanish beside the largest one.
         let scale = if fits { 1.0 } else { most.log2().floor().max(-120.0).exp2() };
         for value in self.values_mut() {
             *value = f16::from_f32(*value / scale).to_f32();

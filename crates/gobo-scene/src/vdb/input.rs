@@ -1,7 +1,7 @@
-//! Bytes of a `.vdb` file, and what is wrong with them.
+//! Bytes of a `.vdb` file, and errors in them.
 use glam::{DVec3, IVec3};
 
-/// Why a file, or one of its grids, cannot be read.
+/// Reason why a file, or one of its grids, cannot be read.
 #[derive(Debug)]
 pub(crate) struct VolumeFault {
     pub(crate) message: String,
@@ -22,7 +22,7 @@ impl VolumeFault {
     }
 }
 
-/// The rest of a file. All numbers are little-endian.
+/// The rest of a file; all numbers are little-endian.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
     bytes: &'a [u8],
@@ -41,12 +41,12 @@ impl<'a> Input<'a> {
         Ok(Self { bytes, at })
     }
 
-    /// Bytes from the start of the file.
+    /// Offset from the start of the file \[bytes\].
     pub(super) fn at(&self) -> usize {
         self.at
     }
 
-    /// The next `length` bytes, which are `what`.
+    /// The next `length` bytes; `what` names them in messages.
     pub(super) fn take(&mut self, length: usize, what: &str) -> Result<&'a [u8], VolumeFault> {
         let rest = &self.bytes[self.at..];
         let Some(taken) = rest.get(..length) else {
@@ -88,7 +88,7 @@ impl<'a> Input<'a> {
         Ok(DVec3::new(self.f64(what)?, self.f64(what)?, self.f64(what)?))
     }
 
-    /// A text behind its length.
+    /// A text after its length.
     pub(super) fn text(&mut self, what: &str) -> Result<String, VolumeFault> {
         let length = self.u32(what)? as usize;
         self.take(length, what).map(|bytes| String::from_utf8_lossy(bytes).into_owned())

@@ -1,5 +1,6 @@
-//! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"), versions 218
-//! to 225: grids of numbers, and of colours. Memory is at most some twenty times the file's size.
+//! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"),
+//! versions 218 to 225: grids of numbers, and of colours. Memory is at most about twenty times the file's
+//! size.
 mod bricks;
 mod cut;
 mod input;
@@ -23,7 +24,7 @@ use values::{Encoding, NODE_MASKS, Scratch, VdbNumber};
 pub(crate) struct Vdb {
     bytes: Vec<u8>,
     version: u32,
-    /// Whether values are packed by zlib, in versions where this is the file's.
+    /// Whether values are compressed by zlib, in versions where the file states it.
     zip: bool,
     /// Grids of numbers.
     heads: Vec<Head>,
@@ -40,22 +41,22 @@ pub(crate) struct Vdb {
 struct Head {
     name: String,
     number: VdbNumber,
-    /// Numbers of a value.
+    /// Numbers per value.
     width: usize,
-    /// Whether numbers of nodes are halves.
+    /// Whether numbers in nodes are half floats.
     is_half: bool,
-    /// First byte of the grid.
+    /// Offset of the grid \[bytes\].
     start: usize,
 }
 
 /// A grid of numbers.
 #[derive(Debug)]
 pub(crate) struct VdbGrid {
-    /// World space from index space, in which voxel centres are whole numbers.
+    /// World space from index space, where voxel centres are whole numbers.
     pub(crate) world_from_index: DAffine3,
-    /// What its numbers mean, such as `fog volume` or `level set`.
+    /// Meaning of its numbers, such as `fog volume` or `level set`.
     pub(crate) class: String,
-    /// Value of all voxels that its tree doesn't have.
+    /// Value of all voxels outside its tree.
     pub(crate) background: f32,
     pub(crate) tree: Tree,
 }
@@ -65,11 +66,11 @@ const OLDEST: u32 = 218;
 const NEWEST: u32 = 225;
 /// First version with a map as transform.
 const MAPS: u32 = 219;
-/// First version whose head says whether values are packed.
+/// First version in which the grid's head states the compression.
 const PACKED: u32 = 220;
 
 impl Vdb {
-    /// Whether the first bytes of a file are those of such a file.
+    /// Whether the first bytes are those of a VDB file.
     pub(crate) fn is(head: &[u8]) -> bool {
         Self::is_nano(head) || head.starts_with(&MAGIC.to_le_bytes())
     }
@@ -118,9 +119,9 @@ impl Vdb {
         Ok(vdb)
     }
 
-    /// Reads the head of a grid; returns where the next one starts, if this is known.
+    /// Reads the head of a grid; returns the offset of the next one, if known.
     fn head(&mut self, at: usize, has_offsets: bool) -> Result<Option<usize>, VolumeFault> {
-        /// Of a type whose nodes have halves.
+        /// Suffix of types whose nodes have half floats.
         const HALVES: &str = "_HalfFloat";
         const WHAT: &str = "the head of a grid";
         let mut input = Input::new(&self.bytes, at)?;
@@ -134,7 +135,7 @@ impl Vdb {
             Some(tree) => (tree, true),
             None => (&*kind, false),
         };
-        // Grids of the same name differ behind a separator.
+        // A separator and a suffix distinguish grids of the same name.
         let name = unique.split('\x1e').next().unwrap_or_default().to_owned();
         let number = match tree {
             "Tree_half_5_4_3" => Some((VdbNumber::Half, 1)),
@@ -158,8 +159,8 @@ impl Vdb {
         self.end_of(start, end, has_offsets, 0, &unique)
     }
 
-    /// Where a grid ends that begins at byte `start`, by its head at `end`; `width`: of the last head, 0 for a grid that is
-    /// not read.
+    /// Offset of the end of a grid that begins at byte `start` and whose head ends at `end`; `width`: of the
+    /// last head, 0 for a grid that is not read.
     fn end_of(
         &self,
         start: usize,
@@ -189,7 +190,7 @@ impl Vdb {
         self.heads.iter().map(|head| &*head.name).chain(nano)
     }
 
-    /// Reads a grid by its place in [`Self::names`]; without its leaves' values if not `has_values`.
+    /// Reads a grid by its index in [`Self::names`]; without its leaves' values unless `has_values`.
     pub(crate) fn read(&self, i: usize, has_values: bool) -> Result<VdbGrid, VolumeFault> {
         if let Some(head) = self.nano.get(i) {
             return self.read_nano(head, has_values).map_err(|fault| of_grid(&head.name, &fault));
@@ -203,12 +204,12 @@ impl Vdb {
         self.colors.iter().map(|head| &*head.name)
     }
 
-    /// Reads a channel of a grid by its place in [`Self::color_names`].
+    /// Reads a channel of a grid by its index in [`Self::color_names`].
     pub(crate) fn read_color(&self, i: usize, channel: usize) -> Result<VdbGrid, VolumeFault> {
         self.read_head(&self.colors[i], true, channel).map(|(grid, _)| grid)
     }
 
-    /// The grid, and where it ends.
+    /// The grid, and the offset of its end.
     fn read_head(
         &self,
         head: &Head,
@@ -265,7 +266,7 @@ impl Vdb {
     }
 }
 
-/// What is wrong with a grid.
+/// A grid's fault, with the grid's name.
 fn of_grid(name: &str, fault: &VolumeFault) -> VolumeFault {
     VolumeFault::new(format!("grid {}: {}", shown(name), fault.message), fault.help)
 }
@@ -302,7 +303,7 @@ fn transform(input: &mut Input<'_>, version: u32) -> Result<DAffine3, VolumeFaul
     };
     let scaled = |input: &mut Input<'_>, translation: DVec3| -> Result<DAffine3, VolumeFault> {
         let scale = input.dvec3(WHAT)?;
-        // Sizes and inverses, which the scale says too.
+        // Voxel sizes and inverses, which follow from the scale.
         input.take(4 * 24, WHAT)?;
         Ok(DAffine3 { matrix3: DMat3::from_diagonal(scale), translation })
     };

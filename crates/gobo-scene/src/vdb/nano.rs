@@ -1,5 +1,5 @@
-//! Reading of `NanoVDB` files (Museth 2021, "`NanoVDB`: A GPU-Friendly and Portable VDB Data Structure"), layouts of
-//! version 32: segments of grids, or grids alone.
+//! Reading of `NanoVDB` files (Museth 2021, "`NanoVDB`: A GPU-Friendly and Portable VDB Data Structure"),
+//! layouts of version 32: segments of grids, or grids alone.
 use super::{
     Vdb, VdbGrid,
     input::{Input, VolumeFault},
@@ -11,7 +11,7 @@ use crate::limits::has_memory;
 use glam::{DAffine3, DMat3, DVec3};
 use std::borrow::Cow;
 
-/// First bytes of files of any kind, of grids alone, and of segments.
+/// First bytes of all files, then the byte of single grids and that of segments.
 const MAGIC: [u8; 7] = *b"NanoVDB";
 const GRID_ALONE: u8 = b'1';
 /// Size of a grid's head \[bytes\].
@@ -19,7 +19,7 @@ pub(super) const GRID: usize = 672;
 const VERSION: u32 = 32;
 const HELP: &str = "write it with NanoVDB 32, as OpenVDB 11 to 13 do";
 
-/// How a grid is packed.
+/// Compression of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Codec {
     Plain,
@@ -33,18 +33,18 @@ pub(super) struct NanoHead {
     pub(super) name: String,
     kind: NanoType,
     codec: Codec,
-    /// First byte, and bytes in the file and unpacked.
+    /// Offset of its first byte, and its size in the file and unpacked \[bytes\].
     start: usize,
     stored: usize,
     length: usize,
 }
 
-/// Whether the first bytes of a file are those of such a file.
+/// Whether the first bytes are those of a NanoVDB file.
 pub(super) fn is(head: &[u8]) -> bool {
     head.starts_with(&MAGIC)
 }
 
-/// Heads of the grids that can be read, and what cannot, a sentence each.
+/// Heads of the readable grids, and the unreadable ones, a sentence each.
 pub(super) fn heads(bytes: &[u8]) -> Result<(Vec<NanoHead>, Vec<String>), VolumeFault> {
     let (mut heads, mut unread, mut at) = (Vec::new(), Vec::new(), 0);
     while at < bytes.len() {
@@ -74,7 +74,7 @@ fn check(version: u32) -> Result<(), VolumeFault> {
     Err(VolumeFault::new(format!("version {major} of NanoVDB's layout"), HELP))
 }
 
-/// Adds a grid or, if it cannot be read, why.
+/// Adds a grid or, if it cannot be read, the reason.
 fn add(
     heads: &mut Vec<NanoHead>,
     unread: &mut Vec<String>,
@@ -88,7 +88,7 @@ fn add(
     }
 }
 
-/// A grid that is the file, or the next one in it; returns where the one behind it starts.
+/// A grid outside segments; returns the offset of the next one.
 fn alone(
     bytes: &[u8],
     at: usize,
@@ -121,7 +121,7 @@ fn alone(
     Ok(end)
 }
 
-/// The grids of a segment; returns where it ends.
+/// The grids of a segment; returns the offset of its end.
 fn segment(
     bytes: &[u8],
     at: usize,
@@ -129,7 +129,7 @@ fn segment(
     unread: &mut Vec<String>,
 ) -> Result<usize, VolumeFault> {
     const WHAT: &str = "the head of a segment";
-    /// Size of what is said of each grid \[bytes\].
+    /// Size of the metadata of each grid \[bytes\].
     const ABOUT: usize = 176;
     let mut input = Input::new(bytes, at + 8)?;
     check(input.u32(WHAT)?)?;
@@ -168,7 +168,7 @@ fn segment(
     Ok(start)
 }
 
-/// A text up to its end.
+/// A text up to its terminating zero.
 fn text(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
     String::from_utf8_lossy(&bytes[..end]).into_owned()
@@ -176,9 +176,9 @@ fn text(bytes: &[u8]) -> String {
 
 /// The bytes of a grid.
 fn unpacked<'a>(bytes: &'a [u8], head: &NanoHead) -> Result<Cow<'a, [u8]>, VolumeFault> {
-    /// What a byte unpacks to at most, of deflate and of LZ4 \[bytes\].
+    /// Most bytes that a byte unpacks to, for deflate and for LZ4.
     const MOST_RATIO: usize = 1032;
-    /// Largest part that is packed by itself by Blosc \[bytes\].
+    /// Largest block that Blosc compresses separately \[bytes\].
     const PART: usize = 1 << 30;
     let stored = &bytes[head.start..head.start + head.stored];
     if head.codec == Codec::Plain {
@@ -226,7 +226,7 @@ impl Vdb {
                 "the type of the grid is not the one that the file says",
             ));
         }
-        // Rows of a matrix in doubles, and what is added.
+        // Rows of a matrix in doubles, and the translation.
         let double = |at: usize| Input::new(&grid, at)?.f64(WHAT);
         let mut rows = [0.0; 9];
         for (i, row) in rows.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The nodes of a `NanoVDB` grid. Each says where its children are, in bytes from itself.
+//! The nodes of a `NanoVDB` grid. Each stores its children's offsets from itself \[bytes\].
 use super::{
     input::{Input, VolumeFault},
     nano::GRID,
@@ -11,7 +11,7 @@ use glam::IVec3;
 use half::f16;
 use std::collections::HashSet;
 
-/// Numbers of a grid.
+/// Storage type of a grid's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NanoType {
     Float,
@@ -19,22 +19,23 @@ pub(super) enum NanoType {
     Int16,
     Int32,
     Half,
-    /// Leaves have steps of so many bits between their least and their largest value.
+    /// Values are quantised to this many bits between each leaf's least and largest value.
     Steps(u8),
-    /// The same, of as many bits as each leaf says.
+    /// The same, with a number of bits that each leaf states.
     AnySteps,
 }
 
-/// Where parts of a grid's nodes are \[bytes\].
+/// Offsets of the parts of a grid's nodes \[bytes\].
 struct Offsets {
     background: usize,
     root: usize,
-    /// Value of a part of the root.
+    /// Value of an entry of the root.
     tile: usize,
     leaf: usize,
 }
 
-/// Bytes of a part of the root, up to the tables of its children and theirs, and of an entry of these.
+/// Size of an entry of the root; of an upper and a lower node up to their tables of children; and of a
+/// table's entry \[bytes\].
 const TILE: usize = 32;
 const UPPER: usize = 8256;
 const LOWER: usize = 1088;
@@ -63,7 +64,7 @@ impl NanoType {
         }
     }
 
-    /// A value at a place.
+    /// The value at byte `at`.
     fn value(self, bytes: &[u8], at: usize) -> Result<f32, VolumeFault> {
         const WHAT: &str = "a value";
         let mut input = Input::new(bytes, at)?;
@@ -77,7 +78,7 @@ impl NanoType {
         })
     }
 
-    /// Bytes of a value in a leaf that has no steps.
+    /// Size of a value in a leaf without quantisation \[bytes\].
     fn size(self) -> usize {
         match self {
             Self::Double => 8,
@@ -87,14 +88,14 @@ impl NanoType {
     }
 }
 
-/// The tree of a grid, and the value of voxels that it doesn't have.
+/// The tree of a grid, and the value of voxels outside it.
 pub(super) fn tree(
     grid: &[u8],
     kind: NanoType,
     has_values: bool,
 ) -> Result<(Tree, f32), VolumeFault> {
     let mut nodes = NanoNodes { grid, kind, background: 0.0, left: [0; 3], tree: Tree::default() };
-    // Nodes of each level have bytes of their own: more are copies, and might be without end.
+    // Nodes of each level occupy bytes of their own: a longer list holds copies, and might never end.
     nodes.left = [UPPER, LOWER, 96].map(|size| grid.len() / size + 1);
     let long = |at: usize| Input::new(grid, at)?.i64("the place of the root");
     let root = child(GRID, long(GRID + 24)?)?;
@@ -102,7 +103,7 @@ pub(super) fn tree(
     Ok((nodes.tree, nodes.background))
 }
 
-/// A place that is `offset` bytes away.
+/// The position `offset` bytes away.
 fn child(from: usize, offset: i64) -> Result<usize, VolumeFault> {
     let at = i64::try_from(from).ok().and_then(|from| from.checked_add(offset));
     at.and_then(|at| usize::try_from(at).ok())
@@ -113,7 +114,7 @@ struct NanoNodes<'a> {
     grid: &'a [u8],
     kind: NanoType,
     background: f32,
-    /// Upper and lower nodes and leaves that there may still be.
+    /// Upper nodes, lower nodes and leaves that may still follow.
     left: [usize; 3],
     tree: Tree,
 }
@@ -132,7 +133,7 @@ impl NanoNodes<'_> {
             let mut input = Input::new(self.grid, at)?;
             let (key, offset) = (input.i64(WHAT)?, input.i64(WHAT)?);
             let is_active = input.u32(WHAT)? != 0;
-            // Three numbers of 21 bits, of which 20 count: coordinates without their last 12 bits.
+            // Three numbers of 21 bits, 20 of them significant: coordinates without their last 12 bits.
             let part = |shift: u32| ((key >> shift) as i32) << 12;
             let origin = IVec3::new(part(42), part(21), part(0));
             let is_near = origin.cmpge(IVec3::splat(-FARTHEST)).all()
@@ -165,7 +166,8 @@ impl NanoNodes<'_> {
         Ok(())
     }
 
-    /// Tiles of an inner node with 2^LOG parts along each edge; returns places and origins of its children.
+    /// Adds the tiles of an inner node with 2^LOG parts along each edge; returns the positions and origins of
+    /// its children.
     fn inner<const LOG: usize>(
         &mut self,
         node: usize,
@@ -243,7 +245,7 @@ impl NanoNodes<'_> {
                 Some(bits) => least + step * steps(stored, bits, i),
                 None => self.kind.value(stored, i * self.kind.size())?,
             };
-            // Of steps, the background is rarely one.
+            // With quantisation the background is rarely among the values.
             let is_nothing = !is_set(active, i) && (bits.is_some() || value == self.background);
             self.tree.values.push(if is_nothing { 0.0 } else { value });
             self.tree.active += u64::from(is_set(active, i));
@@ -252,7 +254,7 @@ impl NanoNodes<'_> {
     }
 }
 
-/// The number of a voxel, of 1 to 16 bits, the lowest first.
+/// Quantised value of a voxel: 1 to 16 bits, lowest voxel first.
 fn steps(stored: &[u8], bits: usize, i: usize) -> f32 {
     let place = i * bits;
     let byte = u16::from(stored[place / 8]);

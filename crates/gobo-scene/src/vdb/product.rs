@@ -8,8 +8,8 @@ use glam::IVec3;
 use std::collections::HashSet;
 
 impl Tree {
-    /// The product with another grid, whose voxels are `unset` where it has none. Tiles in which the other one changes are
-    /// split.
+    /// The product with another grid, whose voxels are `unset` where it has none. Tiles in which the other
+    /// grid varies are split.
     pub(crate) fn times(self, other: &Self, unset: f32) -> Result<Self, VolumeFault> {
         let lookup = VoxelSources::new(other, unset);
         let small = other.tiles.iter().filter(|tile| tile.edge < LOWER_EDGE);
@@ -22,7 +22,7 @@ impl Tree {
         }
         for Tile { origin, edge, value } in self.tiles {
             if edge > LOWER_EDGE {
-                // Of more bricks than there may be, whatever its colours.
+                // The tile alone exceeds the limit of bricks, whatever its colours.
                 product.add_tile(Tile { origin, edge, value })?;
                 continue;
             }
@@ -51,7 +51,7 @@ impl Tree {
         Ok(product)
     }
 
-    /// Adds a leaf of `values`, z first, times those of a source.
+    /// Adds a leaf of `values`, z first, times the voxels of a source.
     fn add(
         &mut self,
         origin: IVec3,

@@ -14,7 +14,7 @@ pub(crate) const LEAF_VOXELS: usize = 512;
 /// Edges of the tiles of the upper nodes \[voxels\].
 pub(super) const LOWER_EDGE: i32 = 128;
 pub(crate) const UPPER_EDGE: i32 = 4096;
-/// Farthest origin of a part of the root that is read.
+/// Farthest origin of a root entry that is read.
 pub(super) const FARTHEST: i32 = MAX_INDEX - UPPER_EDGE;
 
 /// A box of voxels of one value.
@@ -27,24 +27,24 @@ pub(crate) struct Tile {
     pub(crate) value: f32,
 }
 
-/// The voxels of a grid. Voxels that nothing sets, and inactive ones with the value of the background, are 0; those of a
-/// channel of colours have the background's value.
+/// The voxels of a grid. Unset voxels, and inactive ones with the background's value, are 0; in a colour
+/// channel they have the background's value.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     /// Lowest voxels of the leaves, index space.
     pub(crate) leaves: Vec<IVec3>,
     /// 512 values for each leaf, z first.
     pub(crate) values: Vec<f32>,
-    /// Tiles whose value is not that of voxels that nothing sets.
+    /// Tiles whose value differs from that of unset voxels.
     pub(crate) tiles: Vec<Tile>,
     /// Active voxels of leaves and tiles.
     pub(crate) active: u64,
 }
 
-/// Most leaves, tiles with a value, and bricks of a grid: bricks have 1.5 KB each.
+/// Most leaves, tiles with a value, and bricks of a grid: a brick has 1.5 KB.
 pub(crate) const MOST_NODES: usize = 1 << 19;
 
-/// Reads the nodes of a tree, and the values of its inner nodes.
+/// Reader of a tree's nodes, and of its inner nodes' values.
 pub(super) struct Topology<'a, 'b> {
     pub(super) input: &'b mut Input<'a>,
     pub(super) encoding: &'b mut Encoding,
@@ -73,7 +73,7 @@ impl Topology<'_, '_> {
         Ok(self.tree)
     }
 
-    /// Origin of a part of the root, which must be there once.
+    /// Origin of a root entry, which must be unique.
     fn root_entry(&mut self, known: &mut HashSet<IVec3>) -> Result<IVec3, VolumeFault> {
         let at = self.input.at();
         let origin = self.input.ivec3("the origin of a node")?;
@@ -90,7 +90,7 @@ impl Topology<'_, '_> {
         Ok(origin)
     }
 
-    /// A node of 32^3 parts: returns when all below it are read.
+    /// Reads a node of 32^3 parts and everything below it.
     fn upper(&mut self, origin: IVec3, values: &mut [f32]) -> Result<(), VolumeFault> {
         let children = self.inner::<5>(origin, LOWER_EDGE, values)?;
         for origin in children {
@@ -106,7 +106,7 @@ impl Topology<'_, '_> {
         Ok(())
     }
 
-    /// Tiles of an inner node with 2^LOG parts along each edge; returns the origins of its children.
+    /// Adds the tiles of an inner node with 2^LOG parts along each edge; returns the origins of its children.
     fn inner<const LOG: usize>(
         &mut self,
         origin: IVec3,
@@ -120,7 +120,7 @@ impl Topology<'_, '_> {
             let part = |shift: usize| (i >> shift & ((1 << LOG) - 1)) as i32;
             origin + IVec3::new(part(2 * LOG), part(LOG), part(0)) * edge
         };
-        // Older versions leave children out.
+        // Older versions leave out children's values.
         let has_all = self.encoding.version >= NODE_MASKS;
         let stored = if has_all { count } else { count - count_set(children) };
         let values = &mut values[..stored];
@@ -150,7 +150,7 @@ impl Topology<'_, '_> {
 }
 
 impl Tree {
-    /// Reads the values of the leaves, which stand behind all nodes.
+    /// Reads the values of the leaves, which follow all nodes.
     pub(super) fn read_leaves(
         &mut self,
         input: &mut Input<'_>,

@@ -1,8 +1,8 @@
-//! Values of a node: numbers behind masks, packed by zlib, Blosc or not at all.
+//! Values of a node: numbers after masks, compressed by zlib or Blosc, or plain.
 use super::input::{Input, VolumeFault};
 use half::f16;
 
-/// Bytes of a mask that has a bit for each of `values`.
+/// Bytes of a mask with a bit for each of `values`.
 pub(super) const fn mask_bytes(values: usize) -> usize {
     values / 8
 }
@@ -16,7 +16,7 @@ pub(super) fn count_set(mask: &[u8]) -> usize {
     mask.iter().map(|byte| byte.count_ones() as usize).sum()
 }
 
-/// How numbers are stored.
+/// Storage type of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum VdbNumber {
     Half,
@@ -46,7 +46,7 @@ impl VdbNumber {
 /// First version whose inactive values are left out, as [`Masked`] says.
 pub(super) const NODE_MASKS: u32 = 222;
 
-/// Which values are left out: the byte in front of a node's values.
+/// Code of the left out values: the byte before a node's values.
 #[derive(Clone, Copy)]
 struct Masked(u8);
 
@@ -67,7 +67,7 @@ impl Masked {
         self.0 != Self::NOTHING.0
     }
 
-    /// The values of inactive voxels whose bit is 0 and 1.
+    /// The values of inactive voxels with bit 0 and with bit 1.
     fn inactive(self, encoding: &Encoding, input: &mut Input<'_>) -> Result<[f32; 2], VolumeFault> {
         let mut given = || encoding.single(input, "an inactive value");
         let background = encoding.background;
@@ -79,34 +79,34 @@ impl Masked {
         })
     }
 
-    /// Whether a mask says which of the two values an inactive voxel has.
+    /// Whether a mask selects between two values for inactive voxels.
     fn has_selection(self) -> bool {
         matches!(self.0, 3..=5)
     }
 }
 
-/// How the values of a grid are stored.
+/// Encoding of a grid's values.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding {
     pub(super) version: u32,
-    /// Numbers of the grid's type, as single values are stored.
+    /// Type of single values.
     pub(super) number: VdbNumber,
-    /// Numbers of whole nodes.
+    /// Type of the numbers in nodes.
     pub(super) stored: VdbNumber,
-    /// Numbers of a value, and the one that is read: a channel of a colour.
+    /// Numbers per value, and the index of the one that is read: a channel of a colour.
     pub(super) width: usize,
     pub(super) channel: usize,
-    /// Whether voxels that nothing sets have the background's value, not 0.
+    /// Whether unset voxels have the background's value, not 0.
     pub(super) is_filled: bool,
     pub(super) zip: bool,
     pub(super) blosc: bool,
     /// Whether inactive values are left out.
     pub(super) masked: bool,
-    /// Value of all voxels that no node has.
+    /// Value of all voxels outside nodes.
     pub(super) background: f32,
 }
 
-/// Largest number of values of a node: of the upper inner ones.
+/// Most values of a node: those of an upper inner node.
 pub(super) const MOST_VALUES: usize = 32 * 32 * 32;
 
 /// Memory for the values of one node.
@@ -117,7 +117,7 @@ pub(super) struct Scratch {
 }
 
 impl Encoding {
-    /// A value that stands alone.
+    /// A single value.
     pub(super) fn single(&self, input: &mut Input<'_>, what: &str) -> Result<f32, VolumeFault> {
         let bytes = input.take(self.number.bytes() * self.width, what)?;
         Ok(self.of_value(self.number, bytes))
@@ -127,12 +127,12 @@ impl Encoding {
         number.value(&bytes[number.bytes() * self.channel..][..number.bytes()])
     }
 
-    /// Value of voxels that nothing sets.
+    /// Value of unset voxels.
     pub(super) fn unset(&self) -> f32 {
         if self.is_filled { self.background } else { 0.0 }
     }
 
-    /// Reads as many values as `values` has; `active` has a bit for each, as `version` 222 and later need.
+    /// Reads as many values as `values` has; `active` has a bit for each, which version 222 and later need.
     pub(super) fn read(
         &self,
         input: &mut Input<'_>,
@@ -164,7 +164,7 @@ impl Encoding {
         Ok(())
     }
 
-    /// Passes over `count` values that no mask left out.
+    /// Skips `count` values, none of them left out by a mask.
     pub(super) fn skip(
         &self,
         input: &mut Input<'_>,
@@ -183,7 +183,7 @@ impl Encoding {
     ) -> Result<&'s [u8], VolumeFault> {
         const WHAT: &str = "a node's values";
         let length = count * self.stored.bytes() * self.width;
-        // Halves are not written at all where there are none.
+        // An empty list of half floats is not written at all.
         let is_nothing = count == 0 && self.stored != self.number;
         if !(self.zip || self.blosc) || is_nothing {
             return input.take(length, WHAT);
@@ -226,14 +226,14 @@ pub(super) fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), VolumeFa
     }
 }
 
-/// Unpacks a frame of Blosc 1 (Alted 2010, `README_HEADER.rst`): blocks of LZ4 streams with the bytes of
-/// numbers sorted by their place.
+/// Unpacks a frame of Blosc 1 (Alted 2010, `README_HEADER.rst`): blocks of LZ4 streams, with the bytes of
+/// numbers shuffled.
 pub(super) fn blosc(
     frame: &[u8],
     unpacked: &mut [u8],
     shuffled: &mut Vec<u8>,
 ) -> Result<(), VolumeFault> {
-    /// Streams of a block are split where there are enough numbers in each.
+    /// The streams of a block are split if each part has enough numbers.
     const MOST_SPLITS: usize = 16;
     const LEAST_SPLIT: usize = 128;
     const HEADER: usize = 16;
@@ -288,7 +288,7 @@ pub(super) fn blosc(
                 return Err(VolumeFault::damaged("a node's LZ4 values do not unpack"));
             }
         }
-        // Bytes behind the last whole number are not sorted.
+        // Bytes after the last whole number are not shuffled.
         let count = if is_shuffled { out.len() / number } else { 0 };
         for (i, byte) in out.iter_mut().enumerate() {
             let is_sorted = i < count * number;

@@ -6,10 +6,10 @@
 //! - [`Recipe::TwoPass`] (`StarCraft II`): the nearest depth by a pass that writes a depth buffer, then
 //!   the colour.
 //!
-//! The casters are soft discs, or splats, whose quads are the rectangles along an ellipse's axes, with the `filter`
-//! transfer, in directional views. Values that depend on the caster and the view alone (the enlargement of what is
-//! smaller than a texel, `a(1 - c)`, a splat's axes) are computed once, at the upload: the raster path gets for free
-//! what `project` computes in every frame.
+//! The casters are soft discs, or splats, whose quads are the rectangles along an ellipse's axes, with the
+//! `filter` transfer, in directional views. Values that depend on the caster and the view alone (the
+//! enlargement of what is smaller than a texel, `a(1 - c)`, a splat's axes) are computed once, at the upload:
+//! the raster path gets for free what `project` computes in every frame.
 pub(crate) mod agree;
 pub(crate) mod depth;
 pub(crate) mod ellipse;
