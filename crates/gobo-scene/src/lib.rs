@@ -82,7 +82,7 @@ pub use load::{
 pub use named::files;
 pub use particles::ParticleFile;
 pub use share::Share;
-pub use splat_file::load_splats;
+pub use splat_file::{load_harmonics, load_splats};
 pub use summary::Summary;
 #[doc(hidden)]
 pub use {load::asked_keys, read::watch_files};

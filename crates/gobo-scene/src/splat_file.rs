@@ -1,9 +1,10 @@
 //! Splat files of all kinds.
 use super::{
     SceneError,
+    error::Fault,
     gltf::splats,
     read,
-    splats::{SplatCloud, SplatKind, files, kind_of, read_kind},
+    splats::{Harmonics, SplatCloud, SplatKind, files, harmonics, kind_of, read_kind},
 };
 use std::{
     borrow::Cow,
@@ -19,6 +20,18 @@ const METAS: [&str; 2] = ["lod-meta.json", "meta.json"];
 /// Reads a file or folder of splats, whatever its name. World space = the file's space.
 pub fn load_splats(path: &Path) -> Result<SplatCloud, SceneError> {
     load_level(path, None)
+}
+
+/// Reads the higher harmonics of a file or folder of splats, one row for each of its rows. `None` where gobo does
+/// not keep them: of streamed SOG, ksplat and glTF.
+pub fn load_harmonics(path: &Path) -> Result<Option<Harmonics>, SceneError> {
+    let path = &*inside(path);
+    let bytes = read::bytes(path)?;
+    let Some(kind) = kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) else {
+        return Ok(None);
+    };
+    let of_file = |(message, help): Fault| SceneError::invalid(path, message, help);
+    harmonics::read(kind, path, &bytes).map_err(of_file)
 }
 
 /// Like [`load_splats`], at a level of detail; 0 is the finest, `None` the usual one.

@@ -12,6 +12,12 @@ pub(super) fn word(bytes: &[u8], i: usize) -> [u8; 4] {
     std::array::from_fn(|byte| bytes[4 * i + byte])
 }
 
+/// Says that a number of splats, of `bytes` in all, has no room.
+pub(super) fn memory_for(splats: u64, bytes: u64) -> Fault {
+    let help = "use a smaller file, or a machine with more memory";
+    (format!("no memory for {splats} splats ({} MiB)", bytes >> 20), help)
+}
+
 /// The splats of a file.
 #[derive(Clone, Debug, Default)]
 pub struct SplatCloud {
@@ -25,6 +31,8 @@ pub struct SplatCloud {
     pub notes: Vec<String>,
     /// Each splat's row in the file; empty where no row was skipped.
     pub rows: Vec<u32>,
+    /// Coefficients of higher spherical harmonics that the file has for each splat and channel, beside its colour.
+    pub harmonics: usize,
     /// Number of colours that were outside 0..=1.
     clamped: u64,
 }
@@ -38,9 +46,8 @@ impl SplatCloud {
         Limit::Splats.grown(0, count)?;
         let mut cloud = Self::default();
         let bytes = count * size_of::<Gaussian>() as u64;
-        let help = "use a smaller file, or a machine with more memory";
-        let fault = || (format!("no memory for {count} splats ({} MiB)", bytes >> 20), help);
-        cloud.splats.try_reserve_exact(count as usize).map_err(|_| fault())?;
+        let room = cloud.splats.try_reserve_exact(count as usize);
+        room.map_err(|_| memory_for(count, bytes))?;
         Ok(cloud)
     }
 
@@ -75,9 +82,10 @@ impl SplatCloud {
 
     /// Notes that `count` coefficients of higher spherical harmonics are ignored in each splat's colour.
     pub(crate) fn leave_out_harmonics(&mut self, count: usize) {
+        self.harmonics = count;
         if count > 0 && !self.splats.is_empty() {
             self.notes.push(format!(
-                "{count} coefficients of spherical harmonics of each splat are not read: its colour is \
+                "{count} coefficients of spherical harmonics of each splat are not shown: its colour is \
                  the same from all sides"
             ));
         }

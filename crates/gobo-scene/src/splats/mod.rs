@@ -12,6 +12,8 @@
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
 mod bare;
 mod cloud;
+mod clusters;
+pub(super) mod harmonics;
 mod kind;
 mod ksplat;
 mod packed;
@@ -22,14 +24,17 @@ mod sog_levels;
 mod sog_store;
 mod spz;
 mod write_ply;
+mod write_sog;
 mod write_spz;
 
 pub(super) use cloud::HARMONIC;
 pub use cloud::{SplatCloud, valid};
+pub use harmonics::Harmonics;
 pub use kind::SplatKind;
 pub(super) use place::placed;
 pub(super) use spz::Spz;
 pub use write_ply::to_ply;
+pub use write_sog::to_sog;
 pub use write_spz::to_spz;
 
 use crate::error::Fault;

@@ -1,8 +1,15 @@
 //! Compressed PLY of `PlayCanvas`: chunks of 256 splats with the bounds of their numbers, four words a splat.
-use super::{cloud::SplatCloud, ply::table};
+use super::{
+    cloud::SplatCloud,
+    harmonics::Harmonics,
+    ply::{rest, table},
+};
 use crate::{error::Fault, ply_body::PlyBody, ply_header};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
+
+/// Range of a coefficient of higher harmonics, -4 to 4.
+const SH_RANGE: f32 = 8.0;
 
 /// Splats per chunk.
 const CHUNK: usize = 256;
@@ -87,6 +94,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     cloud.notes = notes;
     cloud.leave_out_harmonics(harmonics);
     Ok(cloud.finish())
+}
+
+/// Coefficients of higher harmonics, the element `sh`: bytes of -4 to 4.
+pub(super) fn harmonics(bytes: &[u8]) -> Result<Harmonics, Fault> {
+    let header = ply_header::parse(bytes)?;
+    let mut body = PlyBody::new(&header, bytes);
+    for element in &header.elements {
+        body.check_count(element)?;
+        if element.name == "sh" {
+            return rest(&mut body, element, |byte| {
+                let share = if byte <= 0.0 { 0.0 } else { ((byte as f32 + 0.5) / 256.0).min(1.0) };
+                (if byte >= 255.0 { 1.0 } else { share } - 0.5) * SH_RANGE
+            });
+        }
+        body.skip(element)?;
+    }
+    Ok(Harmonics::default())
 }
 
 /// The `bits` of `word` from `shift` on as a share of their largest.

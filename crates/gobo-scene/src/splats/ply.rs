@@ -2,13 +2,13 @@
 //! al. 2024).
 use super::{
     cloud::{HARMONIC, SplatCloud},
+    harmonics::{Harmonics, degree_of},
     kind::SplatKind,
 };
 use crate::{
-    error::Fault,
-    error::quoted,
+    error::{Fault, quoted},
     ply_body::{ElementTable, PlyBody},
-    ply_header::{self, Element},
+    ply_header::{self, Element, Property},
 };
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
@@ -136,6 +136,45 @@ fn vertices(body: &mut PlyBody<'_>, element: &Element) -> Result<SplatCloud, Fau
     let rest = element.properties.iter().filter(|property| property.name.starts_with("f_rest_"));
     cloud.leave_out_harmonics(rest.count() / 3);
     Ok(cloud)
+}
+
+/// Coefficients of higher harmonics, the columns `f_rest_*`: those of red first, then green, then blue.
+pub(super) fn harmonics(bytes: &[u8]) -> Result<Harmonics, Fault> {
+    let header = ply_header::parse(bytes)?;
+    let mut body = PlyBody::new(&header, bytes);
+    for element in &header.elements {
+        body.check_count(element)?;
+        if element.name == "vertex" {
+            return rest(&mut body, element, |number| number as f32);
+        }
+        body.skip(element)?;
+    }
+    Ok(Harmonics::default())
+}
+
+/// The columns `f_rest_*` of an element; `coefficient`: of a column's number.
+pub(super) fn rest(
+    body: &mut PlyBody<'_>,
+    element: &Element,
+    coefficient: impl Fn(f64) -> f32 + Sync,
+) -> Result<Harmonics, Fault> {
+    let is_rest = |property: &&Property| property.name.starts_with("f_rest_");
+    let columns = element.properties.iter().filter(is_rest).count();
+    if !columns.is_multiple_of(3) || degree_of(columns / 3).is_none() {
+        let message =
+            format!("{columns} columns f_rest_*: harmonics of a degree have 9, 24, 45 or 72");
+        return Err((message, "write all coefficients of a degree"));
+    }
+    let names: Vec<String> = (0..columns).map(|i| format!("f_rest_{i}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let table = table(element, &names)?;
+    let mut harmonics = Harmonics::with_room(columns / 3, element.count as u64)?;
+    let read = |_: usize, row: &[f64]| row.iter().map(|&number| coefficient(number)).collect();
+    body.rows(element, &table, read, |row: Vec<f32>| {
+        harmonics.push_channels(|i| row[i]);
+        Ok(())
+    })?;
+    Ok(harmonics)
 }
 
 fn sigmoid(logit: f32) -> f32 {

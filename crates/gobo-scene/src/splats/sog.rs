@@ -2,6 +2,7 @@
 //! folder.
 use super::{
     cloud::{HARMONIC, SplatCloud},
+    harmonics::Harmonics,
     packed::smallest_three,
     sog_store::Store,
 };
@@ -67,8 +68,15 @@ struct Files<const N: usize> {
 struct Higher {
     bands: usize,
     #[serde(default)]
+    count: u64,
+    #[serde(default)]
+    codebook: Vec<f32>,
+    #[serde(default)]
     files: Vec<String>,
 }
+
+/// Entries of the palette of higher harmonics side by side in its image.
+pub(super) const PALETTE_ROW: usize = 64;
 
 /// The splats of a SOG, decoded on demand.
 pub(super) struct Sog {
@@ -149,6 +157,44 @@ pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<SplatCloud, Faul
     }
     cloud.leave_out_harmonics(sog.harmonics);
     Ok(cloud.finish())
+}
+
+/// Coefficients of higher harmonics: a label per splat, and a palette whose bytes look a codebook up.
+pub(super) fn harmonics(store: &mut Store<'_>, name: &str) -> Result<Harmonics, Fault> {
+    let SogMeta { count, higher, .. } = meta(store, name)?;
+    let Some(Higher { bands, count: entries, codebook, files }) = higher else {
+        return Ok(Harmonics::default());
+    };
+    let [palette, labels] = &files[..] else {
+        return Err((format!("meta.json: shN names {} images, not 2", files.len()), DAMAGED));
+    };
+    let book = <[f32; 256]>::try_from(codebook)
+        .map_err(|_| ("meta.json: the codebook of shN has not 256 numbers".to_owned(), DAMAGED))?;
+    if !(1..=4).contains(&bands) || entries > 1 << 16 {
+        let message = format!("meta.json: shN has {bands} bands and {entries} entries");
+        return Err((message, DAMAGED));
+    }
+    let mut all = Harmonics::with_room((bands + 1).pow(2) - 1, count)?;
+    let (per_splat, mut texels) = (all.count, 0);
+    let palette = image(store, palette, entries * per_splat as u64, &mut texels)?;
+    let (width, rows) = (palette.width() as usize, (entries as usize).div_ceil(PALETTE_ROW));
+    if width < PALETTE_ROW * per_splat || (palette.height() as usize) < rows {
+        let message = format!("the palette of shN has {width} x {} texels", palette.height());
+        return Err((message, DAMAGED));
+    }
+    let labels = image(store, labels, count, &mut texels)?;
+    for i in 0..count as usize {
+        let [low, high, ..] = texel(&labels, i);
+        let label = usize::from(u16::from_le_bytes([low, high]));
+        if label as u64 >= entries {
+            let message = format!("splat {}: entry {label} of {entries} of shN", i + 1);
+            return Err((message, DAMAGED));
+        }
+        let first = label / PALETTE_ROW * width + label % PALETTE_ROW * per_splat;
+        let of = |k: usize| looked_up(&book, texel(&palette, first + k)).to_array();
+        all.coefficients.extend((0..per_splat).map(of));
+    }
+    Ok(all)
 }
 
 /// Names of the images beside a `meta.json`.

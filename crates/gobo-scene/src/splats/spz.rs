@@ -2,6 +2,7 @@
 //! attribute. x is right, y up, z back.
 use super::{
     cloud::{HARMONIC, SplatCloud, word},
+    harmonics::Harmonics,
     packed::smallest_three,
 };
 use crate::{error::Fault, limits::Limit};
@@ -24,6 +25,10 @@ const ENTRY: usize = 16;
 /// Scale of coefficients: a byte stores 0.5 + this * the coefficient.
 pub(super) const COLOR_SCALE: f32 = 0.15;
 
+/// Byte of a coefficient 0 of higher harmonics, and bytes per 1.
+pub(super) const SH_ZERO: f32 = 128.0;
+pub(super) const SH_STEPS: f32 = 128.0;
+
 /// Extensions of a file are shorter than this \[bytes\].
 const MOST_BEHIND: u64 = 1 << 26;
 
@@ -32,6 +37,9 @@ const DAMAGED: &str = "the file is cut off or damaged: write it again";
 /// Names of the attributes in messages, in the order of the file.
 const NAMES: [&str; 6] =
     ["positions", "alphas", "colours", "scales", "rotations", "spherical harmonics"];
+
+/// Index of higher harmonics in [`NAMES`].
+const HIGHER: usize = 5;
 
 #[derive(Clone, Copy, Debug)]
 struct SpzHeader {
@@ -91,8 +99,17 @@ pub(crate) struct Spz {
 
 impl Spz {
     pub(crate) fn open(bytes: &[u8]) -> Result<Self, Fault> {
-        let (header, attributes) =
-            if bytes.starts_with(&MAGIC) { streams(bytes)? } else { gzip(bytes)? };
+        Self::open_as(bytes, false)
+    }
+
+    /// With the coefficients of higher harmonics, too.
+    pub(super) fn open_whole(bytes: &[u8]) -> Result<Self, Fault> {
+        Self::open_as(bytes, true)
+    }
+
+    fn open_as(bytes: &[u8], is_whole: bool) -> Result<Self, Fault> {
+        let open = if bytes.starts_with(&MAGIC) { streams } else { gzip };
+        let (header, attributes) = open(bytes, is_whole)?;
         Ok(Self { header, attributes })
     }
 
@@ -106,7 +123,7 @@ impl Spz {
     }
 
     pub(crate) fn splat(&self, i: usize) -> Gaussian {
-        let [positions, alphas, colors, scales, rotations] = &self.attributes;
+        let [positions, alphas, colors, scales, rotations, _] = &self.attributes;
         let three = |bytes: &[u8]| Vec3::from_array([0, 1, 2].map(|k| bytes[3 * i + k].into()));
         let coefficient = (three(colors) / 255.0 - Vec3::splat(0.5)) / COLOR_SCALE;
         Gaussian {
@@ -117,6 +134,17 @@ impl Spz {
             color: Vec3::splat(0.5) + HARMONIC * coefficient,
             ..Gaussian::default()
         }
+    }
+}
+
+impl Spz {
+    /// Coefficients of all splats of a file that was opened whole.
+    pub(super) fn all_harmonics(&self) -> Result<Harmonics, Fault> {
+        let mut all = Harmonics::with_room(self.harmonics(), self.count() as u64)?;
+        let plain = |byte: u8| (f32::from(byte) - SH_ZERO) / SH_STEPS;
+        let triples = self.attributes[HIGHER].as_chunks::<3>().0;
+        all.coefficients.extend(triples.iter().map(|rgb| rgb.map(plain)));
+        Ok(all)
     }
 }
 
@@ -161,7 +189,8 @@ fn rotation(header: SpzHeader, bytes: &[u8], i: usize) -> Quat {
     Quat::from_xyzw(q.w, q.x, q.y, q.z)
 }
 
-type Attributes = [Vec<u8>; 5];
+/// Bytes of each attribute; none of harmonics unless the file is opened whole.
+type Attributes = [Vec<u8>; 6];
 
 /// Reads exactly `length` bytes.
 fn exactly(from: &mut impl Read, length: usize, name: &str) -> Result<Vec<u8>, Fault> {
@@ -185,7 +214,7 @@ fn pass(from: &mut impl Read, length: usize, name: &str) -> Result<(), Fault> {
 }
 
 /// Versions 1 to 3.
-fn gzip(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
+fn gzip(bytes: &[u8], is_whole: bool) -> Result<(SpzHeader, Attributes), Fault> {
     let mut plain = MultiGzDecoder::new(bytes);
     let header = SpzHeader::parse(&exactly(&mut plain, HEADER, "header")?)?;
     if header.version > 3 {
@@ -194,9 +223,13 @@ fn gzip(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
     }
     let mut attributes = Attributes::default();
     for (i, attribute) in attributes.iter_mut().enumerate() {
-        *attribute = exactly(&mut plain, header.count * header.size(i), NAMES[i])?;
+        let size = header.count * header.size(i);
+        if i < HIGHER || is_whole {
+            *attribute = exactly(&mut plain, size, NAMES[i])?;
+        } else {
+            pass(&mut plain, size, NAMES[i])?;
+        }
     }
-    pass(&mut plain, header.count * header.size(5), NAMES[5])?;
     // Extensions, and the checksum of the whole.
     io::copy(&mut plain.take(MOST_BEHIND), &mut io::sink())
         .map_err(|error| (format!("the end of the file cannot be read: {error}"), DAMAGED))?;
@@ -204,7 +237,7 @@ fn gzip(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
 }
 
 /// Version 4.
-fn streams(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
+fn streams(bytes: &[u8], is_whole: bool) -> Result<(SpzHeader, Attributes), Fault> {
     let header = SpzHeader::parse(bytes)?;
     if header.version < 4 {
         let message = format!("is SPZ version {} without gzip", header.version);
@@ -241,9 +274,10 @@ fn streams(bytes: &[u8]) -> Result<(SpzHeader, Attributes), Fault> {
         }
         let bad = |error| (format!("the {name} cannot be read: {error}"), DAMAGED);
         let mut plain = StreamingDecoder::new(packed).map_err(bad)?;
-        match attributes.get_mut(i) {
-            Some(attribute) => *attribute = exactly(&mut plain, size, name)?,
-            None => pass(&mut plain, size, name)?,
+        if i < HIGHER || is_whole {
+            attributes[i] = exactly(&mut plain, size, name)?;
+        } else {
+            pass(&mut plain, size, name)?;
         }
     }
     Ok((header, attributes))
