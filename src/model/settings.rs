@@ -6,18 +6,18 @@ use super::ShadowFilter;
 #[cfg_attr(feature = "serde", derive(serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Receiver {
-    /// The whole filter map behind the nearest translucent depth, none in front of it.
+    /// The whole filter map behind the nearest translucent depth; nothing in front of it.
     #[default]
     Nearest,
-    /// The transmittance curve: the product over the casters in front of the receiver only.
+    /// The transmittance curve: the product over only the casters in front of the receiver.
     Curve,
 }
 
-/// How shadow maps are made and read: the `[shadow]` table of a scene.
+/// Settings by which shadow maps are made and read: the `[shadow]` table of a scene.
 ///
-/// They are for settings, not for frames. Another [`Self::filter`] or bias costs commands, made anew of the
-/// same objects; [`Self::pair_budget`] and [`Self::texel_budget`] memory and commands; all others render
-/// every view anew, into maps that are allocated anew, by kernels that may be compiled first
+/// They are not meant to change from frame to frame. Another [`Self::filter`] or bias costs commands, made
+/// anew of the same objects; [`Self::pair_budget`] and [`Self::texel_budget`] cost memory and commands; all
+/// others render every view anew, into newly allocated maps, by kernels that may have to be compiled first
 /// (`Shadows::pending`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowSettings {
@@ -31,18 +31,18 @@ pub struct ShadowSettings {
     pub filter: ShadowFilter,
     /// Distance behind a stored depth from which a receiver is shadowed, 0 or more \[m\]; for lights without
     /// their own. Default none: a quarter of a texel there, on slopes as much as [`Self::normal_bias`] asks
-    /// for, of lights with a size four texels, within 2^-15 and 2^-9 of the view's depth range, so that
+    /// for, for lights with a size four texels, within 2^-15 and 2^-9 of the view's depth range, so that
     /// scenes of any size have the same shadows.
     pub bias: Option<f32>,
-    /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels, 0 or more
-    /// \[texels\]; for lights without their own. Default 0.
+    /// Slope-scaled bias: the depth by which the lit surface falls over so many texels, 0 or more \[texels\];
+    /// for lights without their own. Default 0.
     pub slope_bias: f32,
-    /// Normal offset of a lit point before the look-up, in addition to what a filter wider than the default
-    /// needs, 0 or more \[texels\]; for lights without their own. Default 1.5.
+    /// Normal offset of a lit point before the look-up, added to that of a filter wider than the default, 0
+    /// or more \[texels\]; for lights without their own. Default 1.5.
     pub normal_bias: f32,
     /// Pair capacity of one batch of views, 16 bytes a pair, at most [`MAX_PAIRS`]; past it, tiles are walked
-    /// some at a time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: memory is taken for
-    /// what a frame needs, at most 2^26 pairs.
+    /// some at a time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: a frame takes only
+    /// the memory that it needs, for at most 2^26 pairs.
     pub pair_budget: u32,
     /// Texel capacity of the maps of all views together; maps are halved until they fit. Default
     /// 2^27: 1 GiB of filters and half as much of depths each.
