@@ -44,25 +44,25 @@ pub struct ShadowSettings {
     /// some at a time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: a frame takes only
     /// the memory that it needs, for at most 2^26 pairs.
     pub pair_budget: u32,
-    /// Texel capacity of the maps of all views together; maps are halved until they fit. Default
-    /// 2^27: 1 GiB of filters and half as much of depths each.
+    /// Texel capacity of the maps of all views together; maps are halved until they fit. Default 2^27: 1 GiB
+    /// of filters and half as much for each kind of depths.
     pub texel_budget: u64,
     /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern. Default
     /// false.
     pub soften: bool,
     /// Whether dithered casters use a threshold of their own per channel. Default false.
     pub colored: bool,
-    /// Radius of the window over which filter maps and curves are blurred by a Gaussian, 0..=[`MAX_BLUR`];
-    /// the nearest translucent depth becomes that of the window \[texels\]. Default 0: no blur.
+    /// Radius of the window over which a Gaussian blurs filter maps and curves, 0..=[`MAX_BLUR`] \[texels\];
+    /// the nearest translucent depth becomes the window's. Default 0: no blur.
     pub blur: u32,
-    /// Whether pictures of a scene have further maps of finer texels where they show edges of shadows in
-    /// coarse ones. Default false; a scene file's is true. What a host renders has its own views.
+    /// Whether pictures of a scene get further maps of finer texels where coarse ones would show at edges of
+    /// shadows. Default false; true for a scene file. A host passes views of its own.
     pub detail: bool,
-    /// Whether lights with a size of a scene file get as many texels and viewpoints as their penumbrae ask
-    /// for. Default false; a scene file's is true. What a host renders has its own.
+    /// Whether lights with a size get as many texels and viewpoints as their penumbrae need. Default false;
+    /// true for a scene file. A host chooses its own.
     pub soft_detail: bool,
-    /// Texel capacity of the maps of lights with a size, past which they are given no more than they have
-    /// without [`Self::soft_detail`]. Default 2^24.
+    /// Texel capacity of the maps of lights with a size, past which [`Self::soft_detail`] adds nothing.
+    /// Default 2^24.
     pub soft_budget: u64,
     /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`]. Default 0.
     pub mips: u32,
