@@ -65,7 +65,7 @@ pub mod shadows;
 pub mod stage;
 pub mod view;
 
-/// Interfaces that hosts need beyond the root: devices, receivers in shaders of their own, masks, simulations.
+/// For hosts, beyond the root: devices, receivers in shaders of their own, masks, simulations.
 pub mod host {
     pub use crate::{
         gpu::{Backend, Missing, Need, Profiler, Requirement, Selection, error::Input},

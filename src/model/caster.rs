@@ -148,7 +148,7 @@ pub struct Material {
     pub fresnel: Fresnel,
     /// Index into [`crate::model::Scene::materials`] for light that its triangles scatter to their far side
     /// (a leaf, a lampshade) in the picture, in that material's colour; on the light's side, its transmission
-    /// is missing. The shadow is that of triangles of that material beside them. Default none.
+    /// is missing. Maps ignore it: add triangles of that material for the shadow. Default none.
     pub far_side: Option<u32>,
     /// Blur of the scene behind a pane, as a radius per distance, 0..=1: frosted glass. Default 0.
     pub frost: f32,
