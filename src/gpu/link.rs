@@ -8,9 +8,9 @@
 //! import choice::root::open_rest;                   the file of the kernel's entry point
 //! ```
 //!
-//! (The spelling is WESL's, in which `choice` were a package of its own.) Names stay unchanged and
-//! declarations may come in any order, so that a kernel is the declarations it needs, one after another,
-//! each once. Unused declarations are left out: a resource that is not used is not bound.
+//! (The spelling is WESL's, where `choice` would be a package of its own.) Names stay unchanged and
+//! declarations may come in any order, so a kernel is the declarations that it needs, one after another, each
+//! once. Unused declarations are left out: a resource that is not used is not bound.
 #[cfg(not(target_arch = "wasm32"))]
 mod loaded;
 mod parse;

@@ -1,5 +1,5 @@
-//! Course of a scene that moves: the values that all its frames share, so that nothing at rest changes with a
-//! thing that moves beside it. They are the extent of all motion, and lights and camera at a few moments.
+//! Course of a moving scene: the values that all its frames share, so that no part at rest changes with one
+//! that moves. They are the extent of all motion, and lights and camera at a few moments.
 //!
 //! It follows from the scene alone, not from the frames that are rendered: a single frame is the same as in a
 //! sequence.

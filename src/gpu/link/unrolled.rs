@@ -1,7 +1,7 @@
 //! Unrolled loops: `for (var i = 0u; i < unrolled(N); i += 1u) { .. }` becomes N blocks, each with its
-//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals;
-//! compilers of GPUs keep a loop of one turn if it contains others, and everything that the loop leaves
-//! unchanged in registers.
+//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals.
+//! Compilers of GPUs keep a loop of one turn if it contains others, with all values that it leaves unchanged
+//! in registers.
 //!
 //! This is done in the text, where a block is copied as it is. In a module, expressions are evaluated once,
 //! so that a copy would need a copy of every kind of expression, with its operands.

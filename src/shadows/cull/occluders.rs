@@ -5,7 +5,7 @@
 //! 2. A view uses the few that are largest in its map ([`Occluders`]).
 //! 3. A box is hidden if it is behind the planes and within the outline of one of them.
 //!
-//! Depths are only evaluated along the rays through texel centres, so an outline shrinks by no whole texels,
+//! Depths are only evaluated along the rays through texel centres, so an outline need not shrink by texels,
 //! only by the rounding error of an edge or a depth, and by the enlargement of `project`.
 use super::frustum::{ROUNDING, rigid_axes, widened};
 use crate::{
