@@ -86,8 +86,7 @@ pub struct InvalidLight {
 pub struct Cascades {
     /// Number of cascades, clamped to 1..=6. Default 4.
     pub count: u32,
-    /// Weight of the practical split (Zhang et al. 2006), 0..=1: 0 for equal ranges, 1 for equal ratios.
-    /// Default 0.8.
+    /// Practical split (Zhang et al. 2006), 0..=1: 0 for equal ranges, 1 for equal ratios. Default 0.8.
     pub lambda: f32,
     /// Share of a map's half edge over which it fades into the next, 0..=0.5. Default 0.1.
     pub fade: f32,
@@ -159,8 +158,7 @@ pub struct Light {
     pub kind: LightKind,
     /// Linear rgb, 0 or more. Default white.
     pub color: Vec3,
-    /// Irradiance of a directional light at normal incidence; for others, intensity, which falls off with the
-    /// square of the distance \[m\]. 0 or more; default 1.
+    /// Irradiance at normal incidence: of a directional light, or at 1 m from others. 0 or more; default 1.
     pub intensity: f32,
     /// First depth of the shadow views, above 0 for spots and points \[m\]. Default `None`: from the bounds.
     pub near: Option<f32>,
