@@ -49,7 +49,7 @@ pub const NO_TEXTURE: u32 = u32::MAX;
 pub const SHOWS_SURROUNDINGS: u32 = 1;
 /// Flag of [`GpuMaterial::shows`]: its own colour, whatever the light.
 pub const SHOWS_COLOR: u32 = 2;
-/// Number of flags in [`GpuMaterial::shows`].
+/// Number of flag bits in [`GpuMaterial::shows`].
 pub const FAR_SIDE_SHIFT: u32 = 8;
 
 /// Most materials of a scene: the uniform array's length.

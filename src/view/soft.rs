@@ -15,7 +15,7 @@ mod penumbrae;
 const MOST_LIGHTS: usize = 8;
 /// Viewpoints of all lights together.
 const MOST_VIEWPOINTS: u32 = 64;
-/// Penumbrae per penumbra that may have fewer texels than it needs.
+/// Number of penumbrae among which one may have fewer texels than it needs.
 const FEW: usize = 300;
 /// Least number of penumbrae that count.
 const LEAST: usize = 8;

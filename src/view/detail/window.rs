@@ -15,7 +15,7 @@ pub(super) const FADE: f32 = 0.05;
 const LEAST: usize = 6;
 /// Number of times that places are halved, to try windows around the halves.
 const HALVINGS: u32 = 3;
-/// Places per place that stays coarser than it needs.
+/// Number of places among which one may stay coarser than it needs.
 const FEW: usize = 32;
 /// Steps per octave by which windows and their texels grow: few, so that a window made for each frame seldom
 /// changes.
