@@ -40,7 +40,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What a texel holds and how a receiver reads it is in `docs/pipeline.md`.
+//! The contents of a texel, and how a receiver reads them, are in `docs/pipeline.md`.
 //!
 //! # Features
 //! - `device`: opens adapters by itself (`Gpu`).
@@ -65,7 +65,7 @@ pub mod shadows;
 pub mod stage;
 pub mod view;
 
-/// What hosts need beyond the root: devices, receivers in shaders of their own, masks, simulations.
+/// For hosts, beyond the root: devices, receivers in shaders of their own, masks, simulations.
 pub mod host {
     pub use crate::{
         gpu::{Backend, Missing, Need, Profiler, Requirement, Selection, error::Input},

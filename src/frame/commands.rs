@@ -88,8 +88,8 @@ impl Commands {
         Self::default()
     }
 
-    /// Adds a compute pass. One without dispatches is recorded too, so that each frame has a time for it.
-    /// Neighbours are recorded as one where nothing is timed.
+    /// Adds a compute pass. A pass without dispatches is recorded too, so that each frame has a time for it.
+    /// Neighbouring passes are recorded as one where nothing is timed.
     pub fn pass(&mut self, label: &'static str, dispatches: impl IntoIterator<Item = Dispatch>) {
         let dispatches = dispatches.into_iter().collect();
         self.0.push(Command::Pass { label, dispatches });
@@ -140,7 +140,7 @@ impl Commands {
         self.0.extend(other.0);
     }
 
-    /// Compute passes of a recording that is not timed.
+    /// Compute passes of an untimed recording.
     pub fn pass_count(&self) -> usize {
         let begins = |i: usize| {
             self.0[i].dispatches().is_some() && (i == 0 || self.0[i - 1].dispatches().is_none())

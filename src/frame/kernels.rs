@@ -12,13 +12,13 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// The kernels of one device, each linked when something first asks for it. A clone has the same kernels.
+/// The kernels of one device, each linked when first requested. A clone has the same kernels.
 #[derive(Clone, Debug)]
 pub struct Kernels {
     device: wgpu::Device,
     tier: Tier,
     tuning: Tuning,
-    /// By source: descriptions and features that leave the same code share a pipeline.
+    /// By source: descriptions and features with the same code share a pipeline.
     cache: KernelCache,
     linked: Arc<Mutex<HashMap<(&'static str, Features), Kernel>>>,
     /// Objects of the last frame.
@@ -31,13 +31,13 @@ impl Kernels {
         Self { device: device.clone(), tier, tuning, cache, linked: Arc::default(), shelf: None }
     }
 
-    /// The same kernels, whose dispatches take over the bind groups of the last frame.
+    /// The same kernels, with dispatches that take over the last frame's bind groups.
     #[must_use]
     pub fn with_shelf(&self, shelf: &Shelf) -> Self {
         Self { shelf: Some(shelf.clone()), ..self.clone() }
     }
 
-    /// Objects of the last frame, if it takes them over.
+    /// Objects of the last frame, if the kernels take them over.
     pub fn shelf(&self) -> Option<&Shelf> {
         self.shelf.as_ref()
     }
@@ -69,7 +69,7 @@ impl Kernels {
         }
     }
 
-    /// A kernel with values of overrides that no features have.
+    /// A kernel with values for overrides that no features have.
     pub fn with_constants(
         &self,
         desc: &KernelDesc,
@@ -117,8 +117,8 @@ impl Kernels {
             .filled(label, data, usage)
     }
 
-    /// A texture whose contents are undefined, for users of a frame one after another, and whether this is
-    /// the first of them.
+    /// A texture whose contents are undefined, for users of a frame one after another, and whether this user
+    /// is the first.
     pub(super) fn shared_texture(
         &self,
         desc: &wgpu::TextureDescriptor<'static>,
@@ -127,7 +127,7 @@ impl Kernels {
         self.shelf().map_or_else(made, |shelf| shelf.shared_texture(&self.device, desc))
     }
 
-    /// Tunes kernels that are asked for from now on to another tuning.
+    /// Tunes kernels that are requested from now on to another profile.
     pub fn follow(&mut self, tuning: Tuning) {
         if tuning != self.tuning {
             self.tuning = tuning;
@@ -135,7 +135,7 @@ impl Kernels {
         }
     }
 
-    /// Compiles all kernels that were asked for.
+    /// Compiles all requested kernels.
     pub fn finish(&self) -> Result<(), KernelError> {
         self.cache.finish()
     }

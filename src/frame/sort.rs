@@ -14,13 +14,13 @@ use wgpu::{Buffer, BufferUsages, TextureFormat::R32Uint, TextureView};
 /// Source of the number of pairs.
 #[derive(Clone, Copy, Debug)]
 pub enum SortCount<'a> {
-    /// This many.
+    /// A number known on the CPU.
     Known(u32),
     /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
     FromBuffer {
         /// The buffer.
         counts: &'a Buffer,
-        /// Element of it.
+        /// Index of the element.
         index: u32,
         /// Most pairs.
         capacity: u32,
@@ -56,7 +56,7 @@ impl Sort {
         let remedy = "lower the pair budget or the number of casters";
         Error::check_limit("pairs to sort", limit.into(), capacity.into(), remedy)?;
         let partitions = partition.partition_limit(capacity);
-        // Few sizes, so that frames of about as much find each other's.
+        // Few sizes, so that frames with similar numbers share textures.
         let [width, height] = histogram_size(partitions.next_power_of_two());
         let (histograms, is_first) = kernels_of.shared_texture(&wgpu::TextureDescriptor {
             label: Some("histograms"),
@@ -92,12 +92,12 @@ impl Sort {
         Ok(Self { dispatches, scratch_size })
     }
 
-    /// Which of the two pair textures holds the sorted pairs.
+    /// Index of the pair texture that holds the sorted pairs.
     pub fn result(&self) -> usize {
         self.dispatches.len() / 3 % 2
     }
 
-    /// Size of the histograms, 0 if an earlier sort of the frame has them \[bytes\].
+    /// Size of the histograms \[bytes\]; 0 if an earlier sort of the frame has them.
     pub fn scratch_size(&self) -> u64 {
         self.scratch_size
     }

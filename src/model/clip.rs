@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3, DVec4, Mat4, UVec2};
 /// Largest deviation of a matrix from a camera's \[share\].
 const SLACK: f64 = 1e-4;
 
-/// A matrix that is no camera which a view can be.
+/// Error of a matrix that is not a camera's, or not one that a view can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is no shadow camera's: {problem}")]
 pub struct InvalidClip {
@@ -56,7 +56,7 @@ fn invalid(problem: &'static str) -> InvalidClip {
     InvalidClip { problem }
 }
 
-/// What a matrix says of its camera.
+/// Camera of a matrix.
 struct ClipCamera {
     projection: Projection,
     /// Right, up and back, unit.
@@ -130,7 +130,7 @@ impl ClipCamera {
     }
 }
 
-/// With reversed z the far plane comes first.
+/// Puts the two depths in order: with reversed z the far plane comes first.
 fn order(a: f64, b: f64) -> (f64, f64) {
     (a.min(b), a.max(b))
 }

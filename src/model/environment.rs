@@ -30,7 +30,7 @@ pub struct Sky {
     pub horizon: Vec3,
     /// Radiance below the horizon.
     pub ground: Vec3,
-    /// Sun disc, seen and mirrored by smooth surfaces. It does not light the scene: a light does.
+    /// Sun disc, seen and mirrored by smooth surfaces. It does not light the scene: add a light for that.
     pub sun: Option<SunDisc>,
 }
 
@@ -46,7 +46,7 @@ pub struct SunDisc {
 }
 
 impl Default for Sky {
-    /// A sky of a clear day that fits a light of irradiance 3.
+    /// A clear day's sky that fits a light of irradiance 3.
     fn default() -> Self {
         Self {
             zenith: Vec3::new(0.11, 0.17, 0.30),
@@ -105,9 +105,9 @@ impl Environment {
         Self::new(&map, &map)
     }
 
-    /// Like [`Self::of_image`], with the image's sun apart, if it has one: what is around the sun lights the
-    /// scene and is mirrored by rough surfaces, and a light takes the sun's place. It is still seen, and
-    /// mirrored by smooth ones.
+    /// Like [`Self::of_image`], but separates the image's sun, if it has one: the sky around the sun lights
+    /// the scene and is mirrored by rough surfaces, and a light should replace the sun, which is still seen,
+    /// and mirrored by smooth surfaces.
     pub fn of_image_without_sun(
         size: UVec2,
         texels: &[[f32; 3]],
@@ -120,7 +120,7 @@ impl Environment {
         (Self::new(&sharp, &even), sun)
     }
 
-    /// `sharp` is seen and mirrored, `even` gives the irradiance.
+    /// `sharp` is seen and mirrored; `even` gives the irradiance.
     fn new(sharp: &RadianceMap, even: &RadianceMap) -> Self {
         let (irradiance, mean) = even.irradiance();
         let coarser = even.coarser();

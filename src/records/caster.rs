@@ -41,7 +41,7 @@ impl Caster {
         }
     }
 
-    /// Number of its material.
+    /// Index of its material.
     pub fn material(&self) -> u32 {
         self.material_rotation & 0xffff
     }

@@ -3,7 +3,7 @@ use crate::model::{ClusterSettings, Light, LightKind, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec2, Vec3};
 
-/// Most words of light bits, 32 lights each: 8 MiB. It keeps every invocation far below the 65,535
+/// Most words of light bits, of 32 lights each: 8 MiB. So every invocation stays far below the 65,535
 /// iterations that llvmpipe allows.
 const MAX_WORDS: u32 = 1 << 21;
 /// Largest edge of a cluster \[pixels\].
@@ -55,7 +55,7 @@ pub struct ClusterGrid {
     pub near: f32,
     /// Distance from the camera's near to its far plane \[m\].
     pub depth_range: f32,
-    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths \[m\]. Padded by the
+    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths \[m\], padded by the
     /// rounding error of a point.
     pub bounds: Vec<[f32; 2]>,
 }

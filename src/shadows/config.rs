@@ -1,28 +1,27 @@
-//! Configuration of a frame, by who chooses: the device, the host, and tests.
+//! Configuration of a frame, by its source: the device, the host, and tests.
 use crate::{gpu::Tier, model::ShadowSettings, stage::tuning::Tuning};
 
 /// Configuration of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// The device's.
+    /// Tier of the device.
     pub tier: Tier,
-    /// The adapter's.
+    /// Profile of the adapter.
     pub tuning: Tuning,
-    /// The host's; the pair budget within what the device has.
+    /// Settings of the host, with a pair budget within the device's limits.
     pub settings: ShadowSettings,
-    /// Those of tests and the renderer.
+    /// Choices of tests and of the renderer.
     pub toggles: Toggles,
 }
 
-/// Ways of working that tests and the renderer choose.
+/// Choices of tests and of the renderer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Toggles {
-    /// Whether filtering lists with more pairs than fit are walked a part of their tiles at a time;
-    /// otherwise the casters that do not fit are scattered.
+    /// Whether filtering lists with more pairs than fit are walked in parts of their tiles; otherwise the
+    /// casters that do not fit are scattered.
     pub parts: bool,
-    /// Whether all filtering casters are scattered, and their sums kept as they are
-    /// ([`Maps::sums`](super::Maps::sums)) instead of filters: maps of shares of the casters are merged from
-    /// them.
+    /// Whether all filtering casters are scattered, and their sums kept ([`Maps::sums`](super::Maps::sums))
+    /// instead of filters, to merge the maps of shares of the casters.
     pub sums: bool,
     /// Whether tiny particles are scattered: the tuning's value at first.
     pub scatter_tiny: bool,
@@ -32,7 +31,7 @@ pub struct Toggles {
     pub hide: bool,
     /// Whether pictures count the cost of each pixel.
     pub count_cost: bool,
-    /// Whether `prepare` counts the pairs of lists, if that is not known: it then submits and waits, and
+    /// Whether `prepare` counts the pairs of lists if their number is unknown: it then submits and waits, and
     /// compiles only kernels that are needed.
     pub count_first: bool,
 }
@@ -58,8 +57,8 @@ impl Config {
         self.settings.curve_nodes()
     }
 
-    /// Whether tiny particles are scattered. A curve needs its hits in order: with curves they go through
-    /// tiles.
+    /// Whether tiny particles are scattered. With curves they go through tiles, because a curve needs its
+    /// hits in order.
     pub(super) fn scatters(&self) -> bool {
         (self.toggles.scatter_tiny || self.toggles.sums) && self.nodes() == 0
     }

@@ -11,9 +11,9 @@ use crate::{
 use std::sync::Arc;
 
 impl Request<'_> {
-    /// Replaces the bounds of lists by counts, where the bounds leave open whether all pairs fit and every
-    /// tile is one segment. Submits and waits: twice as fast a first frame with a slow driver compiler,
-    /// because kernels that are not needed are not compiled.
+    /// Replaces the bounds of lists by counts where the bounds leave open whether all pairs fit and every
+    /// tile is one segment. Submits and waits. With a slow driver compiler, a first frame takes half the
+    /// time, because kernels that are not needed are not compiled.
     ///
     /// Returns the number of pairs of the largest list.
     pub(super) fn count(

@@ -1,7 +1,7 @@
 //! The pipeline, stage by stage.
 //!
-//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files that its imports from
-//! `choice::` stand for. Everything else is in `wgsl/`.
+//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files for its imports from
+//! `choice::`. Everything else is in `wgsl/`.
 pub mod accumulate;
 pub mod bin;
 pub mod blur;

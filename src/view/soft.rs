@@ -1,8 +1,8 @@
-//! Texels and viewpoints of lights with a size, by the penumbrae of a scene's triangles.
+//! Texels and viewpoints of lights with a size, chosen by the penumbrae of a scene's triangles.
 //!
-//! Texels are as fine as the narrowest penumbrae ask for; a light whose middle does not see much of what
-//! shades its penumbrae has more viewpoints. They follow from what the scene holds when it is loaded and in
-//! the moments of its [`Course`](crate::model::Course): all frames have the same.
+//! Texels are as fine as the narrowest penumbrae need. A light gets more viewpoints if its middle does not
+//! see many of the occluders that shade its penumbrae. Both follow from the scene as loaded and at the
+//! moments of its [`Course`](crate::model::Course): all frames have the same.
 use super::{View, detail::ShownPicture, shadow_views};
 use crate::model::{
     Light, LightKind, MAX_MAP_SIZE, MIN_MAP_SIZE, Scene, SoftLight, Source, TILE_SIZE,
@@ -11,29 +11,29 @@ use penumbrae::{ONE_POINT, SeenPenumbrae, penumbrae};
 
 mod penumbrae;
 
-/// Lights that are looked at.
+/// Largest number of lights that are considered.
 const MOST_LIGHTS: usize = 8;
 /// Viewpoints of all lights together.
 const MOST_VIEWPOINTS: u32 = 64;
-/// Penumbrae to one that may have fewer texels than it asks for.
+/// Number of penumbrae among which one may have fewer texels than it needs.
 const FEW: usize = 300;
-/// Least penumbrae that are provided for.
+/// Least number of penumbrae that count.
 const LEAST: usize = 8;
-/// Mean share of a light behind what its middle does not see, as far as it differs from what is seen around
-/// it, past which it has more viewpoints; and the share of penumbrae that have [`DEEP`] there.
+/// Mean share of a light behind occluders hidden from its middle, as far as it differs from the visible light
+/// around, past which the light gets more viewpoints; and the share of penumbrae past which [`DEEP`] ones
+/// have this effect.
 const HIDDEN: f64 = 0.0008;
-/// Share of a light behind what its middle does not see that tears a shadow.
+/// Share of a light behind hidden occluders that tears a shadow.
 const DEEP: f64 = 0.25;
-/// Share of the places that are looked at from which their penumbrae are worth more texels in a picture, and
-/// more viewpoints.
+/// Share of the sampled places that must be in penumbrae for more texels and viewpoints in a picture.
 const WORTH: f64 = 0.01;
-/// Aspect ratio from which a rectangle is cut, since spots are blurred along its shorter edge.
+/// Aspect ratio from which a rectangle is cut, because spots are blurred along its shorter edge.
 const LONG: f32 = 8.0;
 
 impl Scene {
-    /// Gives lights with a size the texels and viewpoints that their penumbrae ask for, if
-    /// [`ShadowSettings`](crate::ShadowSettings) say so: a stated size is the least, and a stated number of
-    /// viewpoints (not 0) stays. `of_picture`: whether only what the camera sees counts, and no texel is
+    /// Gives lights with a size the texels and viewpoints that their penumbrae need, if
+    /// [`ShadowSettings`](crate::ShadowSettings) say so. A stated size is the least, and a stated number of
+    /// viewpoints (not 0) stays. `of_picture`: whether only places in the camera's view count, with texels no
     /// finer than a pixel.
     pub fn fit_soft_lights(&mut self, of_picture: bool) {
         let is_soft = |light: &Light| light.area().is_some() && light.cascades.is_none();
@@ -120,18 +120,18 @@ impl Scene {
     }
 }
 
-/// What a light asks for.
+/// Texels and viewpoints that a light needs.
 struct SoftWish {
     light: usize,
-    /// Texels of a map's edge that all penumbrae ask for.
+    /// Edge of a map that suffices for all penumbrae \[texels\].
     asked: u32,
     size: u32,
-    /// Size without a choice.
+    /// Size without a choice \[texels\].
     least: u32,
     viewpoints: u32,
     /// Whether viewpoints may be chosen.
     is_free: bool,
-    /// Of a viewpoint.
+    /// Views of a viewpoint.
     views: u64,
 }
 
@@ -146,7 +146,7 @@ impl SoftWish {
     }
 }
 
-/// Texels of a map's edge that nearly all penumbrae are content with; 0 for hardly any penumbrae.
+/// Edge of a map that suffices for nearly all penumbrae \[texels\]; 0 for hardly any penumbrae.
 fn texels(seen: &SeenPenumbrae) -> u32 {
     let mut texels: Vec<f64> = seen.penumbrae.iter().map(|penumbra| penumbra.texels).collect();
     if texels.len() < LEAST {
@@ -156,16 +156,16 @@ fn texels(seen: &SeenPenumbrae) -> u32 {
     *texels.select_nth_unstable_by(at, f64::total_cmp).1 as u32
 }
 
-/// Rounded up to eighths of a power of two; at most the largest map.
+/// `texels`, rounded up to eighths of a power of two; at most the largest map.
 fn stepped(texels: u32) -> u32 {
     let whole = texels.clamp(MIN_MAP_SIZE, MAX_MAP_SIZE).next_power_of_two();
     let sizes = [5, 6, 7].map(|eighths| (whole / 8 * eighths).next_multiple_of(TILE_SIZE));
     sizes.into_iter().find(|&size| size >= texels).unwrap_or(whole)
 }
 
-/// Viewpoints for penumbrae.
+/// Number of viewpoints for penumbrae.
 fn parts(light: &Light, seen: &SeenPenumbrae) -> u32 {
-    // One point of the light may be behind the border of what its middle sees.
+    // One point of the light may be beyond the border of the middle's view.
     let hidden = seen.penumbrae.iter().map(|penumbra| (penumbra.hidden - ONE_POINT).max(0.0));
     let deep = seen.penumbrae.iter().filter(|penumbra| penumbra.hidden >= DEEP).count();
     let count = seen.penumbrae.len() as f64;
@@ -182,8 +182,8 @@ fn parts(light: &Light, seen: &SeenPenumbrae) -> u32 {
     }
 }
 
-/// Takes away what is over a budget of texels and of viewpoints: first of the largest maps, then of maps of
-/// lights with more viewpoints, down to half of their least edge, then viewpoints.
+/// Keeps within a budget of texels and of viewpoints: first shrinks the largest maps, then maps of lights
+/// with more viewpoints, down to half of their least edge, then takes viewpoints away.
 fn keep_within(wishes: &mut [SoftWish], budget: u64, most: u32) {
     let texels = |wishes: &[SoftWish]| wishes.iter().map(SoftWish::texels).sum::<u64>();
     let smaller = |size: u32| (size * 7 / 8).next_multiple_of(16);

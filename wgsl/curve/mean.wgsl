@@ -1,5 +1,5 @@
-// Mean of several curves in a few nodes: their ramps are split into parts at the longest gaps in depth. CPU
-// reference: crates/gobo-reference/src/curve/mean.rs.
+// Mean of several curves in a few nodes: each node joins the ramps between two of the longest gaps in depth.
+// CPU reference: crates/gobo-reference/src/curve/mean.rs.
 
 import choice::below::{child_ramp, child_share, start_child};
 import package::curve::node::{

@@ -15,8 +15,8 @@ import choice::visit::OFTEN_FEW;
 import choice::written::{end_nodes, put_node};
 
 const LEAST_ROOTED: f32 = 0.00048828125; // in roots, black counts as this light: 1/2048
-const FEW: u32 = 6u; // up to so many times as many hits as nodes, pairs are joined by cost
-const MOST_FEW: u32 = 64u; // and up to so many hits
+const FEW: u32 = 6u; // largest ratio of hits to nodes at which pairs are joined by cost
+const MOST_FEW: u32 = 64u; // and largest number of such hits
 
 // A node to write.
 struct Ramp {

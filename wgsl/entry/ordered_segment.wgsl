@@ -1,7 +1,7 @@
-// Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/segment.wgsl, but hits of
-// the previous segment's last pairs that lie behind this segment's front belong to this segment, and this
-// one's own behind the next front belong to the next. CPU reference: crates/gobo-reference/src/accumulate.rs,
-// which sorts all hits of a ray.
+// Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/segment.wgsl, but each hit
+// belongs to the last segment whose front it lies behind: a segment also visits the last pairs of the
+// previous one, and leaves hits behind the next front to the next. CPU reference:
+// crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
 
 import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};

@@ -12,7 +12,7 @@ struct Hit {
     color: vec3<f32>,
     opacity: f32,
     depth: f32,       // light depth; -1 for a miss
-    start: f32,       // a curve's ramp, in light depth: its start, in front of which the hit takes no light
+    start: f32,       // light depths between which it takes light: its ramp in a curve
     end: f32,
     material: u32,
     absorbed: vec3<f32>, // 1 - light, with full precision where light is next to 1

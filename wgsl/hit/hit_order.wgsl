@@ -1,6 +1,6 @@
 // Sorting of rays' hits by depth: casters come sorted by their nearest points, so their hits are nearly
-// sorted. The last few hits wait in order; a late one is inserted among them. CPU reference:
-// crates/gobo-reference/src/order.rs.
+// sorted. The last few hits wait in order, and a late one is inserted among them (a k-buffer: Bavoil et al.
+// 2007). CPU reference: crates/gobo-reference/src/order.rs.
 
 import package::curve::lights::{Lights, black, white, with_light};
 import package::hit::hit::{Hit, presence_of};

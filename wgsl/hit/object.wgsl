@@ -14,7 +14,6 @@ fn object_of(footprint: Footprint) -> u32 {
     if (HAS_GAUSSIANS && is_gaussian(footprint)) || (HAS_CAPSULES && is_capsule(footprint)) {
         // The further record of a Gaussian or capsule begins like a particle's, with the id at the same
         // offset.
-        // offset.
         return particle_object(particle_object(caster_of(footprint)));
     }
     return particle_object(caster_of(footprint));

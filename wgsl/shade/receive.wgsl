@@ -32,6 +32,7 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, biases: vec2<f32>) -> 
     return select(passed, vec3(0.0), vec3(z) > solid + biases.x);
 }
 
+// Percentage-closer filter (Reeves et al. 1987): each texel is compared on its own, then weighted.
 fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
     set_own_plane(view);
     let taps = map_taps(view, lifted.point);

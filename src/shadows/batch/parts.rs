@@ -1,10 +1,10 @@
 //! Filtering lists whose pairs did not fit: binned again, a part of the tiles at a time.
 //!
-//! Every tile then has all of its pairs, in order, so that the maps have the same bits as with room for all
-//! pairs. `part_count` counts the pairs of each tile, and `part_plan` decides: if the parts that are recorded
-//! suffice, all tiles are left to them, otherwise what did not fit is scattered. Each part is the next tiles
-//! whose pairs there is room for; the kernels that read a list then walk them as usual. Where all pairs fit,
-//! all of this is dispatched with no workgroup.
+//! So every tile has all of its pairs, in order, and the maps have the same bits as with room for all pairs.
+//! `part_count` counts the pairs of each tile, and `part_plan` decides: if the recorded parts suffice, they
+//! walk all tiles; otherwise casters that did not fit are scattered. Each part takes the next tiles whose
+//! pairs there is room for; the kernels that read a list then walk them as usual. Where all pairs fit, all of
+//! these kernels are dispatched with no workgroups.
 use super::{context::Context, list_plan::ListPlan};
 use crate::{
     error::Error,
@@ -24,14 +24,14 @@ pub(crate) struct Parts {
     pub count: u32,
     /// The choice between parts and scattering, after the pairs were written.
     pub plan: Commands,
-    /// Without it, segments of the list would be walked again where no part follows.
+    /// The reset without which segments of the list would be walked again where no part follows.
     pub first: Dispatch,
     /// The pairs of the next part.
     pub next: [Dispatch; 2],
 }
 
 impl Parts {
-    /// `None` if all pairs fit. `values`: parameters of bin; `resources`: of the kernel that finds each
+    /// `None` if all pairs fit. `values`: parameters of bin; `resources`: for the kernel that finds each
     /// tile's pairs; `sorted`: index of the texture of sorted keys.
     pub(crate) fn new(
         context: &Context<'_, '_>,

@@ -18,13 +18,13 @@ use crate::{
 };
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages, TextureView};
 
-/// Capacity that every frame may have \[pairs\]: 16 MiB of them.
+/// Pairs that every frame has room for: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
 
-/// Scratch memory of lists and batches, which use it one after another.
+/// Scratch memory that lists and batches use one after another.
 #[derive(Debug)]
 pub struct Scratch {
-    /// Resources of it that kernels of every list use.
+    /// Scratch resources that kernels of every list use.
     pub resources: Resources,
     /// Depth keys and footprints, before and after a pass of the sort.
     pub keys: [TextureView; 2],
@@ -94,8 +94,8 @@ impl ScratchSizes {
         let camera = plans.iter().any(|plan| plan.camera);
         let least = if camera { u32::try_from(footprints).unwrap_or(u32::MAX).max(1) } else { 1 };
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
-        // An upper bound, or a first guess: a frame reports what it needed, and the next is prepared with
-        // it.
+        // An upper bound, or a first guess: a frame reports the pairs that it needed, and the next one is
+        // prepared with them.
         let bound = lists().map(|list| list.bound.pairs).max().unwrap_or(0);
         let likely = lists().map(ListPlan::likely_count).max().unwrap_or(0);
         let guess = if bound <= FREE_PAIRS {
@@ -143,7 +143,7 @@ impl ScratchSizes {
 const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
-/// memory is, and `resolve` resets it.
+/// memory is zero, and `resolve` resets it.
 fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resources, Error> {
     let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
     SUMS.iter().try_fold(Resources::new(), |all, name| {
@@ -158,9 +158,9 @@ fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resour
 /// Buffers of the parts, which all lists use one after another.
 #[derive(Debug)]
 pub(crate) struct PartBuffers {
-    /// Pairs of each tile, then before each tile.
+    /// Pairs of each tile, then their prefix sum.
     pub tile_pairs: Buffer,
-    /// Workgroup counts of `part_next`, which writes the others.
+    /// Workgroup counts of `part_next`, which writes those of the other kernels.
     pub turn: Buffer,
 }
 

@@ -13,9 +13,9 @@ use std::ops::Range;
 pub struct Group {
     /// Class of its casters.
     pub class: Class,
-    /// Their records.
+    /// Records of its casters.
     pub casters: Range<u32>,
-    /// Box around them.
+    /// Box around its casters.
     pub extent: Extent,
     /// Extent of its triangles; `None` for particles and Gaussians.
     pub triangles: Option<TriangleExtent>,
@@ -25,7 +25,7 @@ pub struct Group {
     pub(in crate::shadows) changed_at: u64,
 }
 
-/// What a group's casters are.
+/// Kind of a group's casters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::shadows) enum CasterKind {
     Gaussians,
@@ -33,14 +33,14 @@ pub(in crate::shadows) enum CasterKind {
     Triangles,
 }
 
-/// How far a Gaussian reaches beyond its box, at most: the smallest deviation of `project` times the farthest
-/// reach \[texels\].
+/// Largest reach of a Gaussian beyond its box: the smallest deviation of `project` times the farthest reach
+/// \[texels\].
 pub(in crate::shadows) const GAUSSIAN_ENLARGED: f32 = 6.0;
 
 /// Extent of a group's casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// Bounding box, world space \[m\]; NaN if a caster has a number that is not finite.
+    /// Bounding box, world space \[m\]; NaN if a caster has a number that is infinite or NaN.
     pub bounds: Bounds,
     /// Smallest radius \[m\].
     pub min_radius: f32,
@@ -142,7 +142,7 @@ impl Group {
         self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
     }
 
-    /// Whether they are triangles.
+    /// Whether its casters are triangles.
     pub fn is_triangles(&self) -> bool {
         self.triangles.is_some()
     }

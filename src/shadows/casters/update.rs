@@ -17,8 +17,8 @@ use crate::{
 use std::ops::Range;
 
 impl CasterSet {
-    /// Uploads the scene's changes, and those of `host_grids`, the host's, with bricks. Returns false if a
-    /// new set must be made: with another number of casters, materials or textures, other sizes of textures,
+    /// Uploads changes of the scene and of `host_grids`, the host's grids with bricks. Returns false if a new
+    /// set must be made: for another number of casters, materials or textures, other sizes of textures,
     /// casters of another class, or particles that have drifted so far apart that they need new groups.
     pub fn update(
         &mut self,

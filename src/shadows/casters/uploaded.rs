@@ -1,4 +1,4 @@
-//! Copy of what was uploaded.
+//! Copy of the uploaded data.
 use crate::{
     model::{Material, Texture},
     records::{Caster, TriangleRecord},
@@ -21,7 +21,7 @@ pub(super) struct Uploaded {
     /// Sizes of the textures \[texels\].
     pub texture_sizes: Vec<(u32, u32)>,
     pub blue_first: u32,
-    /// Particles of the scene; indices from here on are of Gaussians.
+    /// Number of the scene's particles; larger indices belong to Gaussians.
     pub particle_count: usize,
     pub in_order: bool,
 }

@@ -9,7 +9,7 @@ use obvhs::{
 };
 use std::ops::Range;
 
-/// Most groups of one leaf: testing so many boxes side by side costs less than traversing nodes for them.
+/// Most groups of one leaf: testing that many boxes in a row costs less than traversing nodes for them.
 const BLOCK: u32 = 8;
 
 /// Nodes in preorder: the left child follows its parent, the right child follows the left one's subtree.
@@ -24,9 +24,9 @@ struct Node {
     first: u32,
 }
 
-/// Hierarchy of the groups' boxes, built by parallel locally-ordered clustering (Meister and Bittner 2018,
-/// by the crate obvhs). That crate has no query by planes; this one needs the groups of a subtree in one
-/// run, so its nodes are laid out anew.
+/// Hierarchy of the groups' boxes, built by parallel locally-ordered clustering (Meister and Bittner 2018, by
+/// the crate obvhs). That crate has no query by planes; this tree needs the groups of a subtree in one run,
+/// so its nodes are laid out anew.
 #[derive(Clone, Debug, Default)]
 pub struct GroupTree {
     nodes: Vec<Node>,
@@ -41,7 +41,7 @@ pub struct GroupTree {
     built_size: u64,
 }
 
-/// Growth of boxes from which the tree is rebuilt, in units of [`typical_size`]: twice the surface.
+/// Growth of boxes at which the tree is rebuilt, in units of [`typical_size`]: twice the surface.
 const DEGRADED: u64 = DOUBLED;
 
 impl GroupTree {
@@ -212,7 +212,7 @@ fn leaf_counts(bvh: &Bvh2) -> Vec<u32> {
 /// Typical size of boxes: the sum of the logarithms of their surfaces, times 2^23. Unlike in a sum of
 /// surfaces, one box that outgrows all others does not mask the rest.
 pub fn typical_size(boxes: impl Iterator<Item = Bounds>) -> u64 {
-    // The bits of a positive f32 are its logarithm, nearly.
+    // The bits of a positive f32 are nearly its logarithm.
     boxes.map(|bounds| u64::from(bounds.half_area().max(0.0).to_bits())).sum()
 }
 

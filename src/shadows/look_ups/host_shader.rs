@@ -16,8 +16,8 @@ use std::sync::LazyLock;
 use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
 
 /// Bindings of the declarations of [`Maps::wgsl`], for one frame: bind again after each
-/// [`prepare`](crate::Shadows::prepare). Layout and group stay the same ones while no size changes, and only
-/// the lights are written, before the next submission: submit what you recorded of a frame before you prepare
+/// [`prepare`](crate::Shadows::prepare). Layout and group stay the same while no size changes, and only the
+/// lights are written, before the next submission: submit the recorded commands of a frame before you prepare
 /// the next.
 #[derive(Debug)]
 pub struct LightBindings {
@@ -32,8 +32,8 @@ pub struct LightBindings {
 
 impl LightBindings {
     /// Records the levels of area lights, after the maps and before the host's passes. Records nothing for
-    /// [`Prepared::bind_lights`], and where the maps were not drawn since another look-up has made the same
-    /// levels.
+    /// [`Prepared::bind_lights`], nor where another look-up has made the same levels since the maps were
+    /// drawn.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(levels) = &self.levels {
             levels.record(encoder, &mut Timeline::untimed());
@@ -41,7 +41,7 @@ impl LightBindings {
     }
 }
 
-/// A look-up, and what it binds.
+/// A look-up, and its bindings.
 struct Part {
     linked: Linked,
     bindings: Vec<Binding>,
@@ -82,7 +82,7 @@ impl Maps {
         self.text(OF_POINT, group, prefix)
     }
 
-    /// Like [`Self::wgsl`], for the lights that [`Prepared::bind_area_lights`] bound: area lights give
+    /// Like [`Self::wgsl`], for the lights that [`Prepared::bind_area_lights`] bound: area lights have
     /// penumbrae.
     ///
     /// # Errors
@@ -103,11 +103,11 @@ impl Maps {
 }
 
 fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
-    // Whatever lights are bound, the text is the same.
+    // The text is the same for all bound lights.
     Features::of_maps(nodes, gain).with(Flags::HAS_FILTERS, true).constants()
 }
 
-/// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` or `over`
+/// Text of [`Maps::wgsl`] and its bindings, for maps with `nodes` nodes, with or without `gain` or `over`
 /// casters.
 #[doc(hidden)]
 pub fn look_up_text(
@@ -134,7 +134,7 @@ impl Prepared {
 
     /// Like [`Self::bind_lights`], for [`Maps::area_wgsl`]. [`LightBindings::record`] must be recorded after
     /// the maps of each frame. Kernels are compiled here unless
-    /// [`HostInputs::area_lights`](crate::HostInputs::area_lights) said so before.
+    /// [`HostInputs::area_lights`](crate::HostInputs::area_lights) announced them.
     ///
     /// # Errors
     /// Those of [`Self::bind_lights`], or there are too many area lights.

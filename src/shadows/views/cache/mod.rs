@@ -13,11 +13,11 @@ pub(in crate::shadows) struct MapCache {
     views: Vec<CachedView>,
     /// [`CasterSet::id`] of the casters.
     set: u64,
-    /// Views to render or rendered last, in order.
+    /// Views that must be rendered, or were rendered last, in order.
     pub pending: Vec<usize>,
-    /// Views whose groups were looked for last.
+    /// Number of views whose groups were searched for last.
     pub searched: usize,
-    /// Whether the other maps are in their places only after the frame ran.
+    /// Whether the other maps reach their places only when the frame runs.
     moving: bool,
     /// Whether the frame is not known to have run.
     lost: bool,
@@ -48,7 +48,7 @@ struct CachedView {
     hides: Option<u32>,
     /// Generation of the inputs; no later change is in the map. 0 for never rendered.
     at: u64,
-    /// Whether it is among those to render or rendered last.
+    /// Whether it is among the pending views.
     pending: bool,
 }
 
@@ -72,8 +72,8 @@ impl CachedView {
 impl MapCache {
     /// The cache after `self`, or after an empty one. A view is pending if its own parameters, its groups or
     /// a caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
-    /// compared, not its camera: a camera's move that leaves the matrix unchanged keeps the map. `hides`:
-    /// nodes of a curve, if groups behind opaque surfaces are culled.
+    /// compared, not its camera: a move of the camera that leaves the matrix unchanged keeps the map.
+    /// `hides`: nodes of a curve, if groups behind opaque surfaces are culled.
     #[must_use]
     pub(in crate::shadows) fn followed(
         mut self,
@@ -100,7 +100,7 @@ impl MapCache {
             inputs.extend(
                 depth.map(|depth| (CachedInput::Depth { instead: depth.instead }, depth.version)),
             );
-            // The host's depth map that replaces them has unknown occluders.
+            // A host's depth map that replaces them has unknown occluders.
             let hides = hides.filter(|_| depth.is_none_or(|depth| !depth.instead));
             let is_new = index == self.views.len();
             if is_new {
