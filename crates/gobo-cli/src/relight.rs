@@ -11,7 +11,7 @@ use gobo_picture::set_to_relight;
 use gobo_scene as scene;
 use gobo_scene::splats;
 
-/// Kind of a file of splats that is written.
+/// Format of the written file of splats.
 #[derive(Clone, Copy)]
 enum Written {
     Ply,
