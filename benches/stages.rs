@@ -14,8 +14,8 @@ use gobo::{
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::{Frustum, GroupTree, order, widened},
     stage::{
-        profile::Profile,
         sort::{PAIR_FORMAT, pair_texture_size},
+        tuning::Tuning,
     },
     view::light_views,
 };
@@ -168,7 +168,7 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
     let kernels =
-        Kernels::new(&gpu.device, gpu.tier, Profile::of(&gpu.adapter), KernelCache::default());
+        Kernels::new(&gpu.device, gpu.tier, Tuning::of(&gpu.adapter), KernelCache::default());
     for count in COUNTS {
         let textures = ["unsorted", "pairs", "sorted_pairs"]
             .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));

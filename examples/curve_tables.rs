@@ -1,5 +1,5 @@
-//! Writes the tables of `docs/curves.md`, `docs/gaussians.md`, `docs/grids.md` and `docs/strands.md`: `make quality`. With names of tables,
-//! only those.
+//! Writes the tables of `docs/curves.md`, `docs/gaussians.md`, `docs/grids.md` and `docs/strands.md`: `make
+//! quality`. With names of tables, only those.
 #[path = "measure/avsm.rs"]
 mod avsm;
 #[path = "measure/curves.rs"]

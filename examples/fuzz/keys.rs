@@ -29,7 +29,8 @@ const VALUES: [&str; 14] = [
 /// A scene file, the keys that reading it asks for, and how long it is [bytes].
 type Seed = (PathBuf, Vec<String>, u64);
 
-/// Number of keys with a value that failed, of those for which there is time; the seconds of a scene are [`crate::SLOW`].
+/// Number of keys with a value that failed, of those for which there is time; the seconds of a scene are
+/// [`crate::SLOW`].
 pub(super) fn run(folders: &[PathBuf], time: Duration, out: &Path) -> io::Result<usize> {
     let (keys, clock) = (asked(folders)?, Instant::now());
     let (mut count, mut accepted, mut findings) = (0, 0, 0);

@@ -1,9 +1,9 @@
 //! Fuzzer: changes files at random and reads them, `make fuzz`.
 //!
-//! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and
-//! `FUZZ_SEED` (0). A reader fails if it panics, takes longer than `SLOW`, or disagrees with `scene::check`. What check
-//! accepts is rendered at a tiny size by the CPU reference, which fails in the same ways. The failing input is written to
-//! out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
+//! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and `FUZZ_SEED`
+//! (0). A reader fails if it panics, takes longer than `SLOW`, or disagrees with `scene::check`. What check
+//! accepts is rendered at a tiny size by the CPU reference, which fails in the same ways. The failing input
+//! is written to out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
 #[path = "../../tests/common/arrays.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod arrays;

@@ -1,5 +1,5 @@
-//! Files that only the program reads: sidecars, by `gobo verify`, arrays of points, by `gobo light`, and parts, by
-//! `gobo merge`.
+//! Files that only the program reads: sidecars, by `gobo verify`, arrays of points, by `gobo light`, and
+//! parts, by `gobo merge`.
 use crate::{End, Outcome};
 use std::{
     env, fs,
@@ -119,8 +119,8 @@ impl Program {
         if output.status.success() { Ok(()) } else { Err(Error::other(said.into_owned())) }
     }
 
-    /// Whether the program takes the file, or what is wrong: it ends with a status of its own, soon, and says why in
-    /// few words.
+    /// Whether the program takes the file, or what is wrong: it ends with a status of its own, soon, and says
+    /// why in few words.
     pub(super) fn read(&self, bytes: &[u8]) -> io::Result<Outcome> {
         fs::write(self.folder.join(self.file), bytes)?;
         let start = Instant::now();

@@ -1,5 +1,5 @@
-//! Smoke on voxels that never leaves the GPU: a compute kernel moves two blobs through a volume texture each frame, and
-//! gobo makes bricks of it in place. Finally the same voxels, uploaded, must cast the same shadow.
+//! Smoke on voxels that never leaves the GPU: a compute kernel moves two blobs through a volume texture each
+//! frame, and gobo makes bricks of it in place. Finally the same voxels, uploaded, must cast the same shadow.
 //!
 //! `cargo run --example host_grid`
 use gobo::{
@@ -22,8 +22,8 @@ const FRAMES: u32 = 24;
 /// Edge of the grid of points on the floor, and of its picture.
 const POINTS: u32 = 120;
 const SCALE: u32 = 3;
-/// Largest difference of a light's share: a ray is counted from the middle of an uploaded grid's bricks, and of all that
-/// the texture may have.
+/// Largest difference of a light's share: a ray is counted from the middle of an uploaded grid's bricks, and
+/// of all that the texture may have.
 const TOLERANCE: f32 = 1.0 / 1024.0;
 
 /// The simulation, such as it is.

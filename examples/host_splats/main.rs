@@ -1,6 +1,6 @@
-//! Splats that never leave the GPU, in two renderers' own buffers: those of 32 bytes that antimatter15's and three.js
-//! viewers sort, and the arrays that 3DGS trains. gobo reads both in place, and they cast one coloured shadow, also on each
-//! other. The same Gaussians, uploaded, must give the same maps.
+//! Splats that never leave the GPU, in two renderers' own buffers: those of 32 bytes that antimatter15's and
+//! three.js viewers sort, and the arrays that 3DGS trains. gobo reads both in place, and they cast one
+//! coloured shadow, also on each other. The same Gaussians, uploaded, must give the same maps.
 //!
 //! `cargo run --example host_splats`
 mod cloud;
@@ -25,8 +25,8 @@ const COUNT: u32 = 4000;
 /// Edge of the grid of points on the floor, and of its picture.
 const GRID: u32 = 160;
 const SCALE: u32 = 3;
-/// Largest difference of a filter: two steps of halves below 1. A device's `exp` and `normalize` differ from the CPU's in
-/// their last bits.
+/// Largest difference of a filter: two steps of halves below 1. A device's `exp` and `normalize` differ from
+/// the CPU's in their last bits.
 const TOLERANCE: f32 = 1.0 / 1024.0;
 
 fn main() -> Result<()> {

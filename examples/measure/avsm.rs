@@ -1,5 +1,5 @@
-//! Adaptive volumetric shadow maps (Salvi et al. 2010, section 3), as for heterogeneous volumes: hits come front to
-//! back.
+//! Adaptive volumetric shadow maps (Salvi et al. 2010, section 3), as for heterogeneous volumes: hits come
+//! front to back.
 use gobo::glam::DVec3;
 
 /// Light of one texel as points between which it is linear, per channel.

@@ -1,4 +1,5 @@
-//! Deep opacity maps (Yuksel and Keyser 2008, section 3): layers of equal thickness from where a ray's first hair is.
+//! Deep opacity maps (Yuksel and Keyser 2008, section 3): layers of equal thickness from where a ray's first
+//! hair is.
 use gobo::glam::DVec3;
 
 /// Optical depth of one texel behind each of its layers, per channel.

@@ -20,7 +20,8 @@ pub(crate) struct Met {
     pub(crate) deviation: f64,
     /// What it takes of the light.
     pub(crate) alpha: f64,
-    /// Its optical depth as a medium; a splat becomes one that takes its opacity along a ray through its centre.
+    /// Its optical depth as a medium; a splat becomes one that takes its opacity along a ray through its
+    /// centre.
     pub(crate) thickness: f64,
     pub(crate) is_medium: bool,
 }
@@ -107,8 +108,8 @@ pub(crate) fn exact(met: &[Met], z: f64) -> f64 {
     met.iter().map(|met| met.passed(z)).product()
 }
 
-/// `vk_gaussian_splatting` of NVIDIA (`traceShadowRayParticle`, without colour and offset, as is its default): the
-/// `count` hits nearest to the receiver; light up to 0.8 becomes black, the rest is stretched.
+/// `vk_gaussian_splatting` of NVIDIA (`traceShadowRayParticle`, without colour and offset, as is its
+/// default): the `count` hits nearest to the receiver; light up to 0.8 becomes black, the rest is stretched.
 pub(crate) fn nearest_hits(met: &[Met], z: f64, count: usize) -> f64 {
     const THRESHOLD: f64 = 0.8;
     let in_front = met[..met.partition_point(|met| met.depth < z)].iter().rev();
@@ -117,7 +118,8 @@ pub(crate) fn nearest_hits(met: &[Met], z: f64, count: usize) -> f64 {
     ((light - THRESHOLD) / (1.0 - THRESHOLD)).clamp(0.0, 1.0)
 }
 
-/// Gaussians as a medium, by the closed form of deep Gaussian shadow maps (arXiv 2601.01660), exact where they are one.
+/// Gaussians as a medium, by the closed form of deep Gaussian shadow maps (arXiv 2601.01660), exact where
+/// they are one.
 pub(crate) fn as_medium(met: &[Met], z: f64) -> f64 {
     (-met.iter().map(|met| met.thickness * met.share(z)).sum::<f64>()).exp()
 }

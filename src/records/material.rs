@@ -34,22 +34,22 @@ crate::records::gpu_struct! {
         pub metallic: f32,
         pub ior: f32,
         pub frost: f32,
-        /// Index of refraction of its faces, minus that of its panes; 0 where they reflect nothing.
+        /// Refractive index of its faces, or minus that of its panes; 0 for no reflection.
         pub fresnel: f32,
-        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of the material of its far
-        /// side plus 1, or 0.
+        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of its far
+        /// side's material plus 1, or 0.
         pub shows: u32,
     }
 }
 
-/// Number in place of a texture's.
+/// Number in place of a texture's index.
 pub const NO_TEXTURE: u32 = u32::MAX;
 
 /// Flag of [`GpuMaterial::shows`]: the surroundings behind it.
 pub const SHOWS_SURROUNDINGS: u32 = 1;
-/// Flag of [`GpuMaterial::shows`]: its colour, whatever the light.
+/// Flag of [`GpuMaterial::shows`]: its own colour, whatever the light.
 pub const SHOWS_COLOR: u32 = 2;
-/// Bits of flags in [`GpuMaterial::shows`].
+/// Number of flag bits in [`GpuMaterial::shows`].
 pub const FAR_SIDE_SHIFT: u32 = 8;
 
 /// Most materials of a scene: the uniform array's length.

@@ -50,7 +50,8 @@ pub use caustic::{
     add_caustic, caustic_light, glass_faces,
 };
 pub use cluster::{
-    ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
+    ALL_LIGHTS, ClusterCounters, ClusterGrid, ClusterParams, MAX_TILE, PLANES, REACH_TEXELS, Reach,
+    UNIT,
 };
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
 pub use curve::{CurveMap, PackedNode};

@@ -2,7 +2,7 @@
 use super::commands::Folder;
 use crate::common::splats::{SPLATS, Stored, bare, ply};
 use gobo::glam::Vec3;
-use gobo_scene::{load_splats, splats::Cloud};
+use gobo_scene::{load_harmonics, load_splats, splats::SplatCloud};
 use std::fs;
 
 /// The sun alone, and no light from around.
@@ -27,21 +27,21 @@ fn shapes() -> Vec<Stored> {
     all.map(|(sigma, rotation)| Stored { sigma, rotation, opacity: 0.95, ..SPLATS[0] }).collect()
 }
 
-fn relit(folder: &Folder, scene: &str, out: &str, more: &[&str]) -> Cloud {
+fn relit(folder: &Folder, scene: &str, out: &str, more: &[&str]) -> SplatCloud {
     fs::write(folder.0.join("lit.toml"), scene).unwrap();
     let arguments = ["relight", "in.ply", "--scene", "lit.toml", "-o", out, "--backend", "cpu"];
     assert_eq!(folder.run(&[&arguments, more].concat()), format!("{out}\n"));
     load_splats(&folder.0.join(out)).unwrap()
 }
 
-fn put(folder: &Folder, stored: &[Stored]) -> Cloud {
+fn put(folder: &Folder, stored: &[Stored]) -> SplatCloud {
     let path = folder.0.join("in.ply");
     fs::write(&path, ply("binary_little_endian", stored, 0)).unwrap();
     load_splats(&path).unwrap()
 }
 
 /// A colour and its coefficient are a few roundings apart.
-fn assert_colors(read: &Cloud, wanted: impl Fn(usize) -> Vec3, most: f32) {
+fn assert_colors(read: &SplatCloud, wanted: impl Fn(usize) -> Vec3, most: f32) {
     for (i, splat) in read.splats.iter().enumerate() {
         let far = (splat.color - wanted(i)).abs().max_element();
         assert!(far <= most, "splat {i}: {}, wanted {}", splat.color, wanted(i));
@@ -93,6 +93,28 @@ fn glass_and_walls_colour_splats() {
     assert_colors(&after, |i| if i == 2 { before.splats[i].color } else { Vec3::ZERO }, LIGHT);
 }
 
+/// Each coefficient is multiplied by the light of its channel, in every format.
+#[test]
+fn harmonics_are_lit_with_the_colour() {
+    let folder = Folder::new("relight-harmonics");
+    let mut stored = SPLATS.to_vec();
+    stored[1].center = [1.0, 0.0, 0.5];
+    stored[2].center = [6.0, 0.0, 0.0];
+    fs::write(folder.0.join("in.ply"), ply("binary_little_endian", &stored, 24)).unwrap();
+    let before = load_splats(&folder.0.join("in.ply")).unwrap();
+    let share = |i: usize| if i == 2 { Vec3::ONE } else { BEHIND };
+    for (out, most) in [("out.ply", LIGHT), ("out.spz", 0.015), ("out.sog", LIGHT)] {
+        let after = relit(&folder, &format!("{SUN}{GLASS}"), out, &[]);
+        assert_colors(&after, |i| before.splats[i].color * share(i), most);
+        let harmonics = load_harmonics(&folder.0.join(out)).unwrap().unwrap();
+        assert_eq!(harmonics.count, 8);
+        for (i, rgb) in (0..3).flat_map(|i| harmonics.of(i).iter().map(move |rgb| (i, rgb))) {
+            let far = (Vec3::from_array(*rgb) - 0.125 * share(i)).abs().max_element();
+            assert!(far <= most, "{out}, splat {i}: {rgb:?}");
+        }
+    }
+}
+
 /// A splat above another one shades it by its alpha; the scene places both.
 #[test]
 fn splats_shade_each_other_where_the_scene_places_them() {
@@ -129,8 +151,8 @@ fn what_cannot_be_written_is_refused_before_any_work() {
         assert!(text.contains(words) && text.contains("help:"), "{text}");
         assert!(!folder.0.join(out).exists(), "{out} was written");
     };
-    refused("in.ply", "lit.toml", "out.splat", ".ply or .spz");
-    refused("in.ply", "lit.toml", "out", ".ply or .spz");
+    refused("in.ply", "lit.toml", "out.splat", ".ply, .spz or .sog");
+    refused("in.ply", "lit.toml", "out", ".ply, .spz or .sog");
     refused("none.ply", "lit.toml", "out.ply", "none.ply");
     refused("lit.toml", "lit.toml", "out.ply", "no splats");
     fs::write(folder.0.join("cut.splat"), &bare(&SPLATS)[..40]).unwrap();

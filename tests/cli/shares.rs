@@ -4,7 +4,8 @@ use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use std::{fs, path::Path};
 
-/// Particles of several blocks behind and before panes, fur, a blocking box, and a lamp of each kind that has one view.
+/// Particles of several blocks behind and before panes, fur, a blocking box, and a lamp of each kind that has
+/// one view.
 const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0.2, -1, 0.1]\n\
     [[light]]\nname = 'spot'\nkind = 'spot'\nposition = [1, 4, 1]\ndirection = [-0.2, -1, -0.2]\nangle = 60\n\
     [[material]]\nname = 'smoke'\ntint = [0.9, 0.5, 0.3, 0.05]\n[[material]]\nname = 'puff'\nshape = 'puff'\n\

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 /// What the lines may leave out.
 const TOLERANCE: f64 = 0.05;
-/// Until the process runs its first line, and from the last frame's line to its end, with other tests on the same cores [ms].
+/// Until the process runs its first line, and from the last frame's line to its end, with other tests on the
+/// same cores [ms].
 const START_AND_EXIT: f64 = 500.0;
 
 /// Sum of the numbers of an object [ms].

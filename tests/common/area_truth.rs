@@ -88,8 +88,8 @@ fn across(along: DVec3) -> (DVec3, DVec3) {
     (right, right.cross(along))
 }
 
-/// A triangle as rays from one point see it (Möller and Trumbore 1997): along `way`, `way.dot(normal)` times its
-/// barycentric coordinates and the ray's parameter are `way.dot(u)`, `way.dot(v)` and `t`.
+/// A triangle as rays from one point see it (Möller and Trumbore 1997): along `way`, `way.dot(normal)` times
+/// its barycentric coordinates and the ray's parameter are `way.dot(u)`, `way.dot(v)` and `t`.
 struct Facet {
     normal: DVec3,
     u: DVec3,

@@ -335,7 +335,8 @@ pub(crate) fn meta(kind: Kind, is_big: bool, is_packed: bool) -> Vec<u8> {
     [meta_head(name, is_big, is_packed, "LOCAL").into_bytes(), data].concat()
 }
 
-/// A page for each z, a strip each, not packed or by deflate; texels of 1/2 and 1/4 micrometre, pages 3 apart.
+/// A page for each z, a strip each, not packed or by deflate; texels of 1/2 and 1/4 micrometre, pages 3
+/// apart.
 pub(crate) fn tiff(kind: Kind, is_big: bool, is_packed: bool) -> Vec<u8> {
     let (bits, format) = match kind {
         Kind::I8 => (8, 2),

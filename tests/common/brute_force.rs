@@ -20,8 +20,8 @@ const EDGE: f64 = 0.05;
 const EDGE_OF_STRAND: f64 = 0.01;
 /// Distance of a capsule's opacity to 1/255 below which rounding decides.
 const OPACITY_OF_STRAND: f64 = 1e-3;
-/// Distance of a cutout's opacity to its cutoff, and of a dithered one to none and all, below which a pattern or rounding
-/// decides.
+/// Distance of a cutout's opacity to its cutoff, and of a dithered one to none and all, below which a pattern
+/// or rounding decides.
 const SOLID_MARGIN: f64 = 1e-3;
 /// Distance of a presence to 1/255 below which rounding decides.
 const OPACITY_MARGIN: f64 = 1e-4;
@@ -205,8 +205,8 @@ const NEAREST_SEEN: f64 = 1e-2;
 /// Distance between two surfaces below which rounding decides which is seen [m].
 const SURFACE_MARGIN: f64 = 1e-3;
 
-/// Material of the solid particle or triangle that the camera sees at each pixel: `None` for none of them; an error where
-/// rounding decides.
+/// Material of the solid particle or triangle that the camera sees at each pixel: `None` for none of them; an
+/// error where rounding decides.
 pub(crate) fn seen(scene: &Scene) -> Vec<Result<Option<u32>, ()>> {
     let eye = Eye::of_camera(&scene.camera);
     let pixel = |i: u32| {

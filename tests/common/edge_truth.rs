@@ -1,4 +1,5 @@
-//! Edges of shadows in 64 bits: rays through pixels and to lights, tested against a scene's triangles. No map, no filter.
+//! Edges of shadows in 64 bits: rays through pixels and to lights, tested against a scene's triangles. No
+//! map, no filter.
 use gobo::{
     glam::{DVec2, DVec3, Vec3},
     model::{Camera, LightKind, Transfer},

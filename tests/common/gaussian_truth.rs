@@ -38,10 +38,11 @@ impl Seen {
         Self { center: gaussian.center.as_dvec3(), own, thin: 1.0 }
     }
 
-    /// Widened across the ray to its centre until no principal deviation of its projection is below `least`, and
-    /// thinned by the ratio of the areas. `to_map`: from the world to a place in texels and a distance along the axis;
-    /// linear about the centre, where the projection is taken. `line`: the ray through a place in texels from the
-    /// centre. How wide it is along a direction is measured: a quarter of what is within two deviations.
+    /// Widened across the ray to its centre until no principal deviation of its projection is below `least`,
+    /// and thinned by the ratio of the areas. `to_map`: from the world to a place in texels and a distance
+    /// along the axis; linear about the centre, where the projection is taken. `line`: the ray through a
+    /// place in texels from the centre. How wide it is along a direction is measured: a quarter of what is
+    /// within two deviations.
     pub(crate) fn widened(
         gaussian: &Gaussian,
         to_map: DMat3,

@@ -1,5 +1,5 @@
-//! Integrals of a grid's trilinear density along lines, in 64 bits and straight from the definition: a line is cut at
-//! every plane through voxels, and Simpson's rule, which is exact for cubics, sums each part.
+//! Integrals of a grid's trilinear density along lines, in 64 bits and straight from the definition: a line
+//! is cut at every plane through voxels, and Simpson's rule, which is exact for cubics, sums each part.
 use gobo::{
     glam::{DAffine3, DMat3, DVec3, UVec3, Vec3A},
     model::{Brick, Density, Grid},
@@ -161,8 +161,8 @@ impl Line {
         parts.filter(|part| part.1 > 0.0).collect()
     }
 
-    /// Integrals of density up to `count` depths in the middle of as many equal parts of `ways` [m]; between faces of
-    /// cells linear.
+    /// Integrals of density up to `count` depths in the middle of as many equal parts of `ways` [m]; between
+    /// faces of cells linear.
     pub(crate) fn optical_depths(&self, grid: &Grid, ways: [f32; 2], count: usize) -> Vec<f64> {
         let ways = ways.map(f64::from);
         let parts = self.stretches(grid, ways);

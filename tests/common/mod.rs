@@ -45,9 +45,9 @@ pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 pub(crate) type ByTier<T> = [T; Tier::ALL.len()];
 
 /// Tiers of a test about a property: its usual one, so that half of the tests wait for each device; with
-/// `GOBO_TEST_TIERS=all`, as in `make test-all`, all three. Kernels of the tiers differ by walks and sums, which
-/// the comparisons with the CPU reference ask on [`TIERS`]; those of the one between have the walks of one and
-/// the sums of the other, and `maps::tiers` compares them.
+/// `GOBO_TEST_TIERS=all`, as in `make test-all`, all three. Kernels of the tiers differ by walks and sums,
+/// which the comparisons with the CPU reference ask on [`TIERS`]; those of the one between have the walks of
+/// one and the sums of the other, and `maps::tiers` compares them.
 pub(crate) fn tiers(usual: Tier) -> Vec<Tier> {
     let is_all = std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all");
     if is_all { Tier::ALL.to_vec() } else { vec![usual] }
@@ -152,7 +152,7 @@ fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) 
     let queued = scene.shadow.receiver != Receiver::Curve;
     renderer.configure(|config| {
         config.toggles.scatter_tiny = scatter;
-        config.toggles.queued = queued && config.profile.queued;
+        config.toggles.queued = queued && config.tuning.queued;
     });
     renderer.render(scene, options).unwrap_or_else(|error| panic!("{error}"))
 }

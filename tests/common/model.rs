@@ -80,7 +80,8 @@ impl Glb {
         self.push("textures", json!({ "source": source }))
     }
 
-    /// A square in xz of 1 m that faces up, with texture coordinates whose u grows with x and v with z: a primitive.
+    /// A square in xz of 1 m that faces up, with texture coordinates whose u grows with x and v with z: a
+    /// primitive.
     pub(crate) fn square(&mut self, material: Value) -> Value {
         let corners = [[-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, -0.5], [-0.5, 0.0, -0.5]];
         let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];

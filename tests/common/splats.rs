@@ -96,7 +96,8 @@ pub(crate) fn ply(format: &str, splats: &[Stored], rest: usize) -> Vec<u8> {
     file
 }
 
-/// The three parts of a rotation beside its largest, which is made positive; and its place. `parts`: any order.
+/// The three parts of a rotation beside its largest, which is made positive; and its place. `parts`: any
+/// order.
 fn smallest_three(parts: [f64; 4]) -> ([f64; 3], usize) {
     let largest = (0..4).max_by(|&a, &b| parts[a].abs().total_cmp(&parts[b].abs())).unwrap();
     let sign = parts[largest].signum();
@@ -168,8 +169,8 @@ pub(crate) fn bare(splats: &[Stored]) -> Vec<u8> {
     file
 }
 
-/// Header and attributes of an SPZ file without compression: positions, alphas, colours, scales, rotations, harmonics
-/// of degree 1.
+/// Header and attributes of an SPZ file without compression: positions, alphas, colours, scales, rotations,
+/// harmonics of degree 1.
 pub(crate) fn spz_parts(version: u32, splats: &[Stored]) -> (Vec<u8>, [Vec<u8>; 6]) {
     let mut header = b"NGSP".to_vec();
     header.extend(version.to_le_bytes());
@@ -242,8 +243,8 @@ pub(crate) fn sog(splats: &[Stored]) -> Vec<u8> {
     archive.finish().unwrap().into_inner()
 }
 
-/// Names and bytes of the files of a SOG with codebooks that hold each number of `splats`, 28 at most; `meta.json`
-/// is the first.
+/// Names and bytes of the files of a SOG with codebooks that hold each number of `splats`, 28 at most;
+/// `meta.json` is the first.
 pub(crate) fn sog_files(splats: &[Stored]) -> Vec<(&'static str, Vec<u8>)> {
     let mut books = [vec![0.0; 256], vec![0.0; 256]];
     let mut images = <[Vec<u8>; 5]>::default();
@@ -290,8 +291,8 @@ pub(crate) fn sog_files(splats: &[Stored]) -> Vec<(&'static str, Vec<u8>)> {
     all
 }
 
-/// `.ksplat` 0.1 of a compression level, with harmonics of degree 1: a section with full buckets of one splat and a
-/// last bucket of all others, and a section without splats.
+/// `.ksplat` 0.1 of a compression level, with harmonics of degree 1: a section with full buckets of one splat
+/// and a last bucket of all others, and a section without splats.
 pub(crate) fn ksplat(level: u16, splats: &[Stored]) -> Vec<u8> {
     const EDGE: f64 = 16.0;
     let half = |x: f64| half::f16::from_f64(x).to_le_bytes();
@@ -346,8 +347,8 @@ pub(crate) fn ksplat(level: u16, splats: &[Stored]) -> Vec<u8> {
     file
 }
 
-/// glTF whose splats are in an SPZ file in a view, as `KHR_gaussian_splatting_compression_spz_2` says. Moved by
-/// (0, 1, 0).
+/// glTF whose splats are in an SPZ file in a view, as `KHR_gaussian_splatting_compression_spz_2` says. Moved
+/// by (0, 1, 0).
 pub(crate) fn gltf_spz(splats: &[Stored]) -> String {
     use base64::{Engine as _, engine::general_purpose::STANDARD};
     let own = "KHR_gaussian_splatting";

@@ -1,4 +1,5 @@
-//! Strands in 64 bits, from their definition: where a ray is inside is found by bisection, what it passes by quadrature.
+//! Strands in 64 bits, from their definition: where a ray is inside is found by bisection, what it passes by
+//! quadrature.
 use gobo::{
     glam::{DVec3, Vec4},
     model::Strand,
@@ -84,8 +85,8 @@ impl Cone {
     }
 }
 
-/// Meetings of the ray `start + way t` with the capsules of a strand. `ends`: where it begins and ends; `least`: radius
-/// at a point that the strand is widened to, linear along a capsule.
+/// Meetings of the ray `start + way t` with the capsules of a strand. `ends`: where it begins and ends;
+/// `least`: radius at a point that the strand is widened to, linear along a capsule.
 pub(crate) fn meet(
     strand: &Strand,
     start: DVec3,

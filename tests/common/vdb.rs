@@ -1,4 +1,5 @@
-//! A writer of `OpenVDB` files, from the format's description: what a grid has is what a test says of its voxels.
+//! A writer of `OpenVDB` files, from the format's description: what a grid has is what a test says of its
+//! voxels.
 use glam::{DVec3, IVec3};
 use std::{
     collections::{BTreeMap, BTreeSet},

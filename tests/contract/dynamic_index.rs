@@ -1,5 +1,6 @@
-//! Walks index neither private and function variables nor vectors by what is no constant: on an H100 one such index in the
-//! store at the end of a walk made the whole walk take nearly twice as long, and neither registers nor stack show it.
+//! Walks index neither private and function variables nor vectors by what is no constant: on an H100 one such
+//! index in the store at the end of a walk made the whole walk take nearly twice as long, and neither
+//! registers nor stack show it.
 use gobo::gpu::FEW_TURNS;
 use gobo_picture::stage::variants;
 use naga::{

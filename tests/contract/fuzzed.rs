@@ -1,4 +1,5 @@
-//! `make fuzz` gives odd values to the keys of every table of scene files: each is in a scene that it begins with.
+//! `make fuzz` gives odd values to the keys of every table of scene files: each is in a scene that it begins
+//! with.
 use gobo_scene as scene;
 use std::{
     collections::BTreeSet,

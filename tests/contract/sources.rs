@@ -1,5 +1,5 @@
-//! The files of all crates as modules, and which of them name what is declared in others. A module of the library is
-//! known by its path there, one of another crate by that behind the crate's name.
+//! The files of all crates as modules, and which of them name what is declared in others. A module of the
+//! library is known by its path there, one of another crate by that behind the crate's name.
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
@@ -11,7 +11,7 @@ use syn::visit::{self, Visit};
 pub(super) type Module = Vec<String>;
 
 /// Crates beside the library: how paths begin, and the folder.
-const CRATES: &[(&str, &str)] = &[
+pub(super) const CRATES: &[(&str, &str)] = &[
     ("gobo_cli", "gobo-cli"),
     ("gobo_picture", "gobo-picture"),
     ("gobo_reference", "gobo-reference"),

@@ -137,8 +137,8 @@ fn numbers(module: &Module) -> BTreeSet<u32> {
     module.global_variables.iter().filter_map(|(_, it)| Some(it.binding?.binding)).collect()
 }
 
-/// Browsers take the pruned module as WGSL: it binds the same, enters at the same name, and says that it has subgroups
-/// where it has.
+/// Browsers take the pruned module as WGSL: it binds the same, enters at the same name, and says that it has
+/// subgroups where it has.
 #[test]
 fn what_browsers_compile_is_the_pruned_module() {
     let mut with_subgroups = 0;

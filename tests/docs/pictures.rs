@@ -1,4 +1,5 @@
-//! Pictures of the documents: docs/pictures.toml names the command of each, the page prints it, and it makes the picture.
+//! Pictures of the documents: docs/pictures.toml names the command of each, the page prints it, and it makes
+//! the picture.
 use crate::common::{TIERS, gpu};
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene as scene;
@@ -10,8 +11,8 @@ use std::{
 };
 use toml::{Table, Value};
 
-/// Steps of 255 by which a channel may be off, as another driver rounds differently, and the share of pixels that may be
-/// further off: edges fall to one side or the other.
+/// Steps of 255 by which a channel may be off, as another driver rounds differently, and the share of pixels
+/// that may be further off: edges fall to one side or the other.
 const APART: u8 = 8;
 const MOST: f64 = 0.005;
 const ENDINGS: [&str; 4] = ["png", "webp", "svg", "jpg"];

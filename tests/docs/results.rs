@@ -1,5 +1,5 @@
-//! The README's figures equal those of benches/results: llvmpipe.json, which `make results` writes, and h100.json; and the tables that
-//! `make quality` writes hold what is asked of curves.
+//! The README's figures equal those of benches/results: llvmpipe.json, which `make results` writes, and
+//! h100.json; and the tables that `make quality` writes hold what is asked of curves.
 use serde_json::Value;
 
 fn figure(ms: f64) -> String {
@@ -81,7 +81,8 @@ fn row(page: &str, table: &str, method: &str) -> Vec<String> {
     row.split('|').map(|column| column.trim().to_owned()).collect()
 }
 
-/// Mean errors of curves of 8 nodes are below a limit, and half of what the best of a kind has that takes as many bytes or more.
+/// Mean errors of curves of 8 nodes are below a limit, and half of what the best of a kind has that takes as
+/// many bytes or more.
 #[test]
 fn tables_hold_what_is_asked_of_curves() {
     for (page, table, rival, most) in [

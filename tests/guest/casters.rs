@@ -259,7 +259,8 @@ fn maps_stay_where_nothing_of_the_hosts_changed() {
     assert_eq!(rendered(None), 0);
 }
 
-/// Each view may see all casters of the host; memory for that is a batch's, not the frame's, and so it is for large maps.
+/// Each view may see all casters of the host; memory for that is a batch's, not the frame's, and so it is for
+/// large maps.
 #[test]
 fn many_views_of_many_casters_take_little_memory() {
     let gpu = gpu(TIERS[0]);

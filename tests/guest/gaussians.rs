@@ -14,7 +14,8 @@ use gobo::{
     wgpu::{self, BufferUsages},
 };
 
-/// A layout of the host's: places with opacities in one buffer, scalar first quaternions and the rest in another.
+/// A layout of the host's: places with opacities in one buffer, scalar first quaternions and the rest in
+/// another.
 const WGSL: &str = "
 @group(1) @binding(0) var<storage, read> places: array<vec4<f32>>;
 struct Look { turn: vec4<f32>, sigma: vec3<f32>, material: u32, color: vec3<f32>, id: u32, }
@@ -231,7 +232,8 @@ fn bits_are_those_of_uploads(tier: Tier, cases: &[Case<'_>]) {
     }
 }
 
-/// Uploaded triangles and discs, sets of discs and of Gaussians, some of which block: the same as all uploaded.
+/// Uploaded triangles and discs, sets of discs and of Gaussians, some of which block: the same as all
+/// uploaded.
 #[test]
 fn gaussians_and_discs_of_the_host_are_one_frame() {
     for tier in tiers(Tier::Native) {

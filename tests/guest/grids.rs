@@ -11,8 +11,8 @@ use gobo::{
 };
 use half::f16;
 
-/// The same voxels are the same halves; but a ray is counted from the middle of an uploaded grid's bricks, and of all
-/// that a host's grid may have.
+/// The same voxels are the same halves; but a ray is counted from the middle of an uploaded grid's bricks,
+/// and of all that a host's grid may have.
 const ROUNDED: f32 = 1e-3;
 
 /// More than one group of bricks, and no multiple of one along any axis.

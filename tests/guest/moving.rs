@@ -156,7 +156,8 @@ fn counts_that_kernels_wrote_are_written_anew() {
     }
 }
 
-/// Frames of which only contents differ, and between them some that differ in more, are those without earlier ones.
+/// Frames of which only contents differ, and between them some that differ in more, are those without earlier
+/// ones.
 #[test]
 fn repeated_commands_have_the_contents_of_their_frame() {
     let gpu = gpu(TIERS[0]);

@@ -76,8 +76,8 @@ fn recorded(prepared: &Prepared) -> [usize; 2] {
     passes.fold([0; 2], |[passes, all], own| [passes + 1, all + own])
 }
 
-/// The pairs of a host's casters have no useful bound. What its frames needed so far is known from the second on:
-/// then no work is recorded for pairs that do not fit, beyond the dispatch that scatters them.
+/// The pairs of a host's casters have no useful bound. What its frames needed so far is known from the second
+/// on: then no work is recorded for pairs that do not fit, beyond the dispatch that scatters them.
 #[test]
 fn steady_frames_of_a_host_record_no_empty_work() {
     const COUNT: u32 = 20_000;

@@ -13,8 +13,9 @@ use gobo_scene::Scene;
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Z };
 
-/// The same bricks in bounds of twice the volume and more, in a map that shows these: they are as large as before, have as many
-/// voxels, and meet as many tiles. So each texel walks through what it did. The same bounds full of thin smoke take more.
+/// The same bricks in bounds of twice the volume and more, in a map that shows these: they are as large as
+/// before, have as many voxels, and meet as many tiles. So each texel walks through what it did. The same
+/// bounds full of thin smoke take more.
 #[test]
 fn empty_space_costs_nothing() {
     let grid = |bricks: Vec<Brick>| {
@@ -69,8 +70,8 @@ fn a_still_grid_is_not_rendered_again() {
     assert!(views(&scene).0 > 0);
 }
 
-/// A puff of 3 x 3 x 3 voxels of a tenth of a texel, at 12 x 12 places around a texel's centre: it is sampled there, so
-/// that it shows in some of the places only, but on the mean it takes the light that it should.
+/// A puff of 3 x 3 x 3 voxels of a tenth of a texel, at 12 x 12 places around a texel's centre: it is sampled
+/// there, so that it shows in some of the places only, but on the mean it takes the light that it should.
 #[test]
 fn a_puff_below_a_texel_takes_its_light_on_the_mean() {
     const PLACES: i32 = 12;

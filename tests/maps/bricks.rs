@@ -47,7 +47,8 @@ pub(super) fn scene_of(kind: LightKind, grid: Grid) -> Scene {
     Scene { lights: vec![light(kind)], grids: vec![grid], ..empty(materials) }
 }
 
-/// A lump of 21 x 17 x 19 random voxels around the origin, many of them empty, scaled by unlike factors and rotated.
+/// A lump of 21 x 17 x 19 random voxels around the origin, many of them empty, scaled by unlike factors and
+/// rotated.
 pub(super) fn lump() -> Grid {
     let (min, max) = (IVec3::new(-11, -8, -9), IVec3::new(9, 8, 9));
     let mut chance = Chance::new(5);
@@ -263,8 +264,8 @@ fn a_homogeneous_box() {
     }
 }
 
-/// Beer and Lambert: a ball of voxels whose density is 1 up to its surface, where the last voxels are given the share
-/// of the ray that is inside. Along a line of voxels the integral is their sum.
+/// Beer and Lambert: a ball of voxels whose density is 1 up to its surface, where the last voxels are given
+/// the share of the ray that is inside. Along a line of voxels the integral is their sum.
 #[test]
 fn a_ball_of_voxels() {
     const RADIUS: f32 = 13.0;
@@ -341,8 +342,8 @@ fn forms_of_bricks_agree() {
     assert_forms_agree("curves of bricks", &scene);
 }
 
-/// A row of bricks on one tile, longer than a segment, each of eight cells: llvmpipe ends loops after 65,535 turns, also
-/// those over cells.
+/// A row of bricks on one tile, longer than a segment, each of eight cells: llvmpipe ends loops after 65,535
+/// turns, also those over cells.
 #[test]
 fn a_row_of_bricks() {
     const COUNT: i32 = 2500;

@@ -82,8 +82,8 @@ fn face(cosine: f64) -> f64 {
     1.0 - (across * across + along * along) / 2.0
 }
 
-/// Rays straight down through an ellipsoid, of a half width and a half height, to a floor: distance from the axis, not a number
-/// where all is reflected inside, and light.
+/// Rays straight down through an ellipsoid, of a half width and a half height, to a floor: distance from the
+/// axis, not a number where all is reflected inside, and light.
 fn through_ellipsoid(wide: f64, high: f64, floor: f64) -> Vec<(f64, f64)> {
     const RAYS: usize = 4000;
     let normal = |p: DVec3| {
@@ -106,7 +106,8 @@ fn through_ellipsoid(wide: f64, high: f64, floor: f64) -> Vec<(f64, f64)> {
     (0..RAYS).map(ray).collect()
 }
 
-/// A flat lens and a ball, at their focus and elsewhere: all light that comes through lands, and where rays say.
+/// A flat lens and a ball, at their focus and elsewhere: all light that comes through lands, and where rays
+/// say.
 #[test]
 fn lenses_throw_light_where_rays_land() {
     // The lens: radii of curvature of 2.5 m, so a focus at 2.5 m. The ball: at 0.75 m from its middle.
@@ -139,7 +140,8 @@ fn lenses_throw_light_where_rays_land() {
     }
 }
 
-/// The light of the floor is moved: what `light_points` finds sums up to what arrives less what the glass reflects.
+/// The light of the floor is moved: what `light_points` finds sums up to what arrives less what the glass
+/// reflects.
 #[test]
 fn light_is_moved_and_not_added() {
     let scene = over_floor("kind = 'sphere'\nlevel = 6\nscale = [1, 0.2, 1]", 2.45, 256, 3);

@@ -350,7 +350,8 @@ fn reference_of_other_bodies_differ() {
     assert!(crate::maps::curve::share_apart(&cpu(&scene), &cpu(&puffs)) > 0.05);
 }
 
-/// A lamp in the middle of a body, and another body behind it; then both in a third, which holds the lamp, too.
+/// A lamp in the middle of a body, and another body behind it; then both in a third, which holds the lamp,
+/// too.
 #[test]
 fn a_lamps_own_bodies_end_where_the_light_leaves_them() {
     let colors = [Vec3::new(0.3, 0.6, 0.8), Vec3::new(0.8, 0.5, 0.3), Vec3::new(0.9, 0.7, 0.95)];

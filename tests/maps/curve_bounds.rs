@@ -201,8 +201,8 @@ fn the_bound_holds() {
     }
 }
 
-/// Steps and ramps that overlap, some of them late: at each depth the error is at most the light lost in the node there
-/// and in the next.
+/// Steps and ramps that overlap, some of them late: at each depth the error is at most the light lost in the
+/// node there and in the next.
 #[test]
 fn the_bound_holds_where_ramps_overlap() {
     let mut chance = Chance::new(31);

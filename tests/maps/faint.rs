@@ -128,8 +128,8 @@ fn faint_puffs_add_up() {
     assert_passes(&scene, absorbed, STORAGE);
 }
 
-/// Checks the curves of CPU reference and tiers at three depths, and the filter, for casters below and above the
-/// opacity from which one alone has a place in a curve.
+/// Checks the curves of CPU reference and tiers at three depths, and the filter, for casters below and above
+/// the opacity from which one alone has a place in a curve.
 fn assert_curves_pass(look: &Material, profile: f64) {
     for (count, alpha) in [(6_000, 1.2e-4), (8_000, 1e-5)] {
         let mut scene = veils(look.clone(), count, alpha);

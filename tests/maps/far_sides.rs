@@ -50,7 +50,8 @@ fn seen(scene: &Scene) -> [[f32; 3]; 2] {
     [reference_picture(scene), render(Tier::Native, scene).picture].map(|it| it.light[8 * 16 + 8])
 }
 
-/// All that passes falls in the shadow: of a sheet that covers the sky above a point nothing else arrives there.
+/// All that passes falls in the shadow: of a sheet that covers the sky above a point nothing else arrives
+/// there.
 #[test]
 fn shadows_have_the_colour_of_what_passes() {
     let passes = COLOR.map(|c| SHARE * c);

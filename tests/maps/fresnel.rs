@@ -1,4 +1,5 @@
-//! What panes and faces of glass reflect: maps, look-ups and pictures against Fresnel's formulas in sines and tangents.
+//! What panes and faces of glass reflect: maps, look-ups and pictures against Fresnel's formulas in sines and
+//! tangents.
 use crate::common::{Tier, files::read, map_frame, reference_picture, render, renderer, tiers};
 use gobo::{
     glam::Vec3,
@@ -169,7 +170,8 @@ fn without_an_index_nothing_is_reflected() {
     }
 }
 
-/// The eye sees through a pane what the pane does not mirror at the eye's angle, and the picture loses no light twice.
+/// The eye sees through a pane what the pane does not mirror at the eye's angle, and the picture loses no
+/// light twice.
 #[test]
 fn the_picture_loses_the_same_share() {
     for (angle, shape, keys) in

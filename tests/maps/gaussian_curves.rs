@@ -11,8 +11,8 @@ use gobo_scene::Scene;
 
 const DEPTHS: u32 = 24;
 
-/// Ray through a texel's centre, by the inverse of the view's matrix: where it starts, how it goes on per metre
-/// along the axis, and how far along the axis light depths 0 and 1 are.
+/// Ray through a texel's centre, by the inverse of the view's matrix: where it starts, how it goes on per
+/// metre along the axis, and how far along the axis light depths 0 and 1 are.
 pub(super) fn ray(view: &View, texel: [u32; 2]) -> (DVec3, DVec3, [f64; 2]) {
     let world = view.view_from_world.as_dmat4().inverse();
     let half = view.size.as_dvec2() * 0.5;

@@ -140,7 +140,7 @@ fn loops_for_each_kind_change_no_bit() {
         for receiver in [Receiver::Nearest, Receiver::Curve] {
             scene.shadow.receiver = receiver;
             let mut maps = |apart| {
-                renderer.configure(|config| config.profile.kinds_apart = apart);
+                renderer.configure(|config| config.tuning.kinds_apart = apart);
                 let options =
                     RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
                 renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps

@@ -1,5 +1,5 @@
-//! How the shadows of splats and grids are stored: other projects' methods where their papers and code say what they do,
-//! and the kernels' curves beside them.
+//! How the shadows of splats and grids are stored: other projects' methods where their papers and code say
+//! what they do, and the kernels' curves beside them.
 use crate::{
     avsm::Adaptive,
     common::{Tier, map_frame},
@@ -122,7 +122,8 @@ fn curves_of_grids_beat_what_others_store() {
     }
 }
 
-/// Between layers optical depth is linear, behind the last one nothing is lost, and the first begins with the hair.
+/// Between layers optical depth is linear, behind the last one nothing is lost, and the first begins with the
+/// hair.
 #[test]
 fn deep_opacity_maps_have_layers() {
     let half = DVec3::splat(std::f64::consts::LN_2);
@@ -135,8 +136,9 @@ fn deep_opacity_maps_have_layers() {
     }
 }
 
-/// Among the hairs of a dense coat, against the definition in 64 bits. `OloEngine` (its pull request 1322) has a mean error of
-/// 0.022 to 0.054 with a deep opacity map of 8 layers, and of 0.013 to 0.030 with a grid of 64 voxels.
+/// Among the hairs of a dense coat, against the definition in 64 bits. `OloEngine` (its pull request 1322)
+/// has a mean error of 0.022 to 0.054 with a deep opacity map of 8 layers, and of 0.013 to 0.030 with a grid
+/// of 64 voxels.
 #[test]
 fn fur_is_resolved_in_depth() {
     let volume = grids::Volume::of_hair(scene_of(&strands::fur(20_000, 0.3)).unwrap(), 128, 80);

@@ -1,4 +1,5 @@
-//! Round numbers, which random ones never are: multiples of half a metre, axes, quarter turns, corners and middles.
+//! Round numbers, which random ones never are: multiples of half a metre, axes, quarter turns, corners and
+//! middles.
 use crate::common::scenes::Chance;
 use gobo::{
     glam::{Vec3, Vec4},

@@ -29,7 +29,8 @@ fn lit_by(light: Light, gaussian: Gaussian, material: Material) -> Scene {
     Scene { lights: vec![light], gaussians: vec![gaussian], ..empty(vec![material]) }
 }
 
-/// 40 cm wide and 2 mm thick, 1 cm beside a lamp: its middle is thinner than a texel, and it spans half of the map.
+/// 40 cm wide and 2 mm thick, 1 cm beside a lamp: its middle is thinner than a texel, and it spans half of
+/// the map.
 #[test]
 fn a_flat_splat_beside_a_lamp_keeps_its_light() {
     let gaussian = Gaussian {

@@ -121,8 +121,9 @@ fn mixtures_at_round_places() {
     }
 }
 
-/// Black casters before a white background: what is left of it is the filter of a lamp at the eye. Of `smoke` a picture
-/// shows what its opacity covers, and a filter has the square of the rest: all strands are of `filter`.
+/// Black casters before a white background: what is left of it is the filter of a lamp at the eye. Of `smoke`
+/// a picture shows what its opacity covers, and a filter has the square of the rest: all strands are of
+/// `filter`.
 #[test]
 fn pictures_from_round_places() {
     for seed in 0..4 {

@@ -1,5 +1,5 @@
-//! Discs, quads and puffs at round places: lamps in their centres, on their rims and corners, equal depths, edges along rows
-//! of texels, quarter turns. Truth: the renderer in 64 bits.
+//! Discs, quads and puffs at round places: lamps in their centres, on their rims and corners, equal depths,
+//! edges along rows of texels, quarter turns. Truth: the renderer in 64 bits.
 use super::{
     brute_force::assert_agrees,
     curve::curved,
@@ -23,8 +23,8 @@ use gobo::{
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
 
-/// Rays within a twentieth of a texel of an edge are left out: rounding decides which side they pass. So are depths as
-/// near to each other as 1e-5 of the range, of which rounding decides the order: `meet`'s margins.
+/// Rays within a twentieth of a texel of an edge are left out: rounding decides which side they pass. So are
+/// depths as near to each other as 1e-5 of the range, of which rounding decides the order: `meet`'s margins.
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-3, depth: 1e-5, undecided: 0.25 };
 /// Light of a curve: that of the filter, and its own rounding.
 const LIGHT: f64 = 1e-3 + LIGHT_ROUNDING as f64;

@@ -1,4 +1,5 @@
-//! Strands at round places: straight across or along a sun, with a lamp on their axes, at their ends or inside.
+//! Strands at round places: straight across or along a sun, with a lamp on their axes, at their ends or
+//! inside.
 use super::{
     gaussian_curves::ray,
     round::Round,

@@ -1,5 +1,5 @@
-//! Triangles at round places: edges in the plane of a lamp or an eye, lamps on faces, edges and corners, edges through texel
-//! centres. Truth: the renderer in 64 bits, and rays in 64 bits through closed bodies.
+//! Triangles at round places: edges in the plane of a lamp or an eye, lamps on faces, edges and corners,
+//! edges through texel centres. Truth: the renderer in 64 bits, and rays in 64 bits through closed bodies.
 use super::{
     brute_force::assert_agrees,
     curve::curved,
@@ -74,12 +74,12 @@ fn a_wall_as_high_as_the_lamp_is_whole() {
     assert_eq!(truth.iter().filter(|texel| texel.opaque < 1.0).count(), 1464);
 }
 
-/// A texel centre on the edge that two triangles share belongs to one of them, whether or not the other reaches behind the
-/// lamp.
+/// A texel centre on the edge that two triangles share belongs to one of them, whether or not the other
+/// reaches behind the lamp.
 #[test]
 fn a_shared_edge_is_met_once() {
-    // In the map, the edge from a to c is x + run * y = -sum texels from the centre: through texel centres. Which way the
-    // numbers of its plane are rounded differs.
+    // In the map, the edge from a to c is x + run * y = -sum texels from the centre: through texel centres.
+    // Which way the numbers of its plane are rounded differs.
     for (run, sum, xs, side) in [
         (1.0, 16.0, [-0.5, 0.5], 1.0),
         (2.0, 32.5, [-1.046_875, 0.984_375], 1.0),
@@ -152,7 +152,8 @@ fn panes_at_round_places() {
     }
 }
 
-/// Texels whose filter and nearest depth are what rays in 64 bits find in the bodies of fog, between solid triangles.
+/// Texels whose filter and nearest depth are what rays in 64 bits find in the bodies of fog, between solid
+/// triangles.
 fn check_bodies(scene: &Scene, maps: &ViewMaps) -> usize {
     /// Distance to an edge, or between depths, below which rounding decides [share of a side, m].
     const MARGIN: f64 = 0.01;

@@ -1,4 +1,5 @@
-//! Volumes that overlap each other and hold other casters, by depth: the faces and hits of a ray in one order.
+//! Volumes that overlap each other and hold other casters, by depth: the faces and hits of a ray in one
+//! order.
 use crate::{
     common::scenes::material,
     maps::{

@@ -244,8 +244,8 @@ fn share_apart(a: &Picture, b: &Picture) -> f64 {
 /// Share of pixels that rounding may decide, where a ray grazes an edge.
 const GRAZED: f64 = 3e-3;
 
-/// Columns and places of samples are between each other's: the mean of four is nearer to air of sixteen times the
-/// columns and four times the slices than one is.
+/// Columns and places of samples are between each other's: the mean of four is nearer to air of sixteen times
+/// the columns and four times the slices than one is.
 #[test]
 fn the_mean_of_samples_is_finer() {
     let mut scene = shafts();

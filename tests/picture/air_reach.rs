@@ -32,8 +32,8 @@ fn walled() -> Scene {
     scene
 }
 
-/// Slices that each column needs, up to a surface, and up to a face in the same plane: from the depths of the pixels
-/// between whose columns it is.
+/// Slices that each column needs, up to a surface, and up to a face in the same plane: from the depths of the
+/// pixels between whose columns it is.
 fn needed(depths: &[f32], size: UVec2, offset: Vec2, steps: u32) -> Vec<[u16; 2]> {
     let columns = size.map(|pixels| pixels.div_ceil(CELL));
     let mut needed = vec![[0; 2]; columns.element_product() as usize];

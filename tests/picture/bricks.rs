@@ -158,8 +158,8 @@ fn soot_glows_as_a_black_body() {
     }
 }
 
-/// Light that a grid sends along a line, from the definition: at each of `STEPS` places what remains of the light
-/// after the way there, and what the sun sends there, scattered four times.
+/// Light that a grid sends along a line, from the definition: at each of `STEPS` places what remains of the
+/// light after the way there, and what the sun sends there, scattered four times.
 fn marched(scene: &Scene, line: &Line) -> DVec3 {
     const STEPS: usize = 96;
     /// Of the line, where the grid is [m].
@@ -200,8 +200,8 @@ fn marched(scene: &Scene, line: &Line) -> DVec3 {
     light
 }
 
-/// Light is linear between points two voxels apart, where it falls by up to a third, and each third of a ray's way
-/// through a brick is even.
+/// Light is linear between points two voxels apart, where it falls by up to a third, and each third of a
+/// ray's way through a brick is even.
 const INTERPOLATED: (f64, f64) = (0.016, 0.045);
 
 /// No brick is seen: the light of a cloud of 4 x 4 x 4 bricks is that of a march through its voxels.

@@ -241,8 +241,8 @@ fn nothing_that_stands_still_changes() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// A light that stands still has the same views in all frames, in whatever order they come; so has a scene that is
-/// rendered at one time alone.
+/// A light that stands still has the same views in all frames, in whatever order they come; so has a scene
+/// that is rendered at one time alone.
 #[test]
 fn lights_that_stand_still_keep_their_views() {
     let camera = "

@@ -201,10 +201,10 @@ fn assert_same(a: &Frame, b: &Frame, what: &str) {
     assert_eq!(a.counters.casters, b.counters.casters, "{what}");
 }
 
-/// Positions of both differ by 1e-5 m, a ten-thousandth of a radius and less than a thousandth of a texel:
-/// a soft disc's opacity changes by less than 1e-3, and a hard edge passes the centre of one texel in a thousand.
-/// So one texel in a thousand may be off, in a map of hardly more than soft discs. A force that is off by an eighth
-/// moves particles by centimetres, and with them several texels in a thousand.
+/// Positions of both differ by 1e-5 m, a ten-thousandth of a radius and less than a thousandth of a texel: a
+/// soft disc's opacity changes by less than 1e-3, and a hard edge passes the centre of one texel in a
+/// thousand. So one texel in a thousand may be off, in a map of hardly more than soft discs. A force that is
+/// off by an eighth moves particles by centimetres, and with them several texels in a thousand.
 #[test]
 fn the_device_draws_what_the_cpu_does() {
     const MAX: f64 = 0.001;

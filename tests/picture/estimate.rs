@@ -4,7 +4,8 @@ use gobo_scene as scene;
 use gobo_scene::Scene;
 use std::time::Instant;
 
-/// Most that an estimate may be off, as a factor: it counts casters and texels, and not what their hits cost each.
+/// Most that an estimate may be off, as a factor: it counts casters and texels, and not what their hits cost
+/// each.
 const FACTOR: f64 = 3.0;
 
 /// Other tests take the cores in between, now while the speed is measured and now while the picture is made.

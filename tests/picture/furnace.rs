@@ -1,5 +1,5 @@
-//! Light is neither made nor lost: what is white cannot be seen in an even sky, and no caster sends out more light than it
-//! takes.
+//! Light is neither made nor lost: what is white cannot be seen in an even sky, and no caster sends out more
+//! light than it takes.
 use crate::common::{
     TIERS, Tier, reference_picture, render,
     scenes::{empty, light, material, particle, triangle},
@@ -172,7 +172,8 @@ fn white_smoke_cannot_be_seen_in_ambient_light() {
     }
 }
 
-/// What takes a share of a sun's light sends that share evenly to all sides; a grid by its phase function, as the air does.
+/// What takes a share of a sun's light sends that share evenly to all sides; a grid by its phase function, as
+/// the air does.
 #[test]
 fn thin_casters_scatter_what_they_take() {
     const TAKEN: f32 = 0.02;
@@ -217,7 +218,8 @@ fn thin_casters_scatter_what_they_take() {
     }
 }
 
-/// Light of a sun from `angle` to the normal or axis Y that a point sends to all sides, as a share of what arrives.
+/// Light of a sun from `angle` to the normal or axis Y that a point sends to all sides, as a share of what
+/// arrives.
 fn sent(kind: PointKind, angle: f32, roughness: f32, metallic: f32) -> f32 {
     const STEPS: u32 = 240;
     let mut scene = empty(Vec::new());

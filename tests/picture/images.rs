@@ -1,5 +1,5 @@
-//! Images that are smaller than a pixel: pictures show their means, and kernels what the CPU reference does. Colours of
-//! vertices, in pictures and maps.
+//! Images that are smaller than a pixel: pictures show their means, and kernels what the CPU reference does.
+//! Colours of vertices, in pictures and maps.
 use crate::common::{
     TIERS, gpu, map_frame, reference_picture,
     scenes::{empty, light as lamp, material, triangle},
@@ -26,8 +26,8 @@ fn chart(edge: u32, alpha: u8) -> Texture {
     Texture { name: "chart".to_owned(), width: edge, height: edge, rgba }
 }
 
-/// A square of 6 m, which fills the middle of the picture from aside too, with the chart `times` over in 2 m; seen from
-/// `eye`, in front of darkness.
+/// A square of 6 m, which fills the middle of the picture from aside too, with the chart `times` over in 2 m;
+/// seen from `eye`, in front of darkness.
 fn scene(of: Material, alpha: u8, times: f32, eye: Vec3) -> Scene {
     let mut scene = empty(vec![of]);
     scene.textures = vec![chart(64, alpha)];
@@ -128,7 +128,8 @@ fn small_holes_let_their_share_pass() {
     }
 }
 
-/// Colours of corners multiply the tint, evenly from one to the next: in the picture, and in what filters light.
+/// Colours of corners multiply the tint, evenly from one to the next: in the picture, and in what filters
+/// light.
 #[test]
 fn colours_of_corners_multiply() {
     let tint = Vec4::new(0.5, 1.0, 1.0, 1.0);

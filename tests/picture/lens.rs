@@ -1,5 +1,5 @@
-//! `camera.lens`: the blur of what is out of focus against the circle of confusion of a thin lens. `camera.shutter`: of what
-//! moves against the time that it is where it is seen.
+//! `camera.lens`: the blur of what is out of focus against the circle of confusion of a thin lens.
+//! `camera.shutter`: of what moves against the time that it is where it is seen.
 use crate::common::{
     TIERS, gpu,
     scenes::{empty, material, triangle},
@@ -71,8 +71,8 @@ fn blur_is_the_circle_of_confusion() {
     }
 }
 
-/// A ball that crosses the picture evenly while the shutter is open: each pixel has the share of the time in which it
-/// covers it. And without a shutter the frame is that of its time.
+/// A ball that crosses the picture evenly while the shutter is open: each pixel has the share of the time in
+/// which it covers it. And without a shutter the frame is that of its time.
 #[test]
 fn what_moves_is_blurred_as_far_as_it_moves() {
     let ([width, height], fov_y) = (SIZE.to_array(), 2.0 * TANGENT.atan().to_degrees());

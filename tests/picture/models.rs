@@ -53,7 +53,8 @@ fn floor(model: &mut Glb) {
     model.json["nodes"][node]["scale"] = json!([8, 1, 8]);
 }
 
-/// `KHR_materials_unlit`: the base colour times that of the texture and corners, by its alpha, whatever the light.
+/// `KHR_materials_unlit`: the base colour times that of the texture and corners, by its alpha, whatever the
+/// light.
 #[test]
 fn what_is_unlit_shows_its_colour() {
     let mut model = Glb::new();
@@ -110,8 +111,8 @@ fn whole_cover_is_opaque() {
     }
 }
 
-/// Between its cones a spot falls by the square of the share of the cosines, and every lamp by a window towards its range
-/// (`KHR_lights_punctual`, the formulas that it recommends).
+/// Between its cones a spot falls by the square of the share of the cosines, and every lamp by a window
+/// towards its range (`KHR_lights_punctual`, the formulas that it recommends).
 #[test]
 fn lamps_fall_off_as_gltf_says() {
     let whole = std::f64::consts::FRAC_PI_4;

@@ -54,8 +54,8 @@ fn a_wall_takes_its_part_of_the_sky() {
         let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
         for (point, share) in shares_of(tier, &scene) {
             let x = f64::from(point.z);
-            // Two pixels off the corner, where the wall's foot is half in a pixel; farther, the wall's edge is
-            // beyond what is searched.
+            // Two pixels off the corner, where the wall's foot is half in a pixel; farther, the wall's edge
+            // is beyond what is searched.
             if !(0.06..0.6).contains(&x) || point.x.abs() > 1.0 {
                 continue;
             }
@@ -87,8 +87,8 @@ fn a_sphere_shades_its_foot() {
     assert!(count > 1000.0 && sum / count < MEAN, "{}", sum / count);
 }
 
-/// Under a sphere the floor is ever lighter farther out: no patches as of scales. Of all differences between neighbours the share that
-/// goes the other way.
+/// Under a sphere the floor is ever lighter farther out: no patches as of scales. Of all differences between
+/// neighbours the share that goes the other way.
 #[test]
 fn contact_has_no_scales() {
     const MOST: f32 = 0.09;
@@ -134,7 +134,8 @@ fn occlusion_does_not_fade_at_the_border() {
     }
 }
 
-/// Nothing is darker farther away than the radius, and a floor occludes nothing of itself, even at a grazing angle.
+/// Nothing is darker farther away than the radius, and a floor occludes nothing of itself, even at a grazing
+/// angle.
 #[test]
 fn there_is_no_halo() {
     const RADIUS: f32 = 0.4;

@@ -1,4 +1,5 @@
-//! `ior` and `frost`: what is behind glass against Snell's law and the law of sines, and kernels against the CPU reference.
+//! `ior` and `frost`: what is behind glass against Snell's law and the law of sines, and kernels against the
+//! CPU reference.
 use crate::common::{TIERS, Tier, files::read, reference_picture, render, tiers};
 use gobo::{
     glam::{DVec2, Vec3},
@@ -53,7 +54,8 @@ fn light_of(scene: &Scene) -> Vec<Picture> {
     pictures
 }
 
-/// A slab of an index of refraction seen at 40 degrees, with an edge on its back: where the ray leaves by Snell's law.
+/// A slab of an index of refraction seen at 40 degrees, with an edge on its back: where the ray leaves by
+/// Snell's law.
 #[test]
 fn slabs_shift_what_is_behind() {
     const THICK: f64 = 0.5;
@@ -91,7 +93,8 @@ fn slabs_shift_what_is_behind() {
     assert!(edges[0] - edges[2] > 5.0, "{edges:?}");
 }
 
-/// What touches a frosted pane is sharp, and what is behind it is blurred the more, the farther it is; no light is lost.
+/// What touches a frosted pane is sharp, and what is behind it is blurred the more, the farther it is; no
+/// light is lost.
 #[test]
 fn frost_blurs_with_the_distance_behind_it() {
     let pane = "kind = 'pane'\nscale = [6, 6, 1]";

@@ -122,8 +122,8 @@ fn shadows_of_still_casters_do_not_crawl() {
     }
 }
 
-/// A host's views around casters that move: until the window grows by a step, every texel stays where it was in
-/// the world, and so do the planes.
+/// A host's views around casters that move: until the window grows by a step, every texel stays where it was
+/// in the world, and so do the planes.
 #[test]
 fn views_of_a_host_keep_their_texels() {
     const SIZE: u32 = 512;

@@ -54,7 +54,8 @@ fn deviations(scene: &Scene, stride: u32) -> Vec<f64> {
     all
 }
 
-/// Most of the deviations' 99th percentile [pixels]: of spots with windows of 2,048 texels, and of suns low over wide scenes.
+/// Most of the deviations' 99th percentile [pixels]: of spots with windows of 2,048 texels, and of suns low
+/// over wide scenes.
 #[test]
 fn edges_have_no_teeth() {
     for (name, stride, most) in

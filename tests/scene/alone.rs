@@ -61,8 +61,8 @@ fn the_shadow_falls_into_view_beside_what_casts_it() {
     assert_eq!(sun(&set), direction);
 }
 
-/// Wide, tall and flat contents, at several shapes of the picture: three quarters of its width or height, in the
-/// middle, and a flat one is seen from higher above.
+/// Wide, tall and flat contents, at several shapes of the picture: three quarters of its width or height, in
+/// the middle, and a flat one is seen from higher above.
 #[test]
 fn contents_fill_the_picture() {
     let card = model(&[[Vec3::ZERO, Vec3::new(3.0, 0.0, 2.0)]], None);

@@ -1,4 +1,5 @@
-//! Scenes that show where other systems fail: data/gallery/failures.toml against the chords of two spheres, and seams.toml.
+//! Scenes that show where other systems fail: data/gallery/failures.toml against the chords of two spheres,
+//! and seams.toml.
 use crate::common::{TIERS, gpu};
 use gobo::{
     Receiver, View,

@@ -246,8 +246,8 @@ fn skins_and_targets_move_corners_against_each_other() {
     }
 }
 
-/// A number that is not finite is refused by name; one that is only too large moves a triangle too far, which is left out
-/// as long as it is there.
+/// A number that is not finite is refused by name; one that is only too large moves a triangle too far, which
+/// is left out as long as it is there.
 #[test]
 fn damaged_rigs_are_refused_or_left_out() {
     let folder = Folder::new();

@@ -1,6 +1,6 @@
 //! Compressed and quantized glTF meshes, against the formula of the surface that they were made of. The files
-//! beside this one were written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`, and by
-//! Google's Draco 1.5, by edges (level 10) and in sequence (level 0).
+//! beside this one were written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`, and
+//! by Google's Draco 1.5, by edges (level 10) and in sequence (level 0).
 use crate::common::files::Folder;
 use gobo::glam::{Mat4, Vec2, Vec3};
 use gobo_scene::{Limit, Model, SceneError, load_model};

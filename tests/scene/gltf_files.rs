@@ -213,8 +213,8 @@ fn webp_images_are_read() {
     assert_eq!(scene.textures[0].rgba, model.textures[0].rgba);
 }
 
-/// Tiles of 4 x 4 texels, each of one colour, by the encoder of Basis Universal 1.16: as ETC1S, and as UASTC with levels
-/// and by Zstandard.
+/// Tiles of 4 x 4 texels, each of one colour, by the encoder of Basis Universal 1.16: as ETC1S, and as UASTC
+/// with levels and by Zstandard.
 #[test]
 fn textures_in_ktx2_are_read() {
     let text = document(

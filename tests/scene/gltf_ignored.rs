@@ -226,7 +226,8 @@ fn corners_keep_their_colours_when_bodies_are_turned() {
     }
 }
 
-/// Containers of plain bytes, as `toktx` and `ktx create` write them: rgb and rgba, by Zstandard, by zlib or as they are.
+/// Containers of plain bytes, as `toktx` and `ktx create` write them: rgb and rgba, by Zstandard, by zlib or
+/// as they are.
 #[test]
 fn plain_ktx2_is_read() {
     use std::io::Write as _;

@@ -114,8 +114,8 @@ fn metal_transmits_nothing() {
     }
 }
 
-/// A sheet is crossed once, so that it takes the whole of its tint and thickness; a body's two faces take it together,
-/// whether it attenuates or not.
+/// A sheet is crossed once, so that it takes the whole of its tint and thickness; a body's two faces take it
+/// together, whether it attenuates or not.
 #[test]
 fn sheets_and_bodies_take_their_tint_once() {
     let mut model = Glb::new();
@@ -146,8 +146,8 @@ fn sheets_and_bodies_take_their_tint_once() {
     assert_light(light[2], tint);
 }
 
-/// With `KHR_materials_ior` thin walls reflect on both their faces, and bodies on each of the two that are crossed; without
-/// it, whatever the extension's default, nothing is lost.
+/// With `KHR_materials_ior` thin walls reflect on both their faces, and bodies on each of the two that are
+/// crossed; without it, whatever the extension's default, nothing is lost.
 #[test]
 fn glass_with_an_index_reflects() {
     let clear = || glass(json!({ "pbrMetallicRoughness": plain([1.0; 4]) }));
@@ -190,7 +190,8 @@ fn glass_with_an_index_reflects() {
     }
 }
 
-/// `KHR_materials_diffuse_transmission`: the share and the colour, each times its texture; where alpha is cut, there is no leaf.
+/// `KHR_materials_diffuse_transmission`: the share and the colour, each times its texture; where alpha is
+/// cut, there is no leaf.
 #[test]
 fn leaves_pass_light_diffusely() {
     let mut model = Glb::new();

@@ -1,5 +1,5 @@
-//! What is made of a volume's values: windows, tables of colours, cuts, units and axes, of arrays, `OpenVDB` files and
-//! generated volumes.
+//! What is made of a volume's values: windows, tables of colours, cuts, units and axes, of arrays, `OpenVDB`
+//! files and generated volumes.
 use super::arrays::density;
 use crate::common::{
     TIERS,

@@ -33,6 +33,7 @@ mod skies;
 mod sources;
 mod splat_files;
 mod splat_folders;
+mod splat_harmonics;
 mod splats;
 mod strands;
 mod text;

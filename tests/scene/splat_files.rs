@@ -10,11 +10,11 @@ use gobo::{
 };
 use gobo_scene::{
     SceneError, load_splats,
-    splats::{self, Cloud},
+    splats::{self, Harmonics, SplatCloud},
 };
 use std::io::Write as _;
 
-fn load(bytes: impl AsRef<[u8]>) -> Result<Cloud, SceneError> {
+fn load(bytes: impl AsRef<[u8]>) -> Result<SplatCloud, SceneError> {
     // The name says nothing.
     let folder = Folder::new();
     load_splats(&folder.write("some.file", bytes))
@@ -328,17 +328,18 @@ fn files_that_lie_are_refused() {
 fn written_files_are_read_again() {
     let cloud = load(ply("ascii", &SPLATS, 0)).unwrap();
     let colors: Vec<_> = cloud.splats.iter().map(|splat| splat.color).collect();
-    let again = load(splats::to_ply(&cloud.splats, &colors)).unwrap();
+    let again = load(splats::to_ply(&cloud.splats, &colors, &Harmonics::default())).unwrap();
     assert_near(&again.splats, &SPLATS, EXACT, "PLY");
     let fine =
         Rounding { center: 0.5 / f64::from(1 << 20), sigma: 0.033, rotation: 8e-3, share: BYTE };
-    let again = load(splats::to_spz(&cloud.splats, &colors).unwrap()).unwrap();
+    let again =
+        load(splats::to_spz(&cloud.splats, &colors, &Harmonics::default()).unwrap()).unwrap();
     assert_near(&again.splats, &SPLATS, fine, "SPZ");
     // Far centres cost bits of fraction; too far ones are an error.
     let far = |x: f32| {
         let mut splats = cloud.splats.clone();
         splats[0].center.x = x;
-        splats::to_spz(&splats, &colors)
+        splats::to_spz(&splats, &colors, &Harmonics::default())
     };
     let read = load(far(100_000.5).unwrap()).unwrap();
     assert!((read.splats[0].center.x - 100_000.5).abs() < 0.01, "{}", read.splats[0].center);

@@ -80,7 +80,8 @@ fn a_sog_in_a_folder_that_is_not_whole_is_refused() {
     assert!(text.contains("is a folder"), "{text}");
 }
 
-/// Two regions: the first has splats 0 and 1 at level 0 and one splat at level 1, the second splat 2 at level 0 alone.
+/// Two regions: the first has splats 0 and 1 at level 0 and one splat at level 1, the second splat 2 at level
+/// 0 alone.
 const TREE: &str = r#"{"version": 1, "count": 4, "counts": [3, 1], "lodLevels": 2,
 "filenames": ["0_0/meta.json", "1_0/meta.json"], "environment": "env/meta.json",
 "tree": {"bound": {"min": [0, 0, 0], "max": [1, 1, 1]}, "children": [

@@ -196,8 +196,8 @@ fn the_other_tables_name_the_right_one() {
     );
 }
 
-/// Alone, a medium that hardly shows is made denser, to an optical depth of 4 from top to bottom, which is said; in a
-/// table it is as dense as it is.
+/// Alone, a medium that hardly shows is made denser, to an optical depth of 4 from top to bottom, which is
+/// said; in a table it is as dense as it is.
 #[test]
 fn a_thin_medium_alone_is_made_to_show() {
     let columns = "x y z albedo_0 albedo_1 albedo_2 sigma_t_0 scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3";
@@ -221,7 +221,8 @@ fn a_thin_medium_alone_is_made_to_show() {
         let alone = scene::load(&folder.write("a.ply", file(integral))).unwrap();
         let table = scene::load(&folder.write("t.toml", "[[splats]]\nfile = 'a.ply'\n")).unwrap();
         assert!((density(&table) / own - 1.0).abs() < 1e-5);
-        // A Gaussian's shadow along y: its integral over 4 pi times the product of its deviations, on its mean.
+        // A Gaussian's shadow along y: its integral over 4 pi times the product of its deviations, on its
+        // mean.
         let thickness = density(&alone) * volume / (2.0 * std::f64::consts::TAU * 0.01);
         let wanted = if is_denser {
             4.0

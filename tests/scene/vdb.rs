@@ -1,4 +1,5 @@
-//! `OpenVDB` files: the field of a grid's bricks is that of the file, however it is written; damaged files are refused.
+//! `OpenVDB` files: the field of a grid's bricks is that of the file, however it is written; damaged files
+//! are refused.
 use crate::common::{
     files::Folder,
     scenes::Chance,

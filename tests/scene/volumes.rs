@@ -1,4 +1,5 @@
-//! Volumes of a scene file: sequences, generated clouds, placement, limits, and a `.vdb` that is a scene by itself.
+//! Volumes of a scene file: sequences, generated clouds, placement, limits, and a `.vdb` that is a scene by
+//! itself.
 use crate::common::{
     files::{Folder, read},
     vdb::{Format, VdbGrid, file, placed},

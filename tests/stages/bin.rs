@@ -9,7 +9,7 @@ use gobo::{
     records::{GAUSSIAN_TEXELS, GpuView, MAX_VIEWS, OUTLINE_TEXEL, Outline, TileRect},
     stage::{
         bin::{self, BatchCounters, BinParams},
-        sort::{PAIR_FORMAT, Shape, pair_texture_size},
+        sort::{PAIR_FORMAT, Partition, pair_texture_size},
     },
     wgpu::{self, BufferUsages},
 };
@@ -19,12 +19,12 @@ use gobo_reference::{
     outline::{Ellipse, outline_of, outlined_tiles},
 };
 
-/// Shapes, and tiers whose kernels differ.
-const WAYS: [(Shape, Tier); 4] = [
-    (Shape::Serial, Tier::Core),
-    (Shape::Serial, Tier::Subgroups),
-    (Shape::Wide, Tier::Core),
-    (Shape::Wide, Tier::Subgroups),
+/// Partitions, and tiers whose kernels differ.
+const WAYS: [(Partition, Tier); 4] = [
+    (Partition::Serial, Tier::Core),
+    (Partition::Serial, Tier::Subgroups),
+    (Partition::Wide, Tier::Core),
+    (Partition::Wide, Tier::Subgroups),
 ];
 
 fn rect(x0: u32, y0: u32, x1: u32, y1: u32, view: u32) -> TileRect {
@@ -92,7 +92,7 @@ fn scattered_rects(count: u32) -> Vec<TileRect> {
 /// Output of `count`, `scan` and `emit`: pairs, overflow, and the counters.
 fn emitted(
     gpu: &Gpu,
-    (shape, tier): (Shape, Tier),
+    (shape, tier): (Partition, Tier),
     sorted: &[u32],
     rects: &[TileRect],
     views: &[GpuView],

@@ -216,7 +216,8 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     f64::from(apart) / f64::from(count)
 }
 
-/// Share of texels of which a curve with more layers than nodes differs: kernels merge rows, and then columns of them.
+/// Share of texels of which a curve with more layers than nodes differs: kernels merge rows, and then columns
+/// of them.
 const MERGED: f64 = 0.015;
 
 /// The reference blurs one map at a time, so that no neighbour's light can be in it.

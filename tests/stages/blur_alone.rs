@@ -21,8 +21,8 @@ use gobo::{
 use gobo_reference::{blur::blur, curve::Streaming};
 use half::f16;
 
-/// Random maps with curves of four layers, whose means are exact, and nothing opaque: of a texel beside an opaque
-/// surface kernels take the window of each row.
+/// Random maps with curves of four layers, whose means are exact, and nothing opaque: of a texel beside an
+/// opaque surface kernels take the window of each row.
 fn layered(seed: u64) -> [ViewMaps; 2] {
     let mut chance = Chance::new(seed);
     random_maps(seed).map(|mut maps| {

@@ -5,7 +5,7 @@ use gobo::{
     records::{Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
         features::{Features, Flags},
-        profile::Profile,
+        tuning::Tuning,
     },
     wgpu::{self, BufferUsages, TextureFormat as Format, TextureUsages as Use},
 };
@@ -230,7 +230,7 @@ pub(super) fn run_all(
     resources: &Resources,
     kernels: &[(&'static KernelDesc, [u32; 3])],
 ) {
-    let constants = [constants, &Profile::of(&gpu.adapter).constants()].concat();
+    let constants = [constants, &Tuning::of(&gpu.adapter).constants()].concat();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     for &(desc, groups) in kernels {

@@ -6,7 +6,8 @@ const COUNT: usize = 24;
 /// What of the light a diameter absorbs.
 const ALPHA: f64 = 0.5;
 
-/// A tip of 30 cm, 20 cm thick, that points away from the light: rays within its own angle never leave its cone.
+/// A tip of 30 cm, 20 cm thick, that points away from the light: rays within its own angle never leave its
+/// cone.
 const ROOT: &str = "
 import package::hit::capsule::{CapsuleSetup, capsule_way, way_absorbed};
 import package::records::view::GpuView;

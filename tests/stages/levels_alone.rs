@@ -1,4 +1,5 @@
-//! One level of blocks with inputs by hand, against weights written out: what several levels together would hide.
+//! One level of blocks with inputs by hand, against weights written out: what several levels together would
+//! hide.
 use super::by_hand::{POISON, run_all};
 use crate::common::{
     TIERS, gpu,

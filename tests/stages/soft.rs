@@ -221,7 +221,8 @@ fn without_a_size_the_bits_are_those_of_a_point() {
     }
 }
 
-/// Mean and 99th of 100 errors at points of a ground: of kernels and of the CPU reference, without normals and with them.
+/// Mean and 99th of 100 errors at points of a ground: of kernels and of the CPU reference, without normals
+/// and with them.
 fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 2] {
     let truth: Vec<_> = points
         .iter()
@@ -285,7 +286,8 @@ fn surfaces_are_found_under_each_kind_of_light() {
 /// Largest mean difference between look-up and reference in maps of 128 texels a side, for [`sources`].
 const IN_THE_AIR: [f32; 7] = [0.0075, 0.01, 0.0105, 0.018, 0.015, 0.009, 0.0265];
 
-/// All sources at once, with cascades and viewpoints, at points on the ground and in the air: tiers differ by rounding.
+/// All sources at once, with cascades and viewpoints, at points on the ground and in the air: tiers differ by
+/// rounding.
 #[test]
 fn every_tier_is_as_many_points_of_all_lights() {
     let mut chance = Chance::new(9);

@@ -42,7 +42,8 @@ fn what_is_stated_is_the_least() {
     let usual = pane("", "", "");
     assert!(given(&usual).0 >= 1024 && given(&usual).1 == 1, "{:?}", usual.soft);
     assert_eq!(usual.lights[0].size, Some(given(&usual).0));
-    // Of a penumbra of 0.2 m at 3.1 m, 0.15 m over the floor, three texels in a map of 2 m at 1 m: about 1,400.
+    // Of a penumbra of 0.2 m at 3.1 m, 0.15 m over the floor, three texels in a map of 2 m at 1 m: about
+    // 1,400.
     assert!((1000..2200).contains(&usual.soft[0].asked), "{:?}", usual.soft);
     assert!(pane("soft_detail = false", "", "").soft.is_empty());
     assert_eq!(given(&pane("soft_budget = 1", "", "")), (512, 1));

@@ -74,7 +74,8 @@ fn faces_of_a_cube_share_their_penumbrae() {
     }
 }
 
-/// A post before red glass: what gets past the post is as red as the glass, in the middle of the post's shadow and beside it.
+/// A post before red glass: what gets past the post is as red as the glass, in the middle of the post's
+/// shadow and beside it.
 #[test]
 fn shadows_before_glass_keep_its_color() {
     let mut scene = ground();
@@ -263,8 +264,8 @@ fn thin_slanted_bars_have_no_beads() {
     }
 }
 
-/// Behind a lead bar whose spot is where one level hands over to another, and which covers all texels of the map
-/// around the point.
+/// Behind a lead bar whose spot is where one level hands over to another, and which covers all texels of the
+/// map around the point.
 #[test]
 fn a_bar_in_a_fade_is_not_as_sharp_as_the_map() {
     let path = crate::common::root().join("data/soft_box.toml");
@@ -292,8 +293,8 @@ fn worst_error(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
     points.iter().zip(&found).map(apart).fold(0.0, f64::max)
 }
 
-/// The map holds nothing behind a lead bar. The walls of a corner there meet light from both sides of the bar,
-/// and none of them shades itself or the other.
+/// The map holds nothing behind a lead bar. The walls of a corner there meet light from both sides of the
+/// bar, and none of them shades itself or the other.
 #[test]
 fn a_corner_behind_a_bar_is_lit_from_both_sides() {
     let path = crate::common::root().join("data/soft_box.toml");

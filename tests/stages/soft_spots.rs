@@ -69,7 +69,8 @@ fn small_spots_of_rectangles_are_soft() {
 /// The sun in a map of 20 m, 2 cm a texel: radii of spots of 1.1 to 2 texels.
 #[test]
 fn a_sun_is_soft_where_its_penumbra_is_wider_than_texels() {
-    // A texel is lit or not: an edge is known to half a texel, and averaged over the spot's and over viewpoints.
+    // A texel is lit or not: an edge is known to half a texel, and averaged over the spot's and over
+    // viewpoints.
     for (height, size, viewpoints, most) in [
         (4.0, 1024, 1, 0.072),
         (5.5, 1024, 1, 0.045),

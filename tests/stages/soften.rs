@@ -1,4 +1,5 @@
-//! Softening of dithered shadows: kernels against the CPU reference, and the CPU reference against the exact grey.
+//! Softening of dithered shadows: kernels against the CPU reference, and the CPU reference against the exact
+//! grey.
 use crate::common::{
     TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},

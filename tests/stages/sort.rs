@@ -4,8 +4,8 @@ use gobo::{
     gpu::{Gpu, Tier, Timeline},
     model::MAX_PAIRS,
     stage::{
-        profile::Profile,
-        sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
+        sort::{PAIR_FORMAT, PAIR_ROW, Partition, digits, pair_limit, pair_texture_size},
+        tuning::Tuning,
     },
     wgpu,
 };
@@ -14,8 +14,11 @@ use gobo_reference::Pair;
 use std::ops::Range;
 
 /// Shapes, and tiers whose kernels differ for them.
-const WAYS: [(Shape, Tier); 3] =
-    [(Shape::Serial, Tier::Core), (Shape::Wide, Tier::Core), (Shape::Wide, Tier::Subgroups)];
+const WAYS: [(Partition, Tier); 3] = [
+    (Partition::Serial, Tier::Core),
+    (Partition::Wide, Tier::Core),
+    (Partition::Wide, Tier::Subgroups),
+];
 const POISON: Pair = Pair { key: 0xdead_beef, value: 0xdead_beef };
 
 /// Keys by a bijective mix of the index (the finalizer of Appleby 2011, `MurmurHash3`).
@@ -64,15 +67,15 @@ fn pair_textures(gpu: &Gpu, pairs: &[Pair], capacity: u32) -> [wgpu::Texture; 2]
     })
 }
 
-fn kernels(gpu: &Gpu, (shape, tier): (Shape, Tier)) -> Kernels {
-    let profile = Profile { shape, ..Profile::of(&gpu.adapter) };
-    Kernels::new(&gpu.device, tier, profile, gpu.kernels.clone())
+fn kernels(gpu: &Gpu, (shape, tier): (Partition, Tier)) -> Kernels {
+    let tuning = Tuning { partition: shape, ..Tuning::of(&gpu.adapter) };
+    Kernels::new(&gpu.device, tier, tuning, gpu.kernels.clone())
 }
 
 /// Sorts the first `count` of `pairs`; all texels of the result.
 fn sort_on(
     gpu: &Gpu,
-    way: (Shape, Tier),
+    way: (Partition, Tier),
     pairs: &[Pair],
     count: SortCount<'_>,
     bits: Range<u32>,
@@ -92,7 +95,7 @@ fn sort_on(
     gpu.read_texture(&textures[result])
 }
 
-fn check(gpu: &Gpu, way: (Shape, Tier), pairs: &[Pair], bits: Range<u32>) {
+fn check(gpu: &Gpu, way: (Partition, Tier), pairs: &[Pair], bits: Range<u32>) {
     let count = SortCount::Known(pairs.len() as u32);
     let found = sort_on(gpu, way, pairs, count, bits.clone());
     compare(&found, &sorted(pairs, bits.clone()))
@@ -184,11 +187,11 @@ fn partitions_of_the_capacity_hold_those_of_any_count() {
         if count == 131_072 {
             last = 0;
         }
-        let limit = Shape::Serial.partition_limit(count);
+        let limit = Partition::Serial.partition_limit(count);
         assert!(limit >= last.max(count.div_ceil(run_length(count))), "{count}");
         assert!(limit <= 8192);
         // At most as wide as a texture with that many rows of pairs is high.
-        assert!(Shape::Wide.partition_limit(count) <= count.div_ceil(PAIR_ROW));
+        assert!(Partition::Wide.partition_limit(count) <= count.div_ceil(PAIR_ROW));
         last = limit;
     }
 }

@@ -68,7 +68,8 @@ fn parts_have_the_mean_and_variance_of_the_source() {
     }
 }
 
-/// From every side the parts of a point light's sphere have its variance; each of their six maps is from their middle.
+/// From every side the parts of a point light's sphere have its variance; each of their six maps is from
+/// their middle.
 #[test]
 fn parts_of_a_bulb_are_around_it() {
     for viewpoints in [4, 8] {
@@ -178,8 +179,8 @@ fn floor_points(scene: &Scene, columns: Range<u32>, rows: Range<u32>) -> Vec<Rec
     pixels.map(point).collect()
 }
 
-/// The shadow of a man behind a screen of coloured glass, beside the mean of suns that are points: his penumbra has the
-/// colours of the panes before it.
+/// The shadow of a man behind a screen of coloured glass, beside the mean of suns that are points: his
+/// penumbra has the colours of the panes before it.
 #[test]
 #[ignore = "26 suns in maps of 2,048 x 2,048: make test-all"]
 fn penumbrae_have_the_colors_of_the_glass_before_them() {

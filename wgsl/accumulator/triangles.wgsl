@@ -45,7 +45,7 @@ fn edge_distance(edge: vec4<f32>, texel: vec2<f32>) -> f32 {
     return edge.z * (texel.y - edge.y) - edge.w * (texel.x - edge.x);
 }
 
-// Light depth of the triangle at a texel, 1 where it is not.
+// Light depth of the triangle at a texel, 1 outside it.
 fn triangle_depth(triangle: TriangleSetup, texel: vec2<f32>) -> f32 {
     let e = vec3(
         edge_distance(triangle.a, texel),
@@ -93,7 +93,7 @@ fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
 
 const EDGE_SLACK: f32 = 0.001; // [texels], for rounding
 
-// Whether some of the block lo..hi is on the inner side of an edge.
+// Whether part of the block lo..hi is on the inner side of an edge.
 fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let far = select(lo, hi, vec2((edge.w < 0.0), (edge.z > 0.0)));
     let slack = EDGE_SLACK * (abs(edge.z) + abs(edge.w));
@@ -109,7 +109,7 @@ fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> b
         && edge_touches(triangle.b, lo, hi) && edge_touches(triangle.c, lo, hi);
 }
 
-// Payload that the lane broadcasts; `front` bounds its depth from below.
+// Payload that the lane broadcasts; `front`: lower bound of the triangle's depth.
 fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
     return caster.triangle;
 }

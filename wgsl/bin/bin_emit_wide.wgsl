@@ -1,7 +1,7 @@
-// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint each, then
-// all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a large
-// footprint, and neighbours load and store neighbours. What does not fit: as in bin_emit.wgsl. CPU reference:
-// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
+// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint
+// each, then all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a
+// large footprint, and neighbouring lanes load and store neighbours. Pairs that do not fit: as in
+// bin_emit.wgsl. CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::emit_outlined::emit_outlined;
 import package::bin::raise_dispatch::raise_dispatch;
@@ -21,32 +21,34 @@ import choice::scan::prefix_sum;
 struct Taken {
     footprint: u32,
     tile: u32,    // of its rectangle's corner
-    tiles_x: u32, // of its view; 0: its pairs do not fit, or it has an outline
+    tiles_x: u32, // of its view; 0 if its pairs do not fit, or it has an outline
     mask: u32,    // of a small rectangle's tiles
     width: u32,   // of a large rectangle [tiles]; 0 of a small one
 }
 
 var<workgroup> taken: array<Taken, SCAN_LANES>;
-var<workgroup> ends: array<u32, SCAN_LANES>; // pairs of the lanes up to each
+var<workgroup> ends: array<u32, SCAN_LANES>; // pairs of the lanes up to and including each
 
 // `lane`, or the one `step` further if the lanes in between end at or before pair `k`.
 fn further(lane: u32, step: u32, k: u32) -> u32 {
     return lane + select(0u, step, ends[lane + step - 1u] <= k);
 }
 
-// The lane that has pair `k` of them all: the first that ends behind it. By bisection, without a loop, which costs more.
+// Load-balancing search: the lane that emits pair `k`, the first whose pairs end behind it. By bisection
+// without a loop, which would cost more.
 fn lane_of(k: u32) -> u32 {
     let lane = further(further(further(0u, 32u, k), 16u, k), 8u, k);
     return further(further(further(lane, 4u, k), 2u, k), 1u, k);
 }
 
-// Place of a bit, and the set ones left to pass: `bits` further if fewer are set in between.
+// Passes `bits` bits of a mask unless that would pass too many set ones. `at`: bit index, and set bits left
+// to pass.
 fn passed(at: vec2<u32>, mask: u32, bits: u32) -> vec2<u32> {
     let ones = countOneBits(extractBits(mask, at.x, bits));
     return select(at, vec2(at.x + bits, at.y - ones), ones <= at.y);
 }
 
-// Tile `n` of a footprint's.
+// Tile `n` of a footprint.
 fn nth_tile(source: Taken, n: u32) -> u32 {
     if source.width > 0u {
         return source.tile + n / source.width * source.tiles_x + n % source.width;
@@ -92,7 +94,7 @@ fn bin_emit_wide(
             overflowed = slot + 1u;
             atomicMin(&counters.pair_count, lane_offset);
         }
-        workgroupBarrier(); // all have taken one
+        workgroupBarrier(); // every lane has its footprint in `taken`
         for (var k = lane; k < prefix.total; k += SCAN_LANES) {
             let owner = lane_of(k);
             let source = taken[owner];

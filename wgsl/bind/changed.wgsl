@@ -42,6 +42,6 @@ import package::records::tile::Segment;
 @group(0) @binding(177) var<storage, read_write> glass_owners: array<atomic<u32>>;
 @group(0) @binding(178) var<storage, read_write> caustics: array<atomic<u32>>;
 @group(0) @binding(118) var<storage, read_write> layered_tiles: array<atomic<u32>>;
-// Slices of each column of air that are needed, and 16 bits higher those that earlier bands needed.
+// Slices of each column of air that are needed; in the upper 16 bits, those that earlier bands needed.
 @group(0) @binding(182) var<storage, read_write> air_ends: array<u32>;
 @group(0) @binding(183) var<storage, read_write> air_items: array<atomic<u32>>;

@@ -1,4 +1,4 @@
-// A row of an invocation's texels that have few hits, which have a node each.
+// Curves of a row of an invocation's texels with few hits, each of which has a node.
 
 import package::curve::node::{DEPTHS, LEVELS};
 import package::features::{NODES, unrolled};
@@ -10,11 +10,11 @@ import choice::output::store_nodes;
 
 // The row of texels with few hits that is walked.
 struct Row {
-    offset: f32,     // from the first
+    offset: f32,     // from the first texel
     opaque: f32,
     is_few: bool,
     count: u32,      // hits so far
-    owed: vec3<f32>, // what rounding has taken of what the nodes pass
+    owed: vec3<f32>, // light that rounding took from the nodes so far
 }
 
 var<private> few: Row;
@@ -31,7 +31,7 @@ fn start_few(row: u32) {
     }
 }
 
-// A node of its own for a hit.
+// Adds a hit, with a node of its own.
 fn add_few(own: vec3<f32>, depth: f32, is_hit: bool) {
     let wanted = clamp(own + few.owed, vec3(0.0), vec3(1.0));
     let level = round(wanted * LEVELS);

@@ -1,4 +1,5 @@
-// A ring of powder of this program's own, in two lights: particles.ppm, the maps as raw floats, and the scene for `gobo`.
+// A ring of powder of this program's own, in two lights: particles.ppm, the maps as raw floats, and the scene
+// for `gobo`.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

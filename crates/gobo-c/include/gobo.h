@@ -1,13 +1,14 @@
 /*
  * gobo from C and C++: coloured translucent shadows.
  *
- * World space is right-handed with y up, in metres; colours are linear. Functions return GOBO_OK or a code, and
- * gobo_message() then says what is wrong and what to do. Objects are freed by the function that names them, and NULL is
- * freed without effect. An object is used by one thread at a time, which may change between calls.
+ * World space is right-handed with y up, in metres; colours are linear. Functions return GOBO_OK or a code,
+ * and gobo_message() then says what is wrong and what to do. Objects are freed by the function that names
+ * them, and NULL is freed without effect. An object is used by one thread at a time, which may change between
+ * calls.
  *
- * The caller promises: pointers are NULL or valid for the whole call; arrays have the lengths that are stated, in floats
- * or elements; texts end with a zero; objects are those that a function here returned, and not yet freed. What may be NULL
- * says so; other NULLs are GOBO_INPUT.
+ * The caller promises: pointers are NULL or valid for the whole call; arrays have the lengths that are
+ * stated, in floats or elements; texts end with a zero; objects are those that a function here returned, and
+ * not yet freed. What may be NULL says so; other NULLs are GOBO_INPUT.
  */
 #ifndef GOBO_H
 #define GOBO_H
@@ -108,8 +109,8 @@ int gobo_scene_set_time(gobo_scene *scene, double seconds);
 int gobo_scene_set_camera(gobo_scene *scene, const gobo_camera *camera);
 
 /* Adds particles. `centers`: count x 3 [m]; `radii`: count [m]; `colors`: count x 4, linear rgb and opacity, NULL: white;
- * `material`: name of one of the scene. `left_out`: receives how many cannot be used, NULL: one that cannot is an error, and
- * none is added. */
+ * `material`: name of one of the scene. `left_out`: receives how many cannot be used, NULL: one that cannot
+ * is an error, and none is added. */
 int gobo_scene_add_particles(gobo_scene *scene, size_t count, const float *centers, const float *radii,
                              const float *colors, const char *material, size_t *left_out);
 /* Adds triangles. `corners`: count x 3 x 3 [m]; as above. */

@@ -119,7 +119,8 @@ pub(crate) unsafe fn array<'a, T>(
 /// An array of `count` elements, to write.
 ///
 /// # Safety
-/// It is NULL, or valid for writes of so many, which are initialised, for as long as the result is used; nothing else uses it.
+/// It is NULL, or valid for writes of so many, which are initialised, for as long as the result is used;
+/// nothing else uses it.
 pub(crate) unsafe fn array_mut<'a, T>(
     pointer: *mut T,
     count: usize,

@@ -79,7 +79,8 @@ impl HeldFrame {
     }
 }
 
-/// Nodes of all texels, as `gobo render --maps` writes them: used ones first, unused ones with the light behind the last.
+/// Nodes of all texels, as `gobo render --maps` writes them: used ones first, unused ones with the light
+/// behind the last.
 fn unpacked(curve: &CurveMap) -> Vec<[f32; FIELDS]> {
     let mut nodes = Vec::with_capacity(curve.packed.len());
     for texel in 0..curve.texel_count() {

@@ -155,8 +155,8 @@ impl HeldScene {
         Err(Fault::input(format!("{all} {}, but a scene has at most {most}", limit.noun())))
     }
 
-    /// Adds those of `count` that can be used, of which `make` makes each from its number and its id. `has_count`: whether
-    /// the caller counts the rest, which is returned.
+    /// Adds those of `count` that can be used, of which `make` makes each from its number and its id.
+    /// `has_count`: whether the caller counts the rest, which is returned.
     fn add<T>(
         &mut self,
         count: usize,

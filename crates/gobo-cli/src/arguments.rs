@@ -141,8 +141,8 @@ pub(crate) struct RenderArguments {
     /// Write the linear light too, before exposure and tone curve, as `OpenEXR`
     #[arg(long)]
     pub(crate) exr: bool,
-    /// Write layers of the same file for compositors, too: what each light adds, its shadows, albedo, normal, depth, motion
-    /// and numbers of objects and materials
+    /// Write layers of the same file for compositors, too: what each light adds, its shadows, albedo, normal,
+    /// depth, motion and numbers of objects and materials
     #[arg(long, requires = "exr")]
     pub(crate) layers: bool,
     /// A model or particle file by itself gets no floor

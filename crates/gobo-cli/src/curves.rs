@@ -13,12 +13,13 @@ const UNUSED: f32 = 2.0;
 /// Depths over which a preview averages the light.
 const STEPS: usize = 16;
 
-/// Texels that are encoded by one thread, and runs of them that are in memory at once: an array is five times its map.
+/// Texels that are encoded by one thread, and runs of them that are in memory at once: an array is five times
+/// its map.
 const RUN: usize = 1 << 12;
 const RUNS: usize = 16;
 
-/// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused ones have the
-/// light behind the last one.
+/// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused ones
+/// have the light behind the last one.
 pub(super) fn write(
     out: &mut dyn io::Write,
     [rows, columns]: [usize; 2],

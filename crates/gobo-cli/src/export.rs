@@ -72,13 +72,13 @@ pub(super) struct BindingEntry {
     slot: Option<u8>,
     name: &'static str,
     #[serde(flatten)]
-    kind: Kind,
+    kind: BoundKind,
 }
 
 /// WebGPU's names.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-enum Kind {
+enum BoundKind {
     /// `size` of the struct [bytes].
     Uniform {
         size: u64,
@@ -203,17 +203,17 @@ pub(super) fn binding_entry(
 ) -> BindingEntry {
     let size = || kernel.sizes.get(&binding.number).copied().unwrap_or_default();
     let kind = match binding.kind {
-        BindingKind::Uniform => Kind::Uniform { size: size() },
+        BindingKind::Uniform => BoundKind::Uniform { size: size() },
         BindingKind::Storage { access } => {
-            Kind::Storage { access: access_word(access), element_size: size() }
+            BoundKind::Storage { access: access_word(access), element_size: size() }
         }
-        BindingKind::StorageTexture { access, format, dimension } => Kind::StorageTexture {
+        BindingKind::StorageTexture { access, format, dimension } => BoundKind::StorageTexture {
             access: access_word(access),
             format: format_name(format),
             dimension: dimension_word(dimension),
         },
         BindingKind::Texture { sample, dimension } => {
-            Kind::Texture { sample: sample_word(sample), dimension: dimension_word(dimension) }
+            BoundKind::Texture { sample: sample_word(sample), dimension: dimension_word(dimension) }
         }
     };
     let slot = slots.get(&binding.number).copied();

@@ -9,7 +9,8 @@ use std::{io::Cursor, path::Path};
 /// A channel of a file: its name, and a sample for each pixel.
 pub(super) type Channel = AnyChannel<FlatSamples>;
 
-/// A channel of light or colour, as half floats. The largest half is 65504: brighter light is white in any case.
+/// A channel of light or colour, as half floats. The largest half is 65504: brighter light is white in any
+/// case.
 pub(super) fn half_channel(name: &str, samples: impl Iterator<Item = f32>) -> Channel {
     let half = |value: f32| f16::from_f32(value.min(65504.0));
     AnyChannel::new(name, FlatSamples::F16(samples.map(half).collect()))

@@ -83,8 +83,8 @@ pub(super) fn check(output: &Path, metadata: &Metadata) -> Result<(), Failure> {
     }
 }
 
-/// Refuses a folder in which an output would take the place of an input. `is_written`: whether the command writes a
-/// path from the folder, with `/`, or with `/` at its end, below it.
+/// Refuses a folder in which an output would take the place of an input. `is_written`: whether the command
+/// writes a path from the folder, with `/`, or with `/` at its end, below it.
 pub(super) fn check_folder(
     folder: &Path,
     is_written: impl Fn(&str) -> bool,

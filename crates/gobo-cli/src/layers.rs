@@ -23,7 +23,8 @@ impl Names<'_> {
     }
 }
 
-/// Layers of the scene as it is. `whole`: the picture's light; `names`: of its lights; `next`: the scene at the next frame, if anything in it moves.
+/// Layers of the scene as it is. `whole`: the picture's light; `names`: of its lights; `next`: the scene at
+/// the next frame, if anything in it moves.
 pub(super) fn of_scene(
     renderer: &mut Renderer,
     scene: &Scene,

@@ -51,10 +51,11 @@ use std::{ffi::OsString, io::IsTerminal as _};
 use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};
 use wall_clock::WallClock;
 
-/// Runs the program `gobo`, once in a process: it listens for signals, and sets where messages go. `arguments`: the
-/// program's name first. Returns the exit status.
+/// Runs the program `gobo`, once in a process: it listens for signals, and sets where messages go.
+/// `arguments`: the program's name first. Returns the exit status.
 ///
-/// On Linux it starts the process anew where the environment names no `XDG_RUNTIME_DIR`, for commands that open a device.
+/// On Linux it starts the process anew where the environment names no `XDG_RUNTIME_DIR`, for commands that
+/// open a device.
 pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let clock = WallClock::start();
     let arguments = match Arguments::try_parse_from(arguments) {

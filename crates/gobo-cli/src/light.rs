@@ -4,7 +4,7 @@ use super::{
     failure::Failure,
     files, inputs,
     memory::Needs,
-    npy::{self, Fault},
+    npy::{self, NpyFault},
     output::{self, Output},
 };
 use gobo::{Scene, glam::Vec3, model::ReceiverPoint};
@@ -109,7 +109,7 @@ struct Points<R> {
 
 impl<R: Read> Points<R> {
     /// `length`: of the file [bytes].
-    fn new(file: R, length: u64) -> Result<Self, Fault> {
+    fn new(file: R, length: u64) -> Result<Self, NpyFault> {
         let array = npy::Reader::new(file, length)?;
         let &[rows, columns @ (3 | 6)] = &array.shape[..] else {
             let message = format!("its shape is {:?}", array.shape);
@@ -118,7 +118,7 @@ impl<R: Read> Points<R> {
         Ok(Self { array, has_normals: columns == 6, row: 0, rows })
     }
 
-    fn read(&mut self) -> Result<ReceiverPoint, Fault> {
+    fn read(&mut self) -> Result<ReceiverPoint, NpyFault> {
         let position = self.array.next::<3>()?;
         let normal = if self.has_normals { self.array.next::<3>()? } else { [0.0; 3] };
         point(position.into(), normal.into()).ok_or_else(|| {
@@ -132,7 +132,7 @@ impl<R: Read> Points<R> {
 }
 
 impl<R: Read> Iterator for Points<R> {
-    type Item = Result<ReceiverPoint, Fault>;
+    type Item = Result<ReceiverPoint, NpyFault>;
 
     fn next(&mut self) -> Option<Self::Item> {
         (self.row < self.rows).then(|| {
@@ -157,7 +157,7 @@ mod tests {
     use gobo::{Light, LightKind, Material, Particle, Shape, glam::Vec4};
     use gobo_picture::Renderer;
 
-    fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, Fault> {
+    fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, NpyFault> {
         Points::new(bytes, bytes.len() as u64)?.collect()
     }
 

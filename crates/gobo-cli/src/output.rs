@@ -1,5 +1,5 @@
-//! Where commands write. A regular file is replaced whole, devices and pipes are written into, and files that the
-//! command reads are refused. A link is what it leads to.
+//! Where commands write. A regular file is replaced whole, devices and pipes are written into, and files that
+//! the command reads are refused. A link is what it leads to.
 use super::{claim, failure::Failure, files, inputs, stop};
 use std::{
     ffi::OsString,
@@ -15,8 +15,8 @@ pub(super) const TEMPORARY: &str = ".tmp";
 /// Most links that lead from one to the next.
 const MOST_LINKS: usize = 40;
 
-/// An output in the making: it appears complete under its name, or not at all. Its temporary name is its own among all
-/// processes and machines.
+/// An output in the making: it appears complete under its name, or not at all. Its temporary name is its own
+/// among all processes and machines.
 #[derive(Debug)]
 pub(crate) struct Output {
     path: PathBuf,

@@ -12,8 +12,8 @@ use std::{
 };
 use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 
-/// Writes the archive; the scene's file is its first entry. Names in it are those from the closest folder around all
-/// files, so that the scene finds them where it is unpacked.
+/// Writes the archive; the scene's file is its first entry. Names in it are those from the closest folder
+/// around all files, so that the scene finds them where it is unpacked.
 pub(crate) fn run(path: &Path, out: &Path) -> Result<(), Failure> {
     scene::check(path)?;
     let all = scene::files(path)?;

@@ -1,8 +1,8 @@
 //! `gobo maps`: maps of a share of a scene's filtering casters, as sums that `gobo merge` joins.
 //!
-//! A part is a line of JSON, the [`Head`], then for each view its arrays, little-endian, row by row: sums (4 words a
-//! texel), opaque depths (1), opaque depths per channel (3, with coloured dithering), packed curves (2 a node). A digest
-//! of all that ends the file.
+//! A part is a line of JSON, the [`Head`], then for each view its arrays, little-endian, row by row: sums (4
+//! words a texel), opaque depths (1), opaque depths per channel (3, with coloured dithering), packed curves
+//! (2 a node). A digest of all that ends the file.
 use super::{
     arguments::{MapsArguments, MomentArguments},
     failure::Failure,
@@ -58,7 +58,8 @@ const DIGEST: u64 = 32;
 /// Longest name of a view's files, of two numbered names of 64 characters at most [bytes].
 const MAX_NAME: usize = 150;
 
-/// Whether a name is that of a file beside others: no path, no hidden file, and none that a terminal takes for more.
+/// Whether a name is that of a file beside others: no path, no hidden file, and none that a terminal takes
+/// for more.
 fn is_plain(name: &str) -> bool {
     let is_safe = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     (1..=MAX_NAME).contains(&name.len()) && !name.starts_with('.') && name.chars().all(is_safe)
@@ -223,7 +224,8 @@ pub(super) fn rendered(renderer: &mut Renderer, scene: &Scene) -> Result<Vec<Vie
     Ok(maps)
 }
 
-/// Digest of all that decides a part besides its share: options, and the contents of all files that were read.
+/// Digest of all that decides a part besides its share: options, and the contents of all files that were
+/// read.
 fn digest(arguments: &MapsArguments) -> Result<String, Failure> {
     let MomentArguments { frame, fps, set, .. } = &arguments.moment;
     // Wherever the files are, and whatever they are called.

@@ -150,8 +150,8 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Renders a frame, unless it exists already. Returns whether it is there: not if another process writes it, and
-    /// this one may not wait for that.
+    /// Renders a frame, unless it exists already. Returns whether it is there: not if another process writes
+    /// it, and this one may not wait for that.
     fn frame(&mut self, index: u32, may_wait: bool) -> Result<bool, Failure> {
         if stop::is_stopped() {
             return Err(Failure::Stopped { frame: index });

@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// One line of `--json`.
 #[derive(Serialize)]
-struct Report<'a> {
+struct FrameReport<'a> {
     frame: u32,
     /// What lights with a size were given.
     soft: &'a [SoftLight],
@@ -37,7 +37,7 @@ pub(super) fn json(
     soft: &[SoftLight],
     milliseconds: &[(&'static str, f64)],
 ) -> String {
-    let report = Report {
+    let report = FrameReport {
         frame: index,
         soft,
         picture: picture.to_string_lossy(),

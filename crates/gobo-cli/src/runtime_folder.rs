@@ -1,8 +1,8 @@
 //! `XDG_RUNTIME_DIR`, without which Mesa's drivers complain.
 
-/// Starts the program anew with a folder for sockets that is not there, where the environment names none: the layer of
-/// Mesa that sorts Vulkan's devices asks libwayland for a display at each start, and that prints an error without the
-/// variable. A process cannot safely change its own environment.
+/// Starts the program anew with a folder for sockets that is not there, where the environment names none: the
+/// layer of Mesa that sorts Vulkan's devices asks libwayland for a display at each start, and that prints an
+/// error without the variable. A process cannot safely change its own environment.
 #[cfg(target_os = "linux")]
 pub(crate) fn name_a_runtime_folder() {
     use std::{env, os::unix::process::CommandExt as _, path::Path, process::Command};

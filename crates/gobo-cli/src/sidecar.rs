@@ -32,18 +32,18 @@ pub(super) struct Sidecar {
     /// SHA-256 of the scene, the options and the version.
     pub(super) inputs: String,
     /// Contents by path from the folder.
-    files: BTreeMap<String, Contents>,
+    files: BTreeMap<String, SidecarContents>,
 }
 
 #[derive(Debug, Deserialize, PartialEq, Serialize)]
-struct Contents {
+struct SidecarContents {
     bytes: u64,
     sha256: String,
 }
 
 /// Problem of a file of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(super) enum SidecarFault {
     Missing,
     Damaged,
 }
@@ -76,12 +76,12 @@ impl Sidecar {
     }
 
     /// Files that have changed since they were written.
-    pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, Fault)> {
+    pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, SidecarFault)> {
         self.files.iter().filter_map(move |(name, expected)| {
             let fault = match expected.agrees(&dir.join(name)) {
                 Ok(true) => return None,
-                Ok(false) => Fault::Damaged,
-                Err(_) => Fault::Missing,
+                Ok(false) => SidecarFault::Damaged,
+                Err(_) => SidecarFault::Missing,
             };
             Some((name.as_str(), fault))
         })
@@ -93,7 +93,7 @@ impl Sidecar {
 pub(super) struct FrameFiles<'a> {
     dir: &'a Path,
     /// None if the frame gets no sidecar.
-    written: Option<BTreeMap<String, Contents>>,
+    written: Option<BTreeMap<String, SidecarContents>>,
 }
 
 impl<'a> FrameFiles<'a> {
@@ -119,7 +119,7 @@ impl<'a> FrameFiles<'a> {
             Ok(())
         })?;
         let bytes = fs::metadata(&path).map_err(|source| Failure::file(&path, source))?.len();
-        written.insert(name, Contents { bytes, sha256: hex(digest.finalize()) });
+        written.insert(name, SidecarContents { bytes, sha256: hex(digest.finalize()) });
         Ok(())
     }
 
@@ -187,7 +187,8 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
     (format!("{frame:04}") == number).then_some(frame)
 }
 
-/// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a folder of such.
+/// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a
+/// folder of such.
 pub(super) fn is_of_frames(name: &str, frames: &Range<u32>) -> bool {
     let own = name.strip_prefix("maps/").unwrap_or(name).split('/').next();
     let frame = own.and_then(frame_of_any);
@@ -223,7 +224,7 @@ fn plain(path: &Path) -> io::Result<fs::File> {
     Err(io::ErrorKind::NotFound.into())
 }
 
-impl Contents {
+impl SidecarContents {
     fn agrees(&self, path: &Path) -> io::Result<bool> {
         let mut file = plain(path)?;
         if file.metadata()?.len() != self.bytes {
@@ -236,7 +237,8 @@ impl Contents {
 }
 
 /// Hash of everything that decides what frames look like, except the device, whose rounding may move a last
-/// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit together. The scene is as before.
+/// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit
+/// together. The scene is as before.
 pub(super) fn inputs(scene: &mut Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
     let RenderArguments { maps, exr, layers, fps, .. } = arguments;

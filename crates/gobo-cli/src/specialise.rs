@@ -1,5 +1,5 @@
 //! Overrides that stay open: names of SPIR-V's specialisation constants, which naga does not write.
-use gobo::stage::{bin::WIDE_DISC_SEGMENT, features::Features, profile::Profile, sort::Shape};
+use gobo::stage::{bin::WIDE_DISC_SEGMENT, features::Features, sort::Partition, tuning::Tuning};
 use std::collections::{BTreeMap, HashMap};
 
 /// Overrides that are no flags: their values are written.
@@ -7,8 +7,8 @@ const NUMBERS: [&str; 2] = ["NODES", "CELLS_AT_ONCE"];
 
 /// `SpecId` of each flag, the same in every kernel.
 pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
-    let profile = Profile {
-        shape: Shape::Wide,
+    let tuning = Tuning {
+        partition: Partition::Wide,
         disc_segment: WIDE_DISC_SEGMENT,
         scatter_tiny: true,
         columns: false,
@@ -19,7 +19,7 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         interleaved: false,
         loaded: false,
     };
-    let flags = Features::NONE.constants().into_iter().chain(profile.constants());
+    let flags = Features::NONE.constants().into_iter().chain(tuning.constants());
     flags.map(|(name, _)| name).filter(|name| !NUMBERS.contains(name)).zip(0..)
 }
 

@@ -38,8 +38,8 @@ impl Drop for Swept {
     }
 }
 
-/// Listens for SIGINT, SIGTERM and SIGHUP, and their equivalents elsewhere: they end the program at once and leave no
-/// temporary files, but a job's first one, which the job ends by after the present frame.
+/// Listens for SIGINT, SIGTERM and SIGHUP, and their equivalents elsewhere: they end the program at once and
+/// leave no temporary files, but a job's first one, which the job ends by after the present frame.
 pub(super) fn listen() -> Result<(), Failure> {
     handle(|| {
         if STOPPED.swap(true, Ordering::Relaxed) || !IS_JOB.load(Ordering::Relaxed) {

@@ -21,7 +21,7 @@ const DEPTHS: u8 = 16;
 const NAMED: usize = 4;
 
 #[derive(Debug, Serialize)]
-struct Report {
+struct TrialReport {
     version: &'static str,
     /// Name, interface and tier.
     adapter: String,
@@ -101,7 +101,7 @@ pub(super) fn run(device: &DeviceArguments, json: bool) -> Result<(), Failure> {
     let compared = compared(&scene, &found, &expected);
     let trusted = compared.iter().all(Compared::is_right);
     let (version, adapter) = (env!("CARGO_PKG_VERSION"), renderer.device());
-    let report = Report { version, adapter, trusted, compared };
+    let report = TrialReport { version, adapter, trusted, compared };
     if json {
         files::print(&serde_json::to_string_pretty(&report).expect("plain data is JSON"))?;
     } else {
@@ -161,7 +161,7 @@ fn compared(scene: &Scene, found: &Frame, expected: &Frame) -> Vec<Compared> {
     all
 }
 
-fn text(report: &Report) -> String {
+fn text(report: &TrialReport) -> String {
     let mut text = format!("tried {}\n", report.adapter);
     for compared in report.compared.iter().filter(|compared| compared.apart > 0) {
         let Compared { name, texels, apart, worst, .. } = compared;

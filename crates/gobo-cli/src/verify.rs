@@ -2,7 +2,7 @@
 use super::{
     failure::Failure,
     files::{self, entries},
-    sidecar::{Fault, Sidecar, frame_of, frame_of_any, maps, stem},
+    sidecar::{Sidecar, SidecarFault, frame_of, frame_of_any, maps, stem},
     values::DebugName,
 };
 use clap::ValueEnum as _;
@@ -48,8 +48,8 @@ pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
                 Some("is of another scene, other options or another version than most".to_owned())
             }
             Some(sidecar) => sidecar.faults(dir).next().map(|(name, fault)| match fault {
-                Fault::Missing => format!("lacks {name}"),
-                Fault::Damaged => format!("has a damaged {name}"),
+                SidecarFault::Missing => format!("lacks {name}"),
+                SidecarFault::Damaged => format!("has a damaged {name}"),
             }),
         };
         if let Some(problem) = problem {

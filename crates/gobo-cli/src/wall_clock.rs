@@ -13,8 +13,8 @@ use tracing_subscriber::{
 /// What is in no span.
 const OTHER: &str = "other";
 
-/// Gives each moment of the thread that starts it to the innermost span which that thread is in. So the phases add up to
-/// the time that has passed.
+/// Gives each moment of the thread that starts it to the innermost span which that thread is in. So the
+/// phases add up to the time that has passed.
 #[derive(Clone)]
 pub(crate) struct WallClock {
     thread: ThreadId,

@@ -66,7 +66,8 @@ impl GpuEngine {
         Ok(Self { gpu, shadows, work, emitters, capacity, drawn: 0, grown: 0, has_counted, kept })
     }
 
-    /// What the device reported first: without memory for a texture, the error is that it cannot be bound.
+    /// First error that the device reported: without memory for a texture, a later error only says that it
+    /// cannot be bound.
     pub(super) fn cause_of(&self, error: Error) -> Error {
         self.gpu.check().err().unwrap_or(error)
     }
@@ -82,7 +83,7 @@ impl GpuEngine {
 
     fn frame(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         self.shadows.configure(|config| config.toggles.sums = options.sums);
-        // Those of a frame that failed.
+        // Times of a frame that failed.
         self.work.take();
         let before = self.repeats();
         self.emit(scene)?;
@@ -185,7 +186,8 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// Counts of all frames: maps whose levels were made, drawings of pictures, capacities that were too small.
+    /// Counts over all frames: maps whose levels were made, drawings of pictures, and capacities that were
+    /// too small.
     fn repeats(&self) -> [u64; 3] {
         [self.shadows.levels_made(), self.drawn, self.grown]
     }
@@ -214,7 +216,7 @@ impl GpuEngine {
         self.has_counted = false;
     }
 
-    /// Renders the maps until their pairs fit. `ahead` requests kernels that are compiled meanwhile.
+    /// Renders the maps until their pairs fit. `ahead` requests kernels that compile meanwhile.
     pub(super) fn shade_maps(
         &mut self,
         scene: &Scene,
@@ -257,7 +259,7 @@ impl GpuEngine {
         Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// Mean over all samples per pixel of `camera`; `first`: the light of the first sample.
+    /// Mean over all samples per pixel of `camera`; `first`: light of the first sample.
     fn shade_samples(
         &mut self,
         lit: &Lit<'_>,
@@ -280,8 +282,8 @@ impl GpuEngine {
         Ok(mean.picture())
     }
 
-    /// The complete picture, the capacities that it was prepared with, and how many casters did not fit at
-    /// once.
+    /// The complete picture, the capacities that it was prepared with, and the number of casters that did not
+    /// fit at once.
     fn shade_whole_picture(
         &mut self,
         lit: &Lit<'_>,

@@ -43,7 +43,7 @@ pub use gobo::{
 /// Results of one frame, and their costs.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// The rendered picture; of no pixels if only maps are requested.
+    /// The rendered picture; without pixels if only maps are requested.
     pub picture: Picture,
     /// Debug pictures that were requested.
     pub debug: Vec<(DebugMode, Picture)>,
@@ -51,7 +51,7 @@ pub struct Frame {
     pub maps: Vec<ViewMaps>,
     /// Counters of the frame.
     pub counters: Counters,
-    /// Stage and its time \[ms\], in order: of all that was submitted for the frame, `picture` of all its samples.
+    /// Stage and its time \[ms\], in order, for all work of the frame; `picture` sums all its samples.
     pub stages: Vec<(&'static str, f64)>,
     /// Stage of the picture and its time \[ms\]; their sum is that of `picture`.
     pub picture_stages: Vec<(&'static str, f64)>,
@@ -66,20 +66,20 @@ pub struct RenderOptions<'a> {
     pub maps: bool,
     /// Light whose maps are read back, if `maps` is set; all lights when `None`.
     pub maps_of: Option<usize>,
-    /// Whether the maps read back are [`ViewMaps::sums`] and opaque depths only, which sums of other casters can be added
-    /// to. The maps have no filters then, and no picture should be rendered.
+    /// Whether the maps read back are [`ViewMaps::sums`] and opaque depths only, to which sums of other
+    /// casters can be added. The maps then have no filters, and no picture should be rendered.
     pub sums: bool,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The CPU reference renders all views in any case.
     pub keep: bool,
-    /// The only sample of each pixel that is rendered, of those of the scene; all of them when `None`.
+    /// The only sample of each pixel to render, of the scene's samples; all of them when `None`.
     pub sample: Option<u32>,
-    /// Whether to read back the picture's linear light, before exposure and tone curve; the CPU reference always
-    /// returns it.
+    /// Whether to read back the picture's linear light, before exposure and tone curve; the CPU reference
+    /// always returns it.
     pub light: bool,
     /// Debug pictures. The CPU reference has none.
     pub debug: &'a [DebugMode],
-    /// Whether no picture is rendered: it and what it counts are then empty.
+    /// Whether no picture is rendered; the picture and its counters are then empty.
     pub maps_only: bool,
 }
 
@@ -181,8 +181,9 @@ impl Renderer {
         }
     }
 
-    /// Renders the frame at a time: where the scene's shutter is open, each sample at its own time around it, in order.
-    /// The maps and counters are those of the middle sample, the times those of all. `seconds`: from the start; `step`: between two frames \[s\].
+    /// Renders the frame at a time. Where the scene's shutter is open, each sample is rendered at its own
+    /// time around it, in order; the maps and counters are those of the middle sample, the times the sum over
+    /// all. `seconds`: from the start; `step`: between two frames \[s\].
     ///
     /// # Errors
     /// Those of [`Self::render`].

@@ -77,7 +77,8 @@ pub(super) fn read_maps(
     Ok(view_maps.collect())
 }
 
-/// The curves of views, with their sizes and rectangles; none if the maps have none. Row by row: they are the largest maps.
+/// The curves of views, with their sizes and rectangles; empty if the maps have none. Read row by row: they
+/// are the largest maps.
 fn read_curves(gpu: &Gpu, maps: &Maps, views: &[(UVec2, MapSlot)]) -> Result<Vec<CurveMap>, Error> {
     let nodes = maps.nodes as usize;
     if nodes == 0 {

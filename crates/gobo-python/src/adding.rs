@@ -77,7 +77,8 @@ impl Scene {
         self.added(py, |state| state.add_particles(particles, &material))
     }
 
-    /// Returns the first of the splats in the scene, one past the last, what was left out by reason, and its rows.
+    /// Returns the first of the splats in the scene, one past the last, what was left out by reason, and its
+    /// rows.
     #[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "arrays of Python")]
     fn add_gaussians<'py>(
         &self,

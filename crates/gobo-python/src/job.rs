@@ -1,4 +1,5 @@
-//! Long calls: on a thread of their own, while the caller's waits without the interpreter's lock and heeds signals.
+//! Long calls: on a thread of their own, while the caller's waits without the interpreter's lock and heeds
+//! signals.
 use crate::fault::Fault;
 use pyo3::{PyResult, Python};
 use std::{
@@ -64,8 +65,8 @@ impl Drop for Running {
     }
 }
 
-/// What `work` returns. An exception of a signal's handler, such as `KeyboardInterrupt`, is raised at once; the work
-/// ends where it next looks at [`Stop`], or by itself.
+/// What `work` returns. An exception of a signal's handler, such as `KeyboardInterrupt`, is raised at once;
+/// the work ends where it next looks at [`Stop`], or by itself.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Stop) -> Result<T, Fault> + Send + 'static,

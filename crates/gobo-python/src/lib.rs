@@ -1,5 +1,5 @@
-//! Python's interface: scenes made of arrays. The package's Python files check arrays and hold the documentation;
-//! here is what they call.
+//! Python's interface: scenes made of arrays. The package's Python files check arrays and hold the
+//! documentation; here is what they call.
 mod adapter;
 mod adding;
 mod arrays;

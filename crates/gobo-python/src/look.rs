@@ -62,7 +62,8 @@ impl Look {
         (scene.shutter, scene.tone, scene.shadow) = (shutter, tone, shadow);
     }
 
-    /// Takes over what a `[camera]` table gives. Without a camera that somebody placed, it is where all is seen.
+    /// Takes over what a `[camera]` table gives. Without a camera that somebody placed, it is where all is
+    /// seen.
     fn changed(mut self, state: &State, table: &Table) -> Result<Self, Fault> {
         let given = scene_of("camera", &within("camera", table.clone()))?;
         let size = if table.contains_key("size") { given.camera.size } else { self.camera.size };

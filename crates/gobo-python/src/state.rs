@@ -19,7 +19,8 @@ pub(crate) enum Wanted {
 #[derive(Debug)]
 pub(crate) struct State {
     pub(crate) scene: Scene,
-    /// World position of the library's scene's origin [m]. That of the library's own is 0: its points have 32 bits.
+    /// World position of the library's scene's origin [m]. That of the library's own is 0: its points have 32
+    /// bits.
     pub(crate) origin: DVec3,
     /// Whether somebody said where the camera is.
     pub(crate) has_camera: bool,

@@ -1,6 +1,6 @@
 //! CPU reference of `accumulate`: light that the hits of each ray let through, and the nearest of them.
 use super::{
-    caster_hit::{Face, Hit, Records, Target},
+    caster_hit::{Hit, Records, SurfaceCrossing, Target},
     tile::{TEXELS, Tile, TileTexels},
 };
 use glam::{DVec3, Vec3};
@@ -38,7 +38,7 @@ impl Accumulated {
 
 /// A ray in front of its opaque surface. 64 bits keep the absorption of each of a million faint casters.
 #[derive(Clone, Debug)]
-struct Ray {
+struct TexelRay {
     passed: DVec3,
     /// Hits in order of their depths, where the order counts.
     hits: Vec<Hit>,
@@ -50,7 +50,7 @@ struct Ray {
     owner: u16,
 }
 
-impl Ray {
+impl TexelRay {
     const EMPTY: Self = Self {
         passed: DVec3::ONE,
         hits: Vec::new(),
@@ -72,7 +72,7 @@ impl Ray {
         }
     }
 
-    fn cross(&mut self, face: &Face) {
+    fn cross(&mut self, face: &SurfaceCrossing) {
         let depth = f64::from(face.depth) * f64::from(face.metres);
         self.tau += f64::from(face.leaves) * depth * face.absorption.as_dvec3();
         self.leaves += face.leaves;
@@ -104,7 +104,7 @@ pub fn accumulate<'a>(
     modes: Modes,
 ) -> TileTexels<Accumulated> {
     let tile = Tile::new(records.view, index);
-    let mut rays = TileTexels::filled(Ray::EMPTY);
+    let mut rays = TileTexels::filled(TexelRay::EMPTY);
     for footprint in footprints {
         let target = Target::new(records, footprint);
         if !target.filters() {

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering towards the eye, as a
-//! volume of columns of pixels and slices of depth.
+//! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering
+//! towards the eye, as a volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use gobo::{
@@ -65,7 +65,7 @@ pub fn phase(cosine: f32, g: f32) -> f32 {
 }
 
 /// Middle of a column: `eye + direction t`, where t is the distance along the camera's axis, world space.
-struct Ray {
+struct ColumnRay {
     eye: Vec3,
     direction: Vec3,
     /// Offset of the samples in a slice, in their distances, -0.5 to 0.5.
@@ -79,7 +79,7 @@ fn sample_offset(view: &GpuView, world_from_view: &Mat4) -> Vec2 {
     within_pixel(shear * view.scale)
 }
 
-impl Ray {
+impl ColumnRay {
     /// Radiance that the air between two distances `ends` scatters back along the ray, per unit of
     /// scattering optical depth: the mean. Samples of a lamp are at even angles seen from it (Kulla and
     /// Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
@@ -176,7 +176,7 @@ impl AirVolume {
             let direction = Vec3::new(slope.x, -slope.y, -1.0);
             let eye = world_from_view.transform_point3(Vec3::ZERO);
             let direction = world_from_view.transform_vector3(direction);
-            let ray = Ray { eye, direction, phase: offset.x };
+            let ray = ColumnRay { eye, direction, phase: offset.x };
             let range = view.far - view.near;
             let length = range / params.slices as f32 * direction.length();
             let tau = params.extinction * length;

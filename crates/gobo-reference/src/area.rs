@@ -8,8 +8,8 @@ use gobo::{
 };
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-/// Points of an area light, the same for all receivers. The share of a disc that a straight edge covers is off by
-/// 0.010 on average over directions and distances, at most by 0.046; of a sphere by 0.014 and 0.071.
+/// Points of an area light, the same for all receivers. The share of a disc that a straight edge covers is
+/// off by 0.010 on average over directions and distances, at most by 0.046; of a sphere by 0.014 and 0.071.
 pub(super) const POINTS: usize = 64;
 /// Fraction of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -33,8 +33,8 @@ impl<'a> LightPoints<'a> {
     }
 }
 
-/// Mean over the points of all area lights of what `evaluate` gives for one point of each; `maps` of `views`: those
-/// of the scene's lights as points.
+/// Mean over the points of all area lights of what `evaluate` gives for one point of each; `maps` of `views`:
+/// those of the scene's lights as points.
 pub(super) fn mean_over_points(
     scene: &Scene,
     views: &[View],

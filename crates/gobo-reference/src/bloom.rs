@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/bloom/*.wgsl`: a share of the light spreads around (Jimenez 2014, "Next Generation Post
-//! Processing in Call of Duty").
+//! CPU reference of `wgsl/bloom/*.wgsl`: a share of the light spreads around (Jimenez 2014, "Next Generation
+//! Post Processing in Call of Duty").
 use glam::{IVec2, UVec2, Vec3};
 use gobo::records::bloom_sizes;
 

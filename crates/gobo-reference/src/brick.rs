@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth; and of
-//! `wgsl/project/brick_extent.wgsl`.
+//! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth;
+//! and of `wgsl/project/brick_extent.wgsl`.
 use super::brick_light::{Lattice, Thirds};
 use super::curve::taken::Taken;
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec3Swizzles as _, Vec4Swizzles as _};
@@ -15,15 +15,16 @@ pub const VOXEL_PARTS: u32 = 3;
 /// Least way along an axis, so that no ray is parallel to a face \[voxels\].
 pub const LEAST_WAY: f32 = 1e-20;
 
-/// Equal parts of a ray's way through a box of constant density, each of which has a light of its own in a dense grid.
+/// Equal parts of a ray's way through a box of constant density, each of which has a light of its own in a
+/// dense grid.
 pub const EVEN_PARTS: u32 = 25;
 /// Last cell of a brick along an axis.
 const LAST_CELL: f32 = (BRICK_SIZE - 1) as f32;
 
 /// Share by which a brick's edges may be off a right angle.
 pub const SQUARE: f32 = 1e-4;
-/// Rounding of the least distance of a right-angled brick, a share of the distances that it is made of. Small, so that
-/// neighbours stay in order where the eye is hardly beside the plane of their face.
+/// Rounding of the least distance of a right-angled brick, a share of the distances that it is made of.
+/// Small, so that neighbours stay in order where the eye is hardly beside the plane of their face.
 pub const DISTANCE_ROUNDING: f32 = 4e-6;
 
 /// The part of a ray inside a brick.
@@ -156,8 +157,8 @@ impl Stretch {
     }
 }
 
-/// `end`: of the ray, along the axis \[m\]; `part`: which of how many equal parts of the way through the brick. `None`
-/// where there is no density.
+/// `end`: of the ray, along the axis \[m\]; `part`: which of how many equal parts of the way through the
+/// brick. `None` where there is no density.
 pub(super) fn passage(
     view: &GpuView,
     bricks: &Bricks,
@@ -208,8 +209,8 @@ pub(super) fn passage(
     (tau.max_element() > 0.0).then_some(Passage { first: begins, ramp, tau, thirds })
 }
 
-/// Mean light of what a ray meets in a brick of a dense grid, by what is absorbed there, cell by cell: light is taken
-/// where the cell absorbs in the mean. `end` as for [`passage`].
+/// Mean light of what a ray meets in a brick of a dense grid, by what is absorbed there, cell by cell: light
+/// is taken where the cell absorbs in the mean. `end` as for [`passage`].
 pub(super) fn dense_light(
     view: &GpuView,
     bricks: &Bricks,
@@ -242,8 +243,8 @@ pub(super) fn dense_light(
     sum / all.max(Vec3::splat(1e-20))
 }
 
-/// From a point in a brick towards a light that is `end` away \[m\]: where the way leaves the brick, world space \[m\], and
-/// what of the light passes up to there.
+/// From a point in a brick towards a light that is `end` away \[m\]: where the way leaves the brick, world
+/// space \[m\], and what of the light passes up to there.
 pub(super) fn own_shadow(
     bricks: &Bricks,
     brick: &BrickRecord,

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/hit/brick_light.wgsl` and `crates/gobo-picture/wgsl/shade/shade_bricks.wgsl`: light that a brick sends along a ray
-//! to the eye.
+//! CPU reference of `wgsl/hit/brick_light.wgsl` and `crates/gobo-picture/wgsl/shade/shade_bricks.wgsl`: light
+//! that a brick sends along a ray to the eye.
 use glam::{UVec3, Vec2, Vec3};
 use gobo::records::{BrickRecord, Bricks, GpuView};
 
@@ -62,13 +62,14 @@ impl Thirds {
     }
 }
 
-/// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its length.
+/// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its
+/// length.
 fn mean_way(tau: f32) -> f32 {
     if tau < SERIES { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / (tau.min(80.0).exp() - 1.0) }
 }
 
-/// Points of a brick's lattice: their places in the box, 0..1, and world space \[m\]; `None` where the camera does not see
-/// the brick.
+/// Points of a brick's lattice: their places in the box, 0..1, and world space \[m\]; `None` where the camera
+/// does not see the brick.
 pub(super) fn points_of(
     bricks: &Bricks,
     brick: &BrickRecord,

@@ -1,10 +1,11 @@
 //! CPU reference of `wgsl/hit/capsule.wgsl` and `wgsl/project/capsule_extent.wgsl`: segments of strands.
 //!
-//! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the length in
-//! local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight through the axis
-//! meets the opacity `a`. Where the cone is thinner than a texel at its place closest to the ray, it becomes a texel
-//! wide, and the ray's way through the whole cone, of `S` diameters, covers the texel by the ratio of the radii:
-//! `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both are products over the pieces of a strand that is cut.
+//! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the
+//! length in local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight
+//! through the axis meets the opacity `a`. Where the cone is thinner than a texel at its place closest to the
+//! ray, it becomes a texel wide, and the ray's way through the whole cone, of `S` diameters, covers the texel
+//! by the ratio of the radii: `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both are products over the
+//! pieces of a strand that is cut.
 use super::{
     caster_hit::Hit,
     gaussian::ENDLESS,
@@ -83,8 +84,8 @@ impl Line {
         self.start + self.slope * point
     }
 
-    /// Integral of `metres` of way over twice the radius, along a ray of which a step of 1 is `step` along the
-    /// axis. `point`: the middle of `length` steps, along the axis.
+    /// Integral of `metres` of way over twice the radius, along a ray of which a step of 1 is `step` along
+    /// the axis. `point`: the middle of `length` steps, along the axis.
     fn diameters(self, point: f32, step: f32, length: f32, metres: f32) -> f32 {
         let mean = self.at(point);
         let rise = (0.5 * self.slope * step * length / mean).clamp(-TIP, TIP);
@@ -237,7 +238,8 @@ fn tau_of(absorbed: f32) -> f32 {
     if absorbed < 0.5 { -(-absorbed).ln_1p() } else { -(1.0 - absorbed).max(LEAST_PASSED).ln() }
 }
 
-/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`. `color`: colour times tint, and alpha.
+/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`. `color`: colour times tint, and
+/// alpha.
 pub fn capsule_hit(
     view: &GpuView,
     setup: &CapsuleSetup,
@@ -328,8 +330,8 @@ struct Extent {
 }
 
 impl Extent {
-    /// `ends`: to the right, down and along the axis, with the radii of the spheres within whose hull it is \[m\]; `least`: its
-    /// distance from the light, 0 if that may be inside.
+    /// `ends`: to the right, down and along the axis, with the radii of the spheres within whose hull it is
+    /// \[m\]; `least`: its distance from the light, 0 if that may be inside.
     fn new(view: &GpuView, ends: [Vec4; 2], least: f32) -> Self {
         let center = view.size * 0.5;
         if view.perspective == 0.0 {

@@ -27,7 +27,7 @@ use gobo::{
 /// Records that the hit tests of one view read.
 mod hit;
 
-pub use hit::{Crossing, Face, Hit, metres_per_depth};
+pub use hit::{Crossing, Hit, SurfaceCrossing, metres_per_depth};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
@@ -209,7 +209,8 @@ impl<'a> Target<'a> {
         Some(Hit { presence: hit.opacity.max(changed), ..hit })
     }
 
-    /// Light of a brick along the ray through `texel`, which ends at light depth `opaque_depth`, by the light of its lattice.
+    /// Light of a brick along the ray through `texel`, which ends at light depth `opaque_depth`, by the light
+    /// of its lattice.
     pub fn brick_light(
         &self,
         texel: Vec2,
@@ -229,7 +230,7 @@ impl<'a> Target<'a> {
 
     /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end are moved
     /// to its end.
-    pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<Face> {
+    pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<SurfaceCrossing> {
         let Form::Triangle(setup) = self.form else { return None };
         let absorption = self.records.absorptions[setup.material as usize];
         if absorption == Vec3::ZERO {
@@ -241,7 +242,7 @@ impl<'a> Target<'a> {
         }
         let leaves = if setup.ties & BACK_BIT != 0 { 1 } else { -1 };
         let metres = metres_per_depth(self.records.view, texel);
-        Some(Face { depth: depth.min(opaque_depth), metres, absorption, leaves })
+        Some(SurfaceCrossing { depth: depth.min(opaque_depth), metres, absorption, leaves })
     }
 
     /// Dither threshold at `texel` for a `dither` material: a hit blocks the light if its opacity exceeds

@@ -1,9 +1,10 @@
 //! CPU reference of `wgsl/caustics/*.wgsl`: light that glass bends lands elsewhere on what is opaque.
 //!
-//! For a light's map, texel by texel (Wyman and Davis 2006; Szirmay-Kalos et al. 2005): the nearest face of glass that the light
-//! enters by, in front of the opaque surface, bends the texel's rays by its normal; the nearest faces of the map that light
-//! leaves by bend them again where the rays meet them; and where they meet the opaque depths, their light is added to four
-//! texels. It is the light that the texel's straight ray has there: its colour and what it has lost are those of that ray.
+//! For a light's map, texel by texel (Wyman and Davis 2006; Szirmay-Kalos et al. 2005): the nearest face of
+//! glass that the light enters by, in front of the opaque surface, bends the texel's rays by its normal; the
+//! nearest faces of the map that light leaves by bend them again where the rays meet them; and where they
+//! meet the opaque depths, their light is added to four texels. It is the light that the texel's straight ray
+//! has there: its colour and what it has lost are those of that ray.
 use crate::threads::each;
 use glam::{Vec2, Vec3, Vec4};
 use gobo::records::{CausticTexel, GlassFace, GpuView, NO_FACE, THROWN_BIT, ViewMaps, add_caustic};
@@ -22,7 +23,7 @@ pub const LEAST_WEIGHT: f32 = -1e-5;
 pub const NEAR_SURFACE: f32 = 4.0;
 
 /// Nearest faces of a map, of those that light enters a body by or leaves it by.
-struct Nearest {
+struct NearestFaces {
     /// Light depth, 1 without a face.
     depths: Vec<f32>,
     faces: Vec<u32>,
@@ -30,7 +31,7 @@ struct Nearest {
 
 /// A face in a view's space.
 #[derive(Clone, Copy)]
-struct Face {
+struct ViewFace {
     corners: [Vec3; 3],
     normals: [Vec3; 3],
     ior: f32,
@@ -38,7 +39,7 @@ struct Face {
     normal: Vec3,
 }
 
-impl Face {
+impl ViewFace {
     fn new(view: &GpuView, face: &GlassFace) -> Self {
         let place = |v: Vec4| view.view_from_world.transform_point3(v.truncate());
         let turn = |v: Vec4| view.view_from_world.transform_vector3(v.truncate());
@@ -97,7 +98,8 @@ pub(super) fn index_at(view: &GpuView, place: Vec2) -> Option<usize> {
     inside.then(|| place.y as usize * view.size.x as usize + place.x as usize)
 }
 
-/// `n1 / n2` times the sine, as Snell has it; `None` where all is reflected. Unit vectors; `normal` on the ray's side.
+/// `n1 / n2` times the sine, as Snell has it; `None` where all is reflected. Unit vectors; `normal` on the
+/// ray's side.
 fn refracted(ray: Vec3, normal: Vec3, ratio: f32) -> Option<Vec3> {
     let cosine = -ray.dot(normal);
     let rest = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
@@ -105,8 +107,9 @@ fn refracted(ray: Vec3, normal: Vec3, ratio: f32) -> Option<Vec3> {
 }
 
 /// The nearest faces of each texel: those that light enters by, then those that it leaves by.
-fn nearest_faces(view: &GpuView, faces: &[Face], opaque: &[f32]) -> [Nearest; 2] {
-    let none = || Nearest { depths: vec![1.0; opaque.len()], faces: vec![NO_FACE; opaque.len()] };
+fn nearest_faces(view: &GpuView, faces: &[ViewFace], opaque: &[f32]) -> [NearestFaces; 2] {
+    let none =
+        || NearestFaces { depths: vec![1.0; opaque.len()], faces: vec![NO_FACE; opaque.len()] };
     let mut nearest = [none(), none()];
     for (number, face) in (0..).zip(faces) {
         // What reaches behind a lamp has no place in its map.
@@ -140,15 +143,15 @@ fn nearest_faces(view: &GpuView, faces: &[Face], opaque: &[f32]) -> [Nearest; 2]
 /// What bends rays in a map, and what they land on.
 struct Glass<'a> {
     view: &'a GpuView,
-    faces: &'a [Face],
-    enters: &'a Nearest,
-    leaves: &'a Nearest,
+    faces: &'a [ViewFace],
+    enters: &'a NearestFaces,
+    leaves: &'a NearestFaces,
     opaque: &'a [f32],
 }
 
 impl Glass<'_> {
     /// Place where a ray through `texel` lands, by the face that it enters by.
-    fn lands(&self, texel: Vec2, face: &Face) -> Option<Vec2> {
+    fn lands(&self, texel: Vec2, face: &ViewFace) -> Option<Vec2> {
         let (along, weights) = face.meets(self.view, texel)?;
         let (start, step) = ray(self.view, texel);
         let (point, straight) = (start + step * along, step.normalize());
@@ -161,7 +164,8 @@ impl Glass<'_> {
         self.meets_opaque(point, outside)
     }
 
-    /// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside of all.
+    /// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside
+    /// of all.
     fn left(&self, point: Vec3) -> f32 {
         let at = index_at(self.view, place(self.view, point));
         let Some(at) = at.filter(|&at| self.leaves.faces[at] != NO_FACE) else { return -1.0 };
@@ -169,7 +173,7 @@ impl Glass<'_> {
     }
 
     /// Where a ray inside a body leaves it, and by which face; `None` for a surface without a body behind it.
-    fn way_out(&self, start: Vec3, ray: Vec3) -> Option<(Vec3, &Face)> {
+    fn way_out(&self, start: Vec3, ray: Vec3) -> Option<(Vec3, &ViewFace)> {
         let at = index_at(self.view, place(self.view, start))?;
         if self.leaves.faces[at] == NO_FACE {
             return None;
@@ -241,7 +245,7 @@ pub fn thrown(
     faces: &[GlassFace],
     rays: u32,
 ) -> Vec<CausticTexel> {
-    let faces: Vec<_> = faces.iter().map(|face| Face::new(view, face)).collect();
+    let faces: Vec<_> = faces.iter().map(|face| ViewFace::new(view, face)).collect();
     let [enters, leaves] = &nearest_faces(view, &faces, &maps.opaque);
     let glass = Glass { view, faces: &faces, enters, leaves, opaque: &maps.opaque };
     let (width, height) = (view.size.x as usize, view.size.y as usize);

@@ -1,6 +1,6 @@
 //! CPU reference of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
 use glam::{IVec3, Vec3};
-use gobo::records::{ClusterCounters, Grid, Reach, UNIT};
+use gobo::records::{ClusterCounters, ClusterGrid, Reach, UNIT};
 
 /// Light lists of a grid's clusters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub struct Clusters {
 }
 
 /// Assigns lights to clusters; `capacity` of all lists together \[lights\].
-pub fn assign(grid: &Grid, reaches: &[Reach], capacity: u32) -> Clusters {
+pub fn assign(grid: &ClusterGrid, reaches: &[Reach], capacity: u32) -> Clusters {
     let mut clusters = Clusters::default();
     let ClusterCounters { needed, overflowed, longest, .. } = &mut clusters.counters;
     for cluster in 0..grid.cluster_count() {

@@ -18,7 +18,8 @@ const CASTERS: usize = 2048;
 const VIEWS: usize = 8;
 const TILES: usize = 64;
 
-// Times of one core, of an optimised build [ns]: fitted to scenes of `data/` of which each is mostly one of these.
+// Times of one core, of an optimised build [ns]: fitted to scenes of `data/` of which each is mostly one of
+// these.
 /// A caster that is projected and sorted.
 const CASTER: f64 = 250.0;
 /// A texel that is stored, with its curve.

@@ -2,9 +2,9 @@
 use glam::{Vec2, Vec3};
 use gobo::records::{GpuView, from_octahedral};
 
-/// Share of unpolarised light that passes, at a cosine to the normal outside. `index`: of refraction; negative for a
-/// pane, where what is reflected inside goes on until it leaves (Born and Wolf 1999, sections 1.5.2 and 7.6.1, without
-/// interference).
+/// Share of unpolarised light that passes, at a cosine to the normal outside. `index`: of refraction;
+/// negative for a pane, where what is reflected inside goes on until it leaves (Born and Wolf 1999, sections
+/// 1.5.2 and 7.6.1, without interference).
 pub fn passed_share(index: f32, cosine: f32) -> f32 {
     let cosine = cosine.abs().min(1.0);
     let square = index * index;
@@ -17,7 +17,8 @@ pub fn passed_share(index: f32, cosine: f32) -> f32 {
     0.5 * (passed.x + passed.y)
 }
 
-/// Share that a triangle lets through of the ray through `texel` of a map. `normal`: of its plane, octahedral.
+/// Share that a triangle lets through of the ray through `texel` of a map. `normal`: of its plane,
+/// octahedral.
 pub(super) fn face_passes(view: &GpuView, index: f32, normal: u32, texel: Vec2) -> f32 {
     if index == 0.0 {
         return 1.0;

@@ -1,9 +1,10 @@
 //! CPU reference of `wgsl/project/project_gaussians.wgsl` and `wgsl/hit/gaussian.wgsl`: Gaussians.
 //!
-//! The plane form of Hahlbohm et al. 2024 (HTGS, section 4), `q^2 = |w2 n1 - w1 n2|^2 / |n1 x n2|^2`, relative to the
-//! centre's place in the map: there the numerator is the quadratic form of the projected covariance, whitened once a
-//! view, and the denominator a square of a linear function and a share of the numerator ([`GaussianSetup`]). No term
-//! of it is a difference of large numbers, and no deviation is divided by.
+//! The plane form of Hahlbohm et al. 2024 (HTGS, section 4), `q^2 = |w2 n1 - w1 n2|^2 / |n1 x n2|^2`,
+//! relative to the centre's place in the map: there the numerator is the quadratic form of the projected
+//! covariance, whitened once a view, and the denominator a square of a linear function and a share of the
+//! numerator ([`GaussianSetup`]). No term of it is a difference of large numbers, and no deviation is divided
+//! by.
 use super::{
     outline::{Ellipse, outline_of, outlined_tiles},
     project::{MIN_COSINE, ProjectParams, Projected, TexelBox, depth_key, tangents, tile_rect},
@@ -23,8 +24,8 @@ pub use hit::*;
 
 /// Square of a projected deviation below which the conic is enlarged \[texels²\].
 pub const MIN_SQUARE: f32 = 0.5;
-/// Squared distance from the centre up to which a deviation is measured in the map \[standard deviations\]: beside a near
-/// eye a Gaussian may span many texels though its middle is thinner than one.
+/// Squared distance from the centre up to which a deviation is measured in the map \[standard deviations\]:
+/// beside a near eye a Gaussian may span many texels though its middle is thinner than one.
 pub const MEASURED_AT: f32 = 4.0;
 /// Least squared distance of the eye from the centre of one beside the view \[standard deviations\].
 pub const NEAREST_EYE: f32 = 1e-12;
@@ -41,7 +42,7 @@ pub const MEDIUM_REACH: f32 = 4.0;
 pub const ROOT_TAU: f32 = 2.506_628_3;
 
 /// A Gaussian's place in a view's map, before its opacity.
-struct Placed {
+struct PlacedGaussian {
     /// Footprint's centre, and depth.
     center: Vec2,
     depth: f32,
@@ -107,7 +108,7 @@ pub fn project_gaussian(
     } else {
         nearest
     };
-    let Placed { center: at, depth, is_beside, mut setup, thin, bounds, ellipse } = placed;
+    let PlacedGaussian { center: at, depth, is_beside, mut setup, thin, bounds, ellipse } = placed;
     let radius = squared.sqrt() * if is_beside { -1.0 } else { 1.0 };
     let Some(rect) = tile_rect(view, view_index, bounds, at, f32::INFINITY, false) else {
         return nothing;
@@ -139,9 +140,9 @@ fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
     Vec3::from_array(vectors.map(|vector| vector[component]))
 }
 
-/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis \[m\];
-/// `squared`: where it ends.
-fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed {
+/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the
+/// axis \[m\]; `squared`: where it ends.
+fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> PlacedGaussian {
     let half = view.size * 0.5;
     let range = view.far - view.near;
     let [x, y, z] = [0, 1, 2].map(|i| row(axes, i));
@@ -161,7 +162,7 @@ fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed
     let conic = Conic::new(p, q, along, is_perspective);
     let ellipse = conic.ellipse(at, squared, is_perspective);
     let endless = || TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
-    Placed {
+    PlacedGaussian {
         center: at,
         depth: (center.z - view.near) / range,
         is_beside: false,
@@ -185,8 +186,8 @@ struct Conic {
 }
 
 impl Conic {
-    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space \[texels\]; `along`: along the axis, a
-    /// share of the distance.
+    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space \[texels\]; `along`: along the
+    /// axis, a share of the distance.
     fn new(p: Vec3, q: Vec3, along: Vec3, is_perspective: bool) -> Self {
         let (xx, xy, yy) = (p.dot(p), p.dot(q), q.dot(q));
         let apart = 0.5 * (xx - yy);
@@ -270,9 +271,15 @@ impl Conic {
     }
 }
 
-/// A Gaussian without a place in the map: relative to the map's centre, `u` has an offset, the footprint's centre, and
-/// `e = depth + tilt . delta` [1/m].
-fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f32) -> Placed {
+/// A Gaussian without a place in the map: relative to the map's centre, `u` has an offset, the footprint's
+/// centre, and `e = depth + tilt . delta` [1/m].
+fn beside(
+    view: &GpuView,
+    center: Vec3,
+    axes: [Vec3; 3],
+    sigma: Vec3,
+    squared: f32,
+) -> PlacedGaussian {
     let half = view.size * 0.5;
     let sphere = sigma.max_element() * squared.sqrt();
     let x = tangents(center.x, center.z, sphere);
@@ -302,7 +309,7 @@ fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f
         tilt: Vec2::new(ahead.dot(right), ahead.dot(down)),
         ..GaussianSetup::default()
     };
-    Placed {
+    PlacedGaussian {
         center: Vec2::new(first.dot(along), second.dot(along)),
         depth: ahead.dot(along),
         is_beside: true,

@@ -146,8 +146,8 @@ fn whole_opacity(thin: f32, a: f32) -> f32 {
     (a / thin.max(1e-12)).min(1.0)
 }
 
-/// Transmittance of a hit of opacity `a` and colour `c` (divided by 16 for `gain`), per channel: `1 - thin (1 - T)` of one
-/// that is smaller than a texel, where `a` is thinned.
+/// Transmittance of a hit of opacity `a` and colour `c` (divided by 16 for `gain`), per channel: `1 - thin
+/// (1 - T)` of one that is smaller than a texel, where `a` is thinned.
 pub fn transmittance(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
     let clear = 1.0 - thin;
     let passed = (thin - a).max(0.0);

@@ -33,7 +33,7 @@ pub struct SeenSurface {
 
 /// A pixel of the masks, and its pixel in the picture.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
+struct MaskedPixel {
     depth: f32,
     point: Option<Point>,
     pixel: UVec2,
@@ -91,11 +91,11 @@ pub struct MaskInput<'a> {
 /// Surfaces of a size, row by row.
 struct Grid {
     size: UVec2,
-    surfaces: Vec<Surface>,
+    surfaces: Vec<MaskedPixel>,
 }
 
 impl Grid {
-    fn at(&self, at: UVec2) -> &Surface {
+    fn at(&self, at: UVec2) -> &MaskedPixel {
         &self.surfaces[(at.y * self.size.x + at.x) as usize]
     }
 }
@@ -107,7 +107,7 @@ struct Filter<'a> {
 
 /// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here +
 /// turn . o) - off` from the plane, in units of the blur's tolerance.
-struct Plane {
+struct PixelPlane {
     pixel: Vec2,
     /// Interpolated normal, world space.
     normal: Vec3,
@@ -124,7 +124,7 @@ impl MaskInput<'_> {
         let filter = Filter { settings: self.settings, view };
         let size = self.camera.size;
         let pixel = |i: u32| UVec2::new(i % size.x, i / size.x);
-        let whole = |(i, seen): (u32, &SeenSurface)| Surface {
+        let whole = |(i, seen): (u32, &SeenSurface)| MaskedPixel {
             depth: seen.depth,
             point: seen.point,
             pixel: pixel(i),
@@ -177,7 +177,7 @@ impl Filter<'_> {
         self.view.near + depth * (self.view.far - self.view.near)
     }
 
-    fn plane(&self, surface: &Surface, seen: &Point) -> Plane {
+    fn plane(&self, surface: &MaskedPixel, seen: &Point) -> PixelPlane {
         let view = &self.view;
         let pixel = surface.pixel.as_vec2() + 0.5;
         let slope = (pixel - view.size * 0.5) / view.scale;
@@ -186,18 +186,18 @@ impl Filter<'_> {
         let tolerated = self.settings.sensitivity / distance;
         let here = (face.x * slope.x - face.y * slope.y - face.z) * tolerated;
         let turn = Vec2::new(face.x, -face.y) / view.scale * tolerated;
-        Plane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
+        PixelPlane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
     }
 
     /// Distance of a surface from the plane, in units of the blur's tolerance.
-    fn error(&self, plane: &Plane, surface: &Surface) -> f32 {
+    fn error(&self, plane: &PixelPlane, surface: &MaskedPixel) -> f32 {
         let pixel = surface.pixel.as_vec2() + 0.5;
         let ray = plane.here + plane.turn.dot(pixel - plane.pixel);
         (self.distance(surface.depth) * ray - plane.off).abs()
     }
 
     /// Weight of a surface for the pixel of a plane; 0 without a surface.
-    fn weight(&self, plane: &Plane, surface: &Surface) -> f32 {
+    fn weight(&self, plane: &PixelPlane, surface: &MaskedPixel) -> f32 {
         let Some(seen) = surface.point.filter(|_| surface.depth < 1.0) else { return 0.0 };
         let facing = plane.normal.dot(seen.normal).max(0.0);
         (1.0 - self.error(plane, surface)).max(0.0) * facing.powi(8)
@@ -205,7 +205,7 @@ impl Filter<'_> {
 
     /// Lengths of a pixel's step to the right and down on a surface that is parallel to the screen, relative
     /// to those on the surface of the plane; at most 1.
-    fn upright_shares(&self, plane: &Plane, seen: &Point) -> Vec2 {
+    fn upright_shares(&self, plane: &PixelPlane, seen: &Point) -> Vec2 {
         let slope = (plane.pixel - self.view.size * 0.5) / self.view.scale;
         let ray = Vec3::new(slope.x, -slope.y, -1.0);
         let normal = self.view.view_from_world.transform_vector3(seen.face);

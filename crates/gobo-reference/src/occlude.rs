@@ -1,6 +1,6 @@
-//! CPU reference of `wgsl/accumulator/{depth,colored}.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
-//! With coloured dithering each channel has a threshold and an opaque depth of its own, so that three depths hold
-//! coloured layers in any order (McGuire and Enderton 2011).
+//! CPU reference of `wgsl/accumulator/{depth,colored}.wgsl`: opaque, cutout and dithered casters -> opaque
+//! depth `Z`. With coloured dithering each channel has a threshold and an opaque depth of its own, so that
+//! three depths hold coloured layers in any order (McGuire and Enderton 2011).
 use super::{
     caster_hit::{Hit, Records, Target},
     tile::{Tile, TileTexels},
@@ -20,8 +20,8 @@ pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
     }
 }
 
-/// Channels of the light at `texel` that a hit of an opaque material blocks: all, or of coloured dithering those
-/// whose `1 - T` exceeds their own threshold.
+/// Channels of the light at `texel` that a hit of an opaque material blocks: all, or of coloured dithering
+/// those whose `1 - T` exceeds their own threshold.
 fn blocked_channels(target: &Target<'_>, texel: Vec2, hit: &Hit, colored: bool) -> BVec3 {
     match target.material.transfer {
         Transfer::Dither if colored => {

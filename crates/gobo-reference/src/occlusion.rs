@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/occlusion/*.wgsl`: ambient light that what is seen around a surface keeps from it (Jimenez et
-//! al. 2016, "Practical Real-Time Strategies for Accurate Indirect Occlusion", section 4).
+//! CPU reference of `wgsl/occlusion/*.wgsl`: ambient light that what is seen around a surface keeps from it
+//! (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect Occlusion", section 4).
 use super::{air::TINY, threads::each};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::records::{GpuView, OcclusionRadius};
@@ -148,8 +148,9 @@ impl Search<'_> {
         (if whole > 0.0 { seen / whole } else { 1.0 }, -point.z)
     }
 
-    /// Angle above the surface's plane below which no light comes, on one side of a slice. `step`: to that side; `part`: of a
-    /// step, at which its place is. Beyond its border the picture is as far as at the border: what rises there goes on.
+    /// Angle above the surface's plane below which no light comes, on one side of a slice. `step`: to that
+    /// side; `part`: of a step, at which its place is. Beyond its border the picture is as far as at the
+    /// border: what rises there goes on.
     fn risen(
         &self,
         pixel: UVec2,

@@ -13,7 +13,8 @@ pub const WIDEST_OUTLINE: f32 = 32000.0;
 /// Edges of units, their logarithms to base 2 \[texels\].
 pub const FINEST_UNIT: i32 = -8;
 pub const COARSEST_UNIT: i32 = 4;
-/// How far the Gaussian is from the eye's plane at least, 1 for far: nearer ones' ellipses are known too roughly.
+/// How far the Gaussian is from the eye's plane at least, 1 for far: nearer ones' ellipses are known too
+/// roughly.
 pub const LEAST_OPEN: f32 = 1e-3;
 
 /// Texels at `middle + (lean v -+ width sqrt(1 - v^2), half.y v)`.
@@ -34,7 +35,8 @@ impl Ellipse {
     }
 }
 
-/// Logarithm to base 2 of the edge of the least unit in which half the width is within [`WIDEST_OUTLINE`] \[texels\].
+/// Logarithm to base 2 of the edge of the least unit in which half the width is within [`WIDEST_OUTLINE`]
+/// \[texels\].
 fn unit_log(ellipse: &Ellipse) -> i32 {
     let edge = (ellipse.half.x * (OUTLINE_GROWTH / WIDEST_OUTLINE)).to_bits();
     ((edge >> 23) as i32 - 126).max(FINEST_UNIT)

@@ -20,7 +20,8 @@ pub const SLACK: f32 = 1.0 / 64.0;
 /// A particle is *beside* the view if its depth along the axis is below this share of its distance from the
 /// light: its centre has no position in the map.
 pub const MIN_COSINE: f32 = 0.05;
-/// Where the line of an edge that is farther away lies \[texels\]: beside it, no texel's place makes a difference in 32 bits.
+/// Where the line of an edge that is farther away lies \[texels\]: beside it, no texel's place makes a
+/// difference in 32 bits.
 pub const FAR_EDGE: f32 = 1_099_511_627_776.0;
 /// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
 /// farthest.
@@ -81,7 +82,8 @@ pub fn depth_key(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * (INVISIBLE - 1) as f32) as u32
 }
 
-/// Projects one particle to view number `view_index` of its batch; `half_edges`: of a brick's box, world space \[m\].
+/// Projects one particle to view number `view_index` of its batch; `half_edges`: of a brick's box, world
+/// space \[m\].
 pub fn project_caster(
     view: &GpuView,
     view_index: u32,
@@ -235,8 +237,8 @@ pub fn project_triangle(
     (Projected { footprint, key: depth_key(front), rect }, setup)
 }
 
-/// Sets the edges of a triangle. `in_front`: which corners are in front of the near plane, and have a position `p` in the
-/// map; `h`: homogeneous positions. Returns false for a triangle that is seen edge-on.
+/// Sets the edges of a triangle. `in_front`: which corners are in front of the near plane, and have a
+/// position `p` in the map; `h`: homogeneous positions. Returns false for a triangle that is seen edge-on.
 fn set_edges(setup: &mut TriangleSetup, in_front: [bool; 3], p: [Vec2; 3], h: [Vec3; 3]) -> bool {
     let crosses = in_front != [true; 3];
     let turn =
@@ -268,7 +270,8 @@ fn set_edges(setup: &mut TriangleSetup, in_front: [bool; 3], p: [Vec2; 3], h: [V
     true
 }
 
-/// Edge with a corner that has no position in the map: a plane through the eye (Olano and Greer 1997, section 3).
+/// Edge with a corner that has no position in the map: a plane through the eye (Olano and Greer 1997, section
+/// 3).
 fn edge_plane(plane: Vec3) -> Vec4 {
     let along = Vec2::new(plane.y, -plane.x);
     let constant = plane.z / FAR_EDGE;

@@ -1,5 +1,6 @@
-//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind glass is seen aside, by the
-//! refraction of the eye's ray where it enters a body, and blurred, by the roughness of panes.
+//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind
+//! glass is seen aside, by the refraction of the eye's ray where it enters a body, and blurred, by the
+//! roughness of panes.
 use super::{bloom::Level, shading::world_point};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::{
@@ -7,7 +8,8 @@ use gobo::{
     records::{GpuView, image_level_size, refraction_levels},
 };
 
-/// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are halves.
+/// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are
+/// halves.
 pub const PANE_SLACK: f32 = 0.001;
 
 /// Cosine between a ray and a face's normal at which it hardly meets the face.
@@ -59,7 +61,7 @@ fn refracted(ray: Vec3, normal: Vec3, ratio: f32) -> Vec3 {
 
 /// A body on the eye's ray.
 #[derive(Clone, Copy, Debug)]
-struct Body {
+struct BodyOnRay {
     entered: f32,
     bent: Vec3,
     left: f32,
@@ -70,7 +72,7 @@ struct Body {
 /// The eye's ray through the panes of a pixel.
 #[derive(Clone, Debug, Default)]
 pub struct Ray {
-    bodies: Vec<Body>,
+    bodies: Vec<BodyOnRay>,
     /// Light depth and direction behind the face by which it entered the present body.
     entered: Option<(f32, Vec3)>,
     blur_square: f32,
@@ -84,7 +86,12 @@ impl Ray {
             Some((entered, bent)) if face.leaves => {
                 // Up to the plane of the face.
                 let share = face.cosine / face.normal.dot(bent).min(MIN_LEAVING);
-                self.bodies.push(Body { entered, bent, left: depth, share: share.clamp(0.5, 1.5) });
+                self.bodies.push(BodyOnRay {
+                    entered,
+                    bent,
+                    left: depth,
+                    share: share.clamp(0.5, 1.5),
+                });
                 self.entered = None;
             }
             None if !face.leaves => self.entered = Some((depth, bent)),
@@ -92,7 +99,8 @@ impl Ray {
         }
     }
 
-    /// Where a pixel sees what is behind, at light depth `behind`, and the blur; `None` where it sees it straight.
+    /// Where a pixel sees what is behind, at light depth `behind`, and the blur; `None` where it sees it
+    /// straight.
     pub fn bend(
         mut self,
         view: &GpuView,
@@ -101,11 +109,11 @@ impl Ray {
         behind: f32,
     ) -> Option<(Vec2, f32)> {
         if let Some((entered, bent)) = self.entered.filter(|_| behind < 1.0) {
-            self.bodies.push(Body { entered, bent, left: behind, share: 1.0 });
+            self.bodies.push(BodyOnRay { entered, bent, left: behind, share: 1.0 });
         }
         let slope = (pixel - view.size * 0.5) / view.scale;
         let metres = (view.far - view.near) * (1.0 + slope.length_squared()).sqrt();
-        let aside = |body: &Body| {
+        let aside = |body: &BodyOnRay| {
             let start = world_point(view, world_from_view, pixel, body.entered);
             let position = start + body.bent * (body.share * (body.left - body.entered) * metres);
             let seen = view.view_from_world.transform_point3(position);
@@ -131,8 +139,8 @@ pub struct Bend {
     pub passed: Vec3,
 }
 
-/// A picture's light with what is seen aside or blurred: `light` without it, `behind` the opaque surfaces and their light
-/// depths.
+/// A picture's light with what is seen aside or blurred: `light` without it, `behind` the opaque surfaces and
+/// their light depths.
 pub fn refracted_picture(
     size: UVec2,
     light: &[Vec3],

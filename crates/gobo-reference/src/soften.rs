@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/soften/`: softening of dithered shadows. The visibility behind dithered surfaces is blurred over one window of their pattern and becomes a filter; depths are never
-//! blurred.
+//! CPU reference of `wgsl/soften/`: softening of dithered shadows. The visibility behind dithered surfaces is
+//! blurred over one window of their pattern and becomes a filter; depths are never blurred.
 use super::{occlude::is_dithered, threads::each};
 use glam::{BVec3, UVec2, Vec3};
 use gobo::records::ViewMaps;
@@ -52,8 +52,8 @@ impl Window {
     }
 }
 
-/// Softens the light behind dithered surfaces; `window` as in [`gobo::model::dither::window`]. Depths per channel
-/// become one.
+/// Softens the light behind dithered surfaces; `window` as in [`gobo::model::dither::window`]. Depths per
+/// channel become one.
 pub fn soften(maps: &mut ViewMaps, window: u32) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     if radius == 0 {

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/hit/texture.wgsl`: bilinear, repeating, row 0 at v = 0; in the picture trilinear, over what a
-//! sample sees.
+//! CPU reference of `wgsl/hit/texture.wgsl`: bilinear, repeating, row 0 at v = 0; in the picture trilinear,
+//! over what a sample sees.
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use gobo::{
     model::Texture,
@@ -39,8 +39,8 @@ impl<'a> Image<'a> {
         UVec2::new(self.texture.width, self.texture.height)
     }
 
-    /// Samples linear rgba; texel `i` has its centre at `(i + 0.5) / size`. `shows_clear`: whether colours count alike; else
-    /// by their alpha.
+    /// Samples linear rgba; texel `i` has its centre at `(i + 0.5) / size`. `shows_clear`: whether colours
+    /// count alike; else by their alpha.
     pub fn sample(&self, uv: Vec2, shows_clear: bool) -> Vec4 {
         unweighted(self.sample_level(uv, 0, shows_clear), shows_clear)
     }
@@ -72,8 +72,9 @@ impl<'a> Image<'a> {
         top.lerp(bottom, part.y)
     }
 
-    /// Mean over what a sample sees: a parallelogram of the sides `right` and `down` \[uv\] around `uv`, by taps along the
-    /// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
+    /// Mean over what a sample sees: a parallelogram of the sides `right` and `down` \[uv\] around `uv`, by
+    /// taps along the longer side, each from the level whose texels are as large as its share ("Feline",
+    /// 1999).
     pub fn sample_area(&self, uv: Vec2, right: Vec2, down: Vec2, shows_clear: bool) -> Sampled {
         let size = self.size().as_vec2();
         let lengths = [(right * size).length(), (down * size).length()];

@@ -1,13 +1,14 @@
-//! Gradient noise on an infinite lattice (Perlin 2002); gradients rotate as it ages (Perlin and Neyret 2001).
+//! Gradient noise on an infinite lattice (Perlin 2002), whose gradients rotate with time (Perlin and Neyret
+//! 2001).
 use glam::{UVec3, Vec3};
 use gobo::records::pcg;
 
-/// One noise at one age. Places near the last ones are quick: they share gradients, which it keeps.
+/// One noise at one time. Places near the last ones are cheap: their gradients are cached.
 pub(super) struct LatticeNoise {
     /// Turns of the gradients.
     turns: f32,
     seed: u32,
-    /// Lattice points and their gradients, each in the slot of its coordinates' last bits.
+    /// Cache of lattice points and gradients; the last bits of the coordinates choose the slot.
     kept: Vec<(UVec3, Vec3)>,
 }
 
@@ -22,7 +23,7 @@ impl LatticeNoise {
         noise
     }
 
-    /// Mostly from -0.7 to 0.7.
+    /// Noise at a place, mostly from -0.7 to 0.7.
     pub(super) fn at(&mut self, place: Vec3) -> f32 {
         let low = place.floor();
         let part = place - low;

@@ -1,4 +1,4 @@
-//! Loading of the files that a scene names: particles, models and images.
+//! Loads the files that a scene names: particles, models and images.
 use super::{
     SceneError,
     document::ParticlesTable,
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
-/// Particles that are generated at a time, by a core and by all: the memory of the latter is needed twice.
+/// Particles that one core, and all cores, generate at a time; the memory of a wave is needed twice.
 const BLOCK: u64 = 1 << 14;
 const WAVE: u64 = 1 << 20;
 /// Longest side of a texture \[texels\].
@@ -45,7 +45,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Checks the parameters of what a table generates.
+    /// Checks the parameters of a table's generator.
     pub(super) fn check_generate(
         &self,
         table: &Range<usize>,
@@ -121,7 +121,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// The share to load of particles with a material; `None` for all of them.
+    /// Share of the particles with a material that is loaded; `None` for all.
     fn share_of(&self, material: u32) -> Option<Share> {
         let class = Class::of(&self.scene.materials[material as usize]);
         self.share.filter(|_| Class::FILTERING.contains(&class))
@@ -134,7 +134,7 @@ impl Loader<'_> {
         let mut file = match points::kind_of_file(path) {
             Some(kind) => {
                 let wanted =
-                    points::Wanted { material: id, radius, first_id: self.next_id, earlier };
+                    points::PointsWanted { material: id, radius, first_id: self.next_id, earlier };
                 points::load(path, kind, wanted, &mut self.points_origin)?
             }
             None => particles::load(path, material, id, radius, self.next_id, earlier)?,
@@ -220,7 +220,7 @@ impl Loader<'_> {
         Ok(moving)
     }
 
-    /// Index of an image, which is read once.
+    /// Index of an image; each image is read once.
     pub(super) fn image(
         &mut self,
         file: &Path,

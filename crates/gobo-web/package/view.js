@@ -1,6 +1,6 @@
-// <gobo-view>: a scene on a canvas, with what turns it. Attributes: `src`, the address of a file; `poster`, a picture to be
-// seen at once; `moving`, an animated one for browsers without WebGPU; `tier`, `core` for no better one; `still`, so that
-// the sun does not move by itself.
+// <gobo-view>: a scene on a canvas, with what turns it. Attributes: `src`, the address of a file; `poster`, a
+// picture to be seen at once; `moving`, an animated one for browsers without WebGPU; `tier`, `core` for no
+// better one; `still`, so that the sun does not move by itself.
 import init, { Canvas, Gobo } from "./gobo_web.js";
 
 /** Largest file that is read [bytes]. */

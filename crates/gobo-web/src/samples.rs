@@ -1,5 +1,6 @@
-//! Files and native pictures for the test in the browser: `samples FOLDER WIDTH HEIGHT` writes a file of each kind that
-//! people drop, and `expected.js`, the picture of each and of the page's own scene as a native device draws it.
+//! Files and native pictures for the test in the browser: `samples FOLDER WIDTH HEIGHT` writes a file of each
+//! kind that people drop, and `expected.js`, the picture of each and of the page's own scene as a native
+//! device draws it.
 #[cfg(not(target_arch = "wasm32"))]
 #[path = "../../../tests/common/splats.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]

@@ -207,8 +207,8 @@ impl Show {
         Wish { lights, settings, camera }
     }
 
-    /// Makes the next kernel or pass that a picture needs; `None` once all are made. The device compiles it before what is
-    /// submitted later.
+    /// Makes the next kernel or pass that a picture needs; `None` once all are made. The device compiles it
+    /// before what is submitted later.
     ///
     /// # Errors
     /// If the device refuses one, or is lost.
@@ -293,8 +293,8 @@ impl Show {
         Ok(())
     }
 
-    /// Draws the scene, and before it the maps that have changed. Everything must be made ([`Self::step`]). Whether maps were
-    /// drawn.
+    /// Draws the scene, and before it the maps that have changed. Everything must be made ([`Self::step`]).
+    /// Whether maps were drawn.
     ///
     /// # Errors
     /// If the device is lost.

@@ -1,4 +1,5 @@
-// Particles and Gaussians as squares that face the eye, from the farthest on; light is looked up at their middles.
+// Particles and Gaussians as squares that face the eye, from the farthest on; light is looked up at their
+// middles.
 
 struct Sprite {
     center: vec3<f32>,
@@ -41,7 +42,8 @@ fn sprite_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) in
     var aside: vec2<f32>; // at the sprite's depth [m]
     var reach = 0.0;
     if sprite.first.w > 0.5 {
-        // Zwicker et al. 2001, "EWA splatting": the conic on the plane through the middle, enlarged to two thirds of a pixel.
+        // Zwicker et al. 2001, "EWA splatting": the conic on the plane through the middle, enlarged to two
+        // thirds of a pixel.
         let slope = seen.xy / seen.z;
         let x = frame.right.xyz - slope.x * frame.forward.xyz;
         let y = frame.up.xyz - slope.y * frame.forward.xyz;

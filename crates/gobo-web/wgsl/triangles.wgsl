@@ -1,5 +1,5 @@
-// Triangles: solid ones, ones that cover what is behind them, and panes, which filter it in one pass and add their own
-// light in another. Filters commute, so panes are drawn in any order.
+// Triangles: solid ones, ones that cover what is behind them, and panes, which filter it in one pass and add
+// their own light in another. Filters commute, so panes are drawn in any order.
 
 @group(2) @binding(0) var image: texture_2d<f32>;
 @group(2) @binding(1) var image_sampler: sampler;
@@ -97,7 +97,8 @@ fn triangle_cover(point: Point) -> @location(0) vec4<f32> {
 fn triangle_filter(point: Point, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     let at = surface(point);
     var passed = transmittance(at.look.transfer, at.opacity, at.color);
-    // What is inside a body absorbs from where the ray enters to where it leaves: distances are from the scene's middle.
+    // What is inside a body absorbs from where the ray enters to where it leaves: distances are from the
+    // scene's middle.
     let beyond = clamp(distance(frame.eye.xyz, point.position) - frame.middle, -1e3, 1e3);
     let inside = exp(clamp(at.look.absorption * beyond * select(-1.0, 1.0, front), vec3(-8.0), vec3(8.0)));
     let is_body = any(at.look.absorption > vec3(0.0));

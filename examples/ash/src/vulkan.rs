@@ -217,7 +217,8 @@ impl Vulkan {
         })
     }
 
-    /// Records a copy from a buffer, at an offset and with bytes in a row (0: as many as a row of `size` has), to a part of an image.
+    /// Records a copy from a buffer, at an offset and with bytes in a row (0: as many as a row of `size`
+    /// has), to a part of an image.
     pub fn copy_to_image(
         &self,
         commands: vk::CommandBuffer,

@@ -8,8 +8,8 @@ use std::sync::Arc;
 pub enum GoboCaster {
     /// No light goes through.
     Blocks,
-    /// Light goes through as through coloured glass: alpha is how much of the mesh is glass, the colour what that lets
-    /// through.
+    /// Light goes through as through coloured glass: alpha is how much of the mesh is glass, the colour what
+    /// that lets through.
     Tints(LinearRgba),
 }
 

@@ -35,7 +35,8 @@ impl MaterialExtension for ColoredLight {
     }
 }
 
-/// A material of Bevy's in gobo's light. It must be opaque and drawn forward, its light without shadow maps of Bevy's.
+/// A material of Bevy's in gobo's light. It must be opaque and drawn forward, its light without shadow maps
+/// of Bevy's.
 pub fn lit(base: StandardMaterial) -> GoboMaterial {
     GoboMaterial { base, extension: ColoredLight::default() }
 }

@@ -27,8 +27,8 @@ use bevy::{
 };
 use gobo::{Bounds, Receiver, ShadowSettings, model::MaskSettings};
 
-/// Adds coloured shadows of the directional light to meshes of [`GoboMaterial`], in the picture of the camera with
-/// [`ColoredShadows`].
+/// Adds coloured shadows of the directional light to meshes of [`GoboMaterial`], in the picture of the camera
+/// with [`ColoredShadows`].
 #[derive(Clone, Copy, Debug)]
 pub struct GoboPlugin {
     /// Map sizes, receivers and filters.

@@ -4,8 +4,8 @@ use crate::gpu::{Binding, BindingKind};
 use naga::{Expression, Function, GlobalVariable, Handle, Module, Span, front::wgsl::parse_str};
 
 impl Library {
-    /// Declares sampled textures of a kernel as `file` does, where it declares them as storage textures: at
-    /// most `most` are bound then.
+    /// Declares sampled textures of a kernel as storage textures where `file` does, so that at most `most` of
+    /// these are bound.
     pub(in crate::gpu) fn load_sampled(
         &self,
         module: &mut Module,

@@ -1,4 +1,5 @@
-//! Light clusters: kernels against the CPU reference, and the picture against the one that evaluates all lights.
+//! Light clusters: kernels against the CPU reference, and the picture against the one that evaluates all
+//! lights.
 mod alone;
 mod reach;
 
@@ -12,7 +13,7 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
-    records::{ClusterCounters, Grid, Picture, Reach},
+    records::{ClusterCounters, ClusterGrid, Picture, Reach},
     view::shadow_views,
 };
 use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
@@ -85,8 +86,8 @@ fn camera(scene: &Scene) -> View {
     View::from_camera(&scene.camera, &scene.bounds())
 }
 
-fn grid(scene: &Scene) -> Grid {
-    Grid::new(&scene.clusters, &camera(scene), scene.lights.len())
+fn grid(scene: &Scene) -> ClusterGrid {
+    ClusterGrid::new(&scene.clusters, &camera(scene), scene.lights.len())
 }
 
 fn reaches(scene: &Scene) -> Vec<Reach> {
@@ -321,7 +322,7 @@ fn grids_are_bounded() {
     ] {
         scene.camera.size = size;
         (scene.clusters.tile, scene.clusters.slices) = (tile, slices);
-        let grid = Grid::new(&scene.clusters, &camera(&scene), lights);
+        let grid = ClusterGrid::new(&scene.clusters, &camera(&scene), lights);
         let params = grid.params(&scene.clusters, lights);
         assert!(params.cluster_count >= 1 && params.cluster_count * params.word_count <= 1 << 21);
         assert!(params.capacity <= scene.clusters.budget);

@@ -33,8 +33,8 @@ impl Earlier {
         Ok(Self { path: path.to_owned(), file })
     }
 
-    /// Prints the ratio of each case and, where both have them, of its kernels or else stages. Fails if no case is in both,
-    /// or one takes more than `limit` times what it took.
+    /// Prints the ratio of each case and, where both have them, of its kernels or else stages. Fails if no
+    /// case is in both, or one takes more than `limit` times what it took.
     pub(super) fn compare<R: Serialize>(
         &self,
         report: &Report<R>,

@@ -51,8 +51,8 @@ pub(crate) struct BenchArguments {
     /// 4 and 12 texels wide where --footprint is not given
     #[arg(long, conflicts_with_all = ["opacity", "layout", "lights"])]
     pub(super) occlude: bool,
-    /// Shadow masks of pictures at 1280 x 720 and 1920 x 1080 instead, beside PCF of 5 x 5 in shading; of 1, 4,
-    /// 16 and 64 lights where --lights is not given
+    /// Shadow masks of pictures at 1280 x 720 and 1920 x 1080 instead, beside PCF of 5 x 5 in shading; of 1,
+    /// 4, 16 and 64 lights where --lights is not given
     #[arg(long, conflicts_with_all = ["vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size", "receiver", "pair_budget", "html", "shape", "splats"])]
     pub(super) stage: Option<StageName>,
     /// What the maps hold: nearest depth and filter, or curves as well
@@ -70,7 +70,8 @@ pub(crate) struct BenchArguments {
     /// Time each kernel too, in a frame whose every dispatch is a pass of its own
     #[arg(long, conflicts_with = "stage")]
     pub(super) kernels: bool,
-    /// Compare with the results of an earlier `--json`, case by case, and fail where one is slower than `--limit` allows
+    /// Compare with the results of an earlier `--json`, case by case, and fail where one is slower than
+    /// `--limit` allows
     #[arg(long, value_name = "FILE", conflicts_with = "stage")]
     pub(super) against: Option<PathBuf>,
     /// Most that a case's median time may be of the earlier one

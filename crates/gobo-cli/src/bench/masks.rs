@@ -19,7 +19,7 @@ const HALF: f32 = 8.0;
 
 /// Time of the shadows in a picture [ms]: less the same picture whose lights have no shadow.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Row {
+struct MaskRow {
     width: u32,
     height: u32,
     lights: u32,
@@ -57,8 +57,8 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn line(row: &Row) -> String {
-    let Row { width, height, lights, base_ms, pcf_ms, full_ms, half_ms, masks } = *row;
+fn line(row: &MaskRow) -> String {
+    let MaskRow { width, height, lights, base_ms, pcf_ms, full_ms, half_ms, masks } = *row;
     let times = [base_ms, pcf_ms, full_ms, half_ms].map(|ms| format!("{ms:>9.1}")).join(" ");
     let size = format!("{width}x{height}");
     let (full, half) = (pcf_ms / full_ms, pcf_ms / half_ms);
@@ -66,7 +66,12 @@ fn line(row: &Row) -> String {
 }
 
 /// Median over `runs`; the variants are rendered in turns.
-fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Result<Row, Failure> {
+fn measure(
+    renderer: &mut Renderer,
+    runs: u32,
+    size: UVec2,
+    lights: u32,
+) -> Result<MaskRow, Failure> {
     let masks = |half| Some(MaskSettings { half, taps: TAPS, ..MaskSettings::default() });
     let pcf = ShadowFilter::Pcf { taps: 5 };
     let ways = [
@@ -89,7 +94,7 @@ fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Resu
         }
     }
     let [base, pcf, full, half] = times.map(|times| Times::new(times).median);
-    Ok(Row {
+    Ok(MaskRow {
         width: size.x,
         height: size.y,
         lights,

@@ -1,4 +1,5 @@
-//! Cases with more casters than one list holds: a map is made of each share of them, as sums, and these are added.
+//! Cases with more casters than one list holds: a map is made of each share of them, as sums, and these are
+//! added.
 use super::{
     case::Case,
     measure::{Bench, Measured, Row},
@@ -101,7 +102,8 @@ struct Samples<'a> {
 /// Edge of a cell [texels].
 const CELL: u32 = 16;
 const COUNT: usize = 64;
-/// Casters are projected in 32 bits and have 16-bit opacities; their sums are rounded to 2^-16 each by a dither.
+/// Casters are projected in 32 bits and have 16-bit opacities; their sums are rounded to 2^-16 each by a
+/// dither.
 const TOLERANCE: f64 = 2e-3;
 const ROUNDING: f64 = 64.0 / FIXED_ONE as f64;
 

@@ -63,8 +63,8 @@ impl Knobs {
         }
     }
 
-    /// For a file that was read again: what was changed in the window stays, unless the file changed it, too. `before`:
-    /// properties of the former reading.
+    /// For a file that was read again: what was changed in the window stays, unless the file changed it, too.
+    /// `before`: properties of the former reading.
     pub(super) fn again(self, before: &Facts, facts: &Facts) -> Self {
         let mut new = Self::of(facts);
         if facts.camera == before.camera {

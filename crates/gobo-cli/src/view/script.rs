@@ -26,8 +26,8 @@ impl Script {
         Some(Self { file, frames, step, shown: 0, passes: 0, done })
     }
 
-    /// Counts a picture, or an error beside the last one; returns the rotation before the next one [turns], if there is
-    /// one.
+    /// Counts a picture, or an error beside the last one; returns the rotation before the next one [turns],
+    /// if there is one.
     pub(super) fn next(&mut self) -> Option<f32> {
         self.shown += 1;
         (self.shown < self.frames).then_some(self.step)

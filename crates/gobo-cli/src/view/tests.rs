@@ -14,8 +14,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// A floor under half of a red pane, whose edge is at x = 0, and a lamp that comes from exactly above; its intensity is
-/// in the place of `{}`.
+/// A floor under half of a red pane, whose edge is at x = 0, and a lamp that comes from exactly above; its
+/// intensity is in the place of `{}`.
 const SCENE: &str = r#"
 [camera]
 eye = [0, 6, 0.01]

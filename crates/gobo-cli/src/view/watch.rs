@@ -13,11 +13,11 @@ pub(super) const PERIOD: Duration = Duration::from_millis(250);
 
 /// Time of the last change and length; `None` if the file is not there.
 type Stamp = Option<(SystemTime, u64)>;
-type Stamps = BTreeMap<PathBuf, Stamp>;
+type FileStamps = BTreeMap<PathBuf, Stamp>;
 
-static NOTED: Mutex<Stamps> = Mutex::new(BTreeMap::new());
+static NOTED: Mutex<FileStamps> = Mutex::new(BTreeMap::new());
 
-fn noted() -> MutexGuard<'static, Stamps> {
+fn noted() -> MutexGuard<'static, FileStamps> {
     NOTED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -37,7 +37,7 @@ pub(super) fn note(path: &Path) {
 pub(super) struct Watch {
     last: Instant,
     /// What the last look saw, if it differs from what was read.
-    pending: Option<Stamps>,
+    pending: Option<FileStamps>,
 }
 
 impl Watch {
@@ -54,7 +54,7 @@ impl Watch {
         }
         self.last = Instant::now();
         let mut noted = noted();
-        let now: Stamps = noted.keys().map(|path| (path.clone(), stamp(path))).collect();
+        let now: FileStamps = noted.keys().map(|path| (path.clone(), stamp(path))).collect();
         if now == *noted {
             self.pending = None;
             return false;

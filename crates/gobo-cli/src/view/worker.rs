@@ -49,7 +49,7 @@ impl Worker {
         let post = Post { sender, context };
         let theirs = Arc::clone(&mailbox);
         let thread = thread::spawn(move || {
-            Bench::new(post, backend, adapter).work(&theirs);
+            ViewWorker::new(post, backend, adapter).work(&theirs);
         });
         Self { mailbox, news, thread: Some(thread) }
     }
@@ -97,12 +97,12 @@ struct Stand {
 }
 
 /// A frame of each receiver.
-type Frames = Vec<(Reads, Frame)>;
+type ReceiverFrames = Vec<(Reads, Frame)>;
 
 /// What the answer at a picked pixel depends on.
 type Asked = (u64, Look);
 
-struct Bench {
+struct ViewWorker {
     post: Post,
     backend: Backend,
     adapter: Option<String>,
@@ -125,7 +125,7 @@ fn stand(reads: Reads) -> usize {
     }
 }
 
-impl Bench {
+impl ViewWorker {
     fn new(post: Post, backend: Backend, adapter: Option<String>) -> Self {
         let (stands, read, scene, posed, picked) = Default::default();
         Self { post, backend, adapter, stands, read, scene, posed, picked }
@@ -216,7 +216,7 @@ impl Bench {
         scene: &mut Scene,
         look: &Look,
         reading: u64,
-    ) -> Result<(Frames, Option<Picked>), Failure> {
+    ) -> Result<(ReceiverFrames, Option<Picked>), Failure> {
         if !scene.motions.is_empty() && self.posed != Some((reading, look.time)) {
             scene.set_time(look.time);
             self.posed = Some((reading, look.time));

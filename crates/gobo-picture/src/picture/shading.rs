@@ -25,7 +25,7 @@ use gobo::{
 };
 use wgpu::Buffer;
 
-/// What triangles may look like.
+/// Features of triangles' looks.
 const LOOKS: Flags = Flags::HAS_TEXTURES.union(Flags::HAS_VERTEX_COLORS).union(Flags::HAS_FRESNEL);
 
 const LABEL: &str = "gobo shade";
@@ -111,7 +111,7 @@ impl ShadeFeatures {
 
 /// Dispatches of a band.
 #[derive(Debug)]
-struct Band {
+struct BandDispatches {
     /// Visible opaque surfaces: the rounds of their walk, and their points.
     surfaces: Vec<Dispatch>,
     /// Stores the surfaces for masks, if lights have masks.
@@ -127,7 +127,7 @@ struct Band {
 pub(super) struct Shading {
     casters: Vec<Dispatch>,
     /// Bands of each part.
-    bands: Vec<Vec<Band>>,
+    bands: Vec<Vec<BandDispatches>>,
     /// Whether surfaces stored for the masks are still there for the shading.
     keeps_surfaces: bool,
 }
@@ -164,7 +164,7 @@ impl ToShade<'_, '_> {
         resources: &Resources,
         panes: &Buffer,
         light: &[Dispatch],
-    ) -> Result<Band, Error> {
+    ) -> Result<BandDispatches, Error> {
         let (features, groups) = (self.features, rect.groups());
         let [solid, blended] = self.lists;
         let of_solid = resources
@@ -209,10 +209,10 @@ impl ToShade<'_, '_> {
         }
         pixels.extend_from_slice(light);
         pixels.push(self.run(features.of_composite, features.composite, &of_solid, groups)?);
-        Ok(Band { surfaces, masks, air, pixels })
+        Ok(BandDispatches { surfaces, masks, air, pixels })
     }
 
-    /// Runs of particles, as many at a time as the band's memory holds points.
+    /// Runs of particles, as many at once as the band's memory holds points.
     fn casters(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let ([_, blended], features) = (self.lists, self.features.casters);
@@ -235,7 +235,7 @@ impl ToShade<'_, '_> {
         Ok(runs)
     }
 
-    /// Runs of the lattices of bricks, as many points at a time as the band's memory holds.
+    /// Runs of the lattices of bricks, as many points at once as the band's memory holds.
     fn bricks(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let features = self.features.casters;

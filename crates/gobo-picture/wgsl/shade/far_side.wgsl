@@ -1,4 +1,4 @@
-// Light that surfaces send on to their far side, diffusely. CPU reference: crates/gobo-reference/src/shade/seen.rs.
+// Light that surfaces scatter to their far side. CPU reference: crates/gobo-reference/src/shade/seen.rs.
 
 import package::bind::uniform::materials;
 import package::features::{HAS_FAR_SIDES, HAS_TEXTURES};

@@ -1,5 +1,6 @@
 // shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
-// invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import choice::catcher::caught;
 import package::bind::sampled::{casters, seen_pixels};
@@ -40,7 +41,12 @@ fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
 }
 
 // Where the surroundings are two colours, only metal mirrors them.
-fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+fn mirrored_around(
+    material: GpuMaterial,
+    albedo: vec3<f32>,
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+) -> vec3<f32> {
     if !HAS_ENVIRONMENT && material.metallic == 0.0 {
         return vec3(0.0);
     }
@@ -67,7 +73,7 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let emission = emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit);
     let point = Point(
         select(POINT_SOLID, POINT_LEAF, far.is_there),
-        // Light from the far side is looked up in front of the facet there.
+        // Light from the far side is looked up in front of the facet, on that side.
         select(rounded(id, weights, normals.face, position), position, far.is_there),
         normals.face,
         normals.normal,
@@ -94,7 +100,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let material = materials[look_material(look)];
     let color = unpack_color(look.xy, material.transfer);
     let position = world_point(view, pixel, depth);
-    // Sphere-impostor normal.
+    // Normal of the sphere.
     let aside = (position - sphere.xyz) / sphere.w;
     let to_eye = normalize(eye() - position);
     var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));

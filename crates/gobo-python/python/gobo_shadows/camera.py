@@ -113,7 +113,8 @@ class Camera:
             x, y = as_few(center, "center", 2)
             if not (0 <= x <= width and 0 <= y <= height):
                 raise InputError(f"the principal point is {(x, y)}", "it must be in the picture")
-            # What is rendered beside the picture, so that the principal point is in the middle, and what is left over.
+            # What is rendered beside the picture, so that the principal point is in the middle, and what is
+            # left over.
             first_x, first_y = round(max(width - 2 * x, 0)), round(max(height - 2 * y, 0))
             last_x, last_y = round(max(2 * x - width, 0)), round(max(2 * y - height, 0))
             shift = (x - (width + last_x - first_x) / 2, y - (height + last_y - first_y) / 2)

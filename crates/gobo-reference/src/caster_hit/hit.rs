@@ -26,7 +26,7 @@ pub struct Hit {
 
 /// Crossing of a ray with the surface of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
+pub struct SurfaceCrossing {
     /// Light depth, at most that of the ray's end.
     pub depth: f32,
     /// Length of the ray from light depth 0 to 1 \[m\].
@@ -47,7 +47,7 @@ pub struct Crossing {
     pub leaves: i32,
 }
 
-impl Face {
+impl SurfaceCrossing {
     pub fn crossing(&self) -> Crossing {
         let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
         Crossing { tau, leaves: self.leaves }

@@ -1,19 +1,20 @@
-//! CPU reference of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance as a
-//! function of depth, along the ray of one texel.
+//! CPU reference of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance
+//! as a function of depth, along the ray of one texel.
 //!
-//! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from
-//! the value behind the previous ramp to its own. Maps store what each passes of it (`format`). A pane is a ramp of length 0, a *step*. While a texel has
-//! at most K hits, each has a step of its own. A further hit is inserted too, and then the two neighbours
-//! with the lowest cost merge: those between which the curve deviates least, as an area of light times
-//! depth, from the straight line over both.
+//! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from the
+//! value behind the previous ramp to its own. Maps store what each passes of it (`format`). A pane is a ramp
+//! of length 0, a *step*. While a texel has at most K hits, each has a step of its own. A further hit is
+//! inserted too, and then the two neighbours with the lowest cost merge: those between which the curve
+//! deviates least, as an area of light times depth, from the straight line over both.
 //!
 //! A merged ramp has the first two moments, mean depth and variance, of the light lost in both neighbours,
 //! and stays within their span, and no later than the ramp behind it, as ramps ascend. So a merge keeps the
 //! mean of the light over all depths unless the ramp was clamped.
 //!
-//! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span unless the next begins
-//! before it. So at every depth the error is at most the light lost in one node, and where two overlap in both, plus
-//! the rounding of the format: half of 1/65535 of the view's range, and half of 1/4095 of the light.
+//! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span unless the next
+//! begins before it. So at every depth the error is at most the light lost in one node, and where two overlap
+//! in both, plus the rounding of the format: half of 1/65535 of the view's range, and half of 1/4095 of the
+//! light.
 //!
 //! Streaming insertion with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps). Unlike
 //! theirs: in colour, with ramps, and with depths that move.

@@ -89,14 +89,14 @@ impl Run {
 
 /// A node with its ramp.
 #[derive(Clone, Copy, Debug)]
-struct Ramp {
+struct NodeRamp {
     /// \[fixed point\]
     start: f32,
     length: f32,
     passed: Vec3,
 }
 
-impl Ramp {
+impl NodeRamp {
     fn of(node: PackedNode, grows: bool) -> Self {
         let (start, length, passed) = unpack(node, grows);
         Self { start, length, passed }
@@ -132,11 +132,11 @@ impl Ramp {
 
 /// Gives a curve one ramp more: it has a free node, or joins the node with which that costs least.
 fn soften_nodes(nodes: &mut [PackedNode], ramp: PackedNode, grows: bool) {
-    let added = Ramp::of(ramp, grows);
+    let added = NodeRamp::of(ramp, grows);
     let (mut best, mut least) = ((0, ramp), f32::MAX);
     let mut light = Vec3::ONE;
     for (k, &node) in nodes.iter().enumerate() {
-        let node = Ramp::of(node, grows);
+        let node = NodeRamp::of(node, grows);
         let free = node.start == 0.0;
         let apart = (node.middle() - added.middle()).abs();
         let cost = light.element_sum() * (node.taken() + added.taken()) * apart;

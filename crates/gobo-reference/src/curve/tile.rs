@@ -1,8 +1,8 @@
-//! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
-//! it: the curves of a tile.
+//! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl`
+//! beside it: the curves of a tile.
 //!
-//! Curves of what only passes light on, no bodies, are made by [`two_walks`]; of other casters every hit is inserted into
-//! its texel's curve as it comes.
+//! Curves of what only passes light on, no bodies, are made by [`two_walks`]; of other casters every hit is
+//! inserted into its texel's curve as it comes.
 use super::{
     Affine, DEPTHS, PackedNode, Streaming,
     two_walks::{self, RayHit, RayModes},
@@ -74,13 +74,13 @@ pub struct CurveTexel {
 
 /// Hits that have not been inserted into the curve.
 #[derive(Clone, Copy, Debug)]
-struct Open {
+struct OpenHits {
     start: f32,
     end: f32,
     light: Affine,
 }
 
-impl Open {
+impl OpenHits {
     const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE };
 
     fn in_tile(&mut self, start: f32, end: f32) {
@@ -103,7 +103,7 @@ impl Event {
 #[derive(Clone, Debug)]
 struct Texel {
     curve: Streaming,
-    open: Open,
+    open: OpenHits,
     passed: Affine,
     /// With [`CurveModes::keeps`]: `passed`, with the absorption of each of a million faint hits.
     precise: DVec3,
@@ -151,13 +151,13 @@ impl Texel {
 
     fn flush(&mut self, modes: CurveModes) {
         if self.open.start <= 1.0 {
-            let Open { start, end, light } = self.open;
+            let OpenHits { start, end, light } = self.open;
             if modes.keeps() {
                 self.curve.insert_to(start, end, light.scale, self.precise.as_vec3());
             } else {
                 self.curve.insert_affine(start, end, light.scale, light.added);
             }
-            self.open = Open::NONE;
+            self.open = OpenHits::NONE;
         }
     }
 
@@ -182,7 +182,7 @@ pub fn curves(
     let tile = Tile::new(records.view, index);
     let fresh = Texel {
         curve: Streaming::new(modes.nodes, modes.gain).with_over(modes.over),
-        open: Open::NONE,
+        open: OpenHits::NONE,
         passed: Affine::NONE,
         precise: DVec3::ONE,
         traces: 0.0,

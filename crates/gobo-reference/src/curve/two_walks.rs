@@ -1,16 +1,17 @@
 //! CPU reference of `wgsl/curve/ray.wgsl`: curves by two walks, of hits that only pass light on.
 //!
-//! The first walk, in any order, has the light behind all hits, how many there are, the first and the last depth, and
-//! how many *pairs* of neighbours have which cost. Up to K hits each have a node: the curve is exact, in any order.
-//! Up to [`FEW`] times as many, pairs are joined that cost least: an area of the light that both take times the depth between
-//! them, and as many as must be. Beyond, the second walk gives each hit a *place* on the ray, half by the light that was lost
-//! so far and half by the depth that is gone, of which the gap in front of the hit counts three times. The open node ends
-//! where a place passes its cut: where the node began, and an equal part of what was left there; a hit which alone takes more
-//! than an equal part of the light that is left has a node of its own. Hits of equal depth stay together.
+//! The first walk, in any order, has the light behind all hits, how many there are, the first and the last
+//! depth, and how many *pairs* of neighbours have which cost. Up to K hits each have a node: the curve is
+//! exact, in any order. Up to [`FEW`] times as many, pairs are joined that cost least: an area of the light
+//! that both take times the depth between them, and as many as must be. Beyond, the second walk gives each
+//! hit a *place* on the ray, half by the light that was lost so far and half by the depth that is gone, of
+//! which the gap in front of the hit counts three times. The open node ends where a place passes its cut:
+//! where the node began, and an equal part of what was left there; a hit which alone takes more than an equal
+//! part of the light that is left has a node of its own. Hits of equal depth stay together.
 //!
-//! A node passes the product of its hits, as a ramp of the mean depth and the variance of the light that they take,
-//! within the depths of its first and last hit. So at any depth the error is at most what the nodes that enclose it
-//! take, where hits come in order the light lost in one.
+//! A node passes the product of its hits, as a ramp of the mean depth and the variance of the light that they
+//! take, within the depths of its first and last hit. So at any depth the error is at most what the nodes
+//! that enclose it take, where hits come in order the light lost in one.
 use super::{
     MAX_NODES, PackedNode,
     bodies::{MIN_BEND, SHORTEST},
@@ -77,7 +78,7 @@ struct Passing {
 
 /// A hit at its place.
 #[derive(Clone, Copy, Debug)]
-struct Placed {
+struct PlacedHit {
     /// In front of the hit, and behind.
     light: Vec3,
     behind: Vec3,
@@ -94,7 +95,7 @@ impl Passing {
     }
 
     /// Adds a hit. None if it has no place: behind black only what comes late can change anything.
-    fn pass(&mut self, hit: &RayHit) -> Option<Placed> {
+    fn pass(&mut self, hit: &RayHit) -> Option<PlacedHit> {
         let light = self.light.as_vec3();
         let acts = self.modes.grows || !is_dark(light) || hit.start < self.at;
         self.light *= DVec3::ONE - hit.absorbed.as_dvec3();
@@ -108,10 +109,10 @@ impl Passing {
         let taken = (light - behind).abs().element_sum();
         let z = hit.start.max(self.at);
         let bin = bin((self.taken + taken) * gap(self.at, z));
-        acts.then_some(Placed { light, behind, z, taken, bin })
+        acts.then_some(PlacedHit { light, behind, z, taken, bin })
     }
 
-    fn go_on(&mut self, placed: &Placed) {
+    fn go_on(&mut self, placed: &PlacedHit) {
         (self.at, self.taken) = (placed.z, placed.taken);
     }
 }
@@ -133,7 +134,7 @@ fn bin(cost: f32) -> usize {
 
 /// A node that hits join.
 #[derive(Clone, Copy, Debug)]
-struct Open {
+struct OpenNode {
     /// In front of it, behind what is not its own.
     light: Vec3,
     low: f32,
@@ -178,7 +179,7 @@ impl Nodes {
     }
 
     /// `light`: behind the node.
-    fn write_open(&mut self, open: &Open, light: Vec3) {
+    fn write_open(&mut self, open: &OpenNode, light: Vec3) {
         let passed = light / open.light.max(Vec3::splat(1e-9));
         let dark = light.cmplt(Vec3::splat(BLACK)) & BVec3::splat(!self.modes.grows);
         let passed = Vec3::select(dark, Vec3::ZERO, passed);
@@ -204,7 +205,7 @@ struct Bends {
 }
 
 impl Bends {
-    fn of(hit: &RayHit, placed: &Placed) -> f32 {
+    fn of(hit: &RayHit, placed: &PlacedHit) -> f32 {
         let root = |light: Vec3| light.max(Vec3::ZERO).map(f32::sqrt);
         let bend = (root(placed.light) - root(placed.behind)).abs().max_element();
         let is_long = fixed(hit.end) >= fixed(hit.start) + SHORTEST;
@@ -271,12 +272,12 @@ pub fn curve(hits: &[RayHit], modes: RayModes) -> (Vec<PackedNode>, Vec3) {
     let mut joined = Joined::cheapest(bins, count.saturating_sub(nodes));
     let (by_light, by_depth) = (0.5 / all.max(1e-9), 0.5 / (last - first).max(1e-9));
     let mut written = Nodes { modes, nodes: Vec::with_capacity(MAX_NODES), owed: Vec3::ONE };
-    let mut open: Option<Open> = None;
+    let mut open: Option<OpenNode> = None;
     let mut passing = Passing::new(modes);
     let (mut seen, mut gone) = (0, 0.0);
     for hit in hits {
         let Some(placed) = passing.pass(hit) else { continue };
-        let Placed { light, behind, z, taken, .. } = placed;
+        let PlacedHit { light, behind, z, taken, .. } = placed;
         let joins = seen > 0 && joined.has(placed.bin);
         let still = count - seen;
         let free = written.left() - u32::from(open.is_some());
@@ -304,7 +305,7 @@ pub fn curve(hits: &[RayHit], modes: RayModes) -> (Vec<PackedNode>, Vec3) {
                 }
             }
             let begun = by_light * gone + by_depth * (z - first);
-            let node = open.get_or_insert_with(|| Open {
+            let node = open.get_or_insert_with(|| OpenNode {
                 light,
                 low: hit.start,
                 high: hit.end,

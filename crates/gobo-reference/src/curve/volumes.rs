@@ -1,5 +1,5 @@
 //! CPU reference of `wgsl/curve/volumes.wgsl`: volumes on a ray, face by face, as ramps.
-use crate::caster_hit::Face;
+use crate::caster_hit::SurfaceCrossing;
 use glam::{IVec3, Vec3};
 use gobo::records::MAX_TAU;
 
@@ -55,8 +55,8 @@ impl Unentered {
         }
     }
 
-    /// Takes away an entry at light depth `depth`; returns its share of `density`, and the optical depth from there to where
-    /// it was left.
+    /// Takes away an entry at light depth `depth`; returns its share of `density`, and the optical depth from
+    /// there to where it was left.
     fn enter(&mut self, depth: f32, density: Vec3) -> (Vec3, Vec3) {
         if depth >= self.last {
             return (Vec3::ZERO, Vec3::ZERO);
@@ -70,7 +70,7 @@ impl Unentered {
 
 impl Inside {
     /// Counts a face in the sums; returns the change of density behind it.
-    pub fn count(&mut self, face: &Face) -> Vec3 {
+    pub fn count(&mut self, face: &SurfaceCrossing) -> Vec3 {
         let crossing = face.crossing();
         self.tau = self.tau.wrapping_add(crossing.tau);
         self.leaves += crossing.leaves;
@@ -111,8 +111,8 @@ impl Inside {
         ramp(start, end, tau)
     }
 
-    /// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up to where the
-    /// first was left and from there to the last: exact for two.
+    /// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up
+    /// to where the first was left and from there to the last: exact for two.
     pub fn begin(&self) -> [Option<Ramp>; 2] {
         let Unentered { density, tau, first, last } = self.unentered;
         [ramp(0.0, first, density * first), ramp(first, last, tau - density * first)]

@@ -232,8 +232,8 @@ fn covers(material: &Material) -> bool {
     matches!(material.transfer, Transfer::Over | Transfer::Smoke)
 }
 
-/// Share of light that a pane scatters: all that it covers where its transfer attenuates by that; else half of it if it is
-/// not clear, filtering the rest.
+/// Share of light that a pane scatters: all that it covers where its transfer attenuates by that; else half
+/// of it if it is not clear, filtering the rest.
 fn scattered_share(material: &Material, opacity: f32) -> f32 {
     if material.unlit {
         return 0.0;

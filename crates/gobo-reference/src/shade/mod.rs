@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
-//! shaded instead of summed.
+//! CPU reference of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters
+//! are shaded instead of summed.
 mod composite;
 mod layers;
 mod mean_picture;
@@ -43,8 +43,8 @@ use std::ops::RangeInclusive;
 /// Transmittance below which nothing behind is visible.
 pub const FAINT: f32 = 1.0 / 1024.0;
 
-/// The lit picture; `maps` of `views`: the shadow views of the scene's lights. `fit`: fits those of area lights'
-/// points.
+/// The lit picture; `maps` of `views`: the shadow views of the scene's lights. `fit`: fits those of area
+/// lights' points.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps], fit: Fit<'_>) -> Picture {
     render_samples(scene, views, maps, fit, None)
 }
@@ -78,7 +78,8 @@ pub fn render_samples(
     mean.picture()
 }
 
-/// Shadow masks of the picture in their stored format, of area lights those of points; `None` if the scene has no mask settings.
+/// Shadow masks of the picture in their stored format, of area lights those of points; `None` if the scene
+/// has no mask settings.
 pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option<Masks> {
     let camera = View::from_camera(&scene.camera, &scene.held_bounds());
     let lighting = Lighting::new(scene, views, maps);
@@ -266,7 +267,8 @@ impl Eye<'_> {
         self.lighting.light(&point, None)
     }
 
-    /// Light of a brick's lattice; `None` where the camera does not see the brick, and for the record of a grid.
+    /// Light of a brick's lattice; `None` where the camera does not see the brick, and for the record of a
+    /// grid.
     fn light_brick(&self, blended: &Seen<'_>, record: usize) -> Option<Lattice> {
         let bricks = &blended.records.bricks;
         if !bricks.brick_records().contains(&(record as u32)) {

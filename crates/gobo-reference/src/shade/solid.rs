@@ -18,7 +18,7 @@ use gobo::{
 
 /// An opaque caster where a pixel's ray meets it first.
 #[derive(Clone, Copy)]
-pub(super) struct Nearest<'a> {
+pub(super) struct NearestCaster<'a> {
     pub(super) footprint: &'a Footprint,
     pub(super) material: &'a Material,
     pub(super) hit: Hit,
@@ -33,8 +33,8 @@ impl Eye<'_> {
         solid: &'a Seen<'_>,
         index: usize,
         tile: &Tile,
-    ) -> TileTexels<Option<Nearest<'a>>> {
-        let mut nearest = TileTexels::filled(None::<Nearest<'a>>);
+    ) -> TileTexels<Option<NearestCaster<'a>>> {
+        let mut nearest = TileTexels::filled(None::<NearestCaster<'a>>);
         for pair in solid.bins.tile(index) {
             let footprint = &solid.casters.footprints[pair.footprint as usize];
             let target = Target::new(solid.records(), footprint);
@@ -48,7 +48,7 @@ impl Eye<'_> {
                     && hit.depth < 1.0
                     && is_in_front((hit.depth, object), before)
                 {
-                    nearest[in_tile] = Some(Nearest { footprint, material, hit, object });
+                    nearest[in_tile] = Some(NearestCaster { footprint, material, hit, object });
                 }
             }
         }
@@ -77,7 +77,7 @@ impl Eye<'_> {
     pub(super) fn solid_point(
         &self,
         solid: &Seen<'_>,
-        nearest: &Nearest<'_>,
+        nearest: &NearestCaster<'_>,
         pixel: Vec2,
     ) -> Point {
         let point = self.plain_point(solid, nearest, pixel);
@@ -85,8 +85,8 @@ impl Eye<'_> {
     }
 
     /// As if nothing showed the surroundings behind it.
-    fn plain_point(&self, solid: &Seen<'_>, nearest: &Nearest<'_>, pixel: Vec2) -> Point {
-        let Nearest { footprint, material, hit, .. } = nearest;
+    fn plain_point(&self, solid: &Seen<'_>, nearest: &NearestCaster<'_>, pixel: Vec2) -> Point {
+        let NearestCaster { footprint, material, hit, .. } = nearest;
         if footprint.caster & TRIANGLE_BIT != 0 {
             let facet = self.triangle(solid, footprint, material, hit, pixel);
             let Point { albedo, normal, to_eye, face, .. } = facet;

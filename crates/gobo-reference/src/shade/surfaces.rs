@@ -1,5 +1,5 @@
 //! What the camera sees first of what is opaque, and where it is in the next frame: data for compositors.
-use super::{super::shading::Lighting, Eye, OfClasses, seen::Seen, solid::Nearest};
+use super::{super::shading::Lighting, Eye, OfClasses, seen::Seen, solid::NearestCaster};
 use crate::{caster_hit::Target, hit::HitTriangle, threads::each, tile::Tile};
 use glam::{UVec2, Vec2, Vec3};
 use gobo::{
@@ -26,8 +26,8 @@ pub struct Surface {
     pub motion: Vec2,
 }
 
-/// The nearest opaque surface of each pixel, row by row; `None` where there is none. `sample`: of the scene's samples per
-/// pixel. `next`: the scene at the next frame.
+/// The nearest opaque surface of each pixel, row by row; `None` where there is none. `sample`: of the scene's
+/// samples per pixel. `next`: the scene at the next frame.
 pub fn surfaces(scene: &Scene, sample: u32, next: Option<&Scene>) -> Vec<Option<Surface>> {
     let lighting = Lighting::new(scene, &[], &[]);
     let camera = camera(scene, sample);
@@ -84,9 +84,9 @@ fn pixel_of(camera: &View, point: Vec3) -> Vec2 {
     camera.size.as_vec2() * 0.5 + camera.scale * Vec2::new(slope.x, -slope.y)
 }
 
-/// How far what is seen moves until the next frame \[m\]: triangles by their index in the scene, with all that bends them,
-/// others by their centre; not at all what is not found again.
-fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Vec3 {
+/// How far what is seen moves until the next frame \[m\]: triangles by their index in the scene, with all
+/// that bends them, others by their centre; not at all what is not found again.
+fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &NearestCaster<'_>, pixel: Vec2) -> Vec3 {
     let footprint = found.footprint;
     let index = (footprint.caster & !TRIANGLE_BIT) as usize;
     if footprint.caster & TRIANGLE_BIT != 0 {
@@ -107,7 +107,7 @@ fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -
 }
 
 impl Eye<'_> {
-    fn surface(&self, solid: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Surface {
+    fn surface(&self, solid: &Seen<'_>, found: &NearestCaster<'_>, pixel: Vec2) -> Surface {
         let point = self.solid_point(solid, found, pixel);
         let footprint = found.footprint;
         let material = if footprint.caster & TRIANGLE_BIT != 0 {
@@ -115,7 +115,8 @@ impl Eye<'_> {
         } else {
             solid.records.casters[footprint.caster as usize].material()
         };
-        // A particle is flat in the picture's depths, and casts shadows as a disc: light is looked up on the sphere.
+        // A particle is flat in the picture's depths, and casts shadows as a disc: light is looked up on the
+        // sphere.
         let is_sphere = point.reach > 0.0 && found.material.shape != Shape::Capsule;
         let out = if is_sphere { point.reach * point.normal.dot(point.to_eye) } else { 0.0 };
         Surface {

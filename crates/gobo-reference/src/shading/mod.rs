@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
-//! its reflection to the camera.
+//! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a
+//! point, and its reflection to the camera.
 pub mod receive;
 mod reflectance;
 pub mod seen_plane;
@@ -234,8 +234,8 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// Ambient light that a point scatters to the eye: of an opaque surface what it does not mirror there. Where the
-    /// surroundings are two colours, only metal mirrors them, and all else is scattered.
+    /// Ambient light that a point scatters to the eye: of an opaque surface what it does not mirror there.
+    /// Where the surroundings are two colours, only metal mirrors them, and all else is scattered.
     pub fn ambient_of(&self, point: &Point) -> Vec3 {
         let is_solid = matches!(point.kind, PointKind::Solid | PointKind::Leaf);
         let mirrors = is_solid && self.environment.is_some();
@@ -259,8 +259,9 @@ impl<'a> Lighting<'a> {
         })
     }
 
-    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance \[m\], where the way leaves
-    /// the body, and what passes up to there, from where the maps shadow it without a bias.
+    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance \[m\],
+    /// where the way leaves the body, and what passes up to there, from where the maps shadow it without a
+    /// bias.
     pub fn light_in_body(&self, point: &Point, own: impl Fn(Vec3, f32) -> (Vec3, Vec3)) -> Vec3 {
         self.light_through(point, |index, toward, face| {
             let light = &self.lights()[index];
@@ -317,8 +318,8 @@ impl<'a> Lighting<'a> {
         point.emission + self.ambient_of(point) + scattered + shine
     }
 
-    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: the whole of it is
-    /// divided out of what [`Self::light`] multiplies with.
+    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: the
+    /// whole of it is divided out of what [`Self::light`] multiplies with.
     pub fn caught(&self, point: &Point) -> Point {
         let of_light = |light: &GpuLight| {
             let (toward, color) = incoming(light, point.position);
@@ -336,8 +337,8 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0 behind
-    /// a given far plane (rule 1, with nothing in the map).
+    /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0
+    /// behind a given far plane (rule 1, with nothing in the map).
     pub fn share(&self, index: usize, point: &ReceiverPoint) -> Vec3 {
         let (toward, _) = incoming(&self.lights[index], point.position);
         // Normal on the light's side.

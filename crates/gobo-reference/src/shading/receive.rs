@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// A receiving surface, world space; `normal` is on the light's side, zero without one.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
+struct ReceivingSurface {
     pub point: Vec3,
     pub normal: Vec3,
 }
@@ -21,7 +21,7 @@ struct Surface {
 #[derive(Clone, Copy, Debug)]
 struct LookUp<'a> {
     light: &'a GpuLight,
-    surface: Surface,
+    surface: ReceivingSurface,
     slant: Slant,
     receiver: Receiver,
 }
@@ -41,15 +41,15 @@ pub const MIN_INCIDENCE: f32 = 0.0625;
 
 /// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+struct ReceiverPlane {
     point: Vec3,
     normal: Vec3,
     /// Whether what shades the receiver ends at it: of a light with a size.
     is_end: bool,
 }
 
-/// Distance behind a stored depth from which a receiver is shadowed, with respect to opaque surfaces and to translucent
-/// casters; \[m\], or as light depth.
+/// Distance behind a stored depth from which a receiver is shadowed, with respect to opaque surfaces and to
+/// translucent casters; \[m\], or as light depth.
 #[derive(Clone, Copy, Debug)]
 struct Bias {
     solid: f32,
@@ -61,8 +61,8 @@ pub const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 pub const EDGE_ON: f32 = 0.02;
 
-impl Plane {
-    fn new(view: &GpuView, surface: Surface) -> Self {
+impl ReceiverPlane {
+    fn new(view: &GpuView, surface: ReceivingSurface) -> Self {
         Self {
             point: view.view_from_world.transform_point3(surface.point),
             normal: view.view_from_world.transform_vector3(surface.normal),
@@ -77,7 +77,8 @@ impl Plane {
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
     /// receiver, which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets
-    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of that by the bias.
+    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of
+    /// that by the bias.
     fn tint_depth(
         &self,
         view: &GpuView,
@@ -93,7 +94,8 @@ impl Plane {
         }
     }
 
-    /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth along it.
+    /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth
+    /// along it.
     fn meets(&self, view: &GpuView, texel: Vec2) -> f32 {
         let Self { point, normal, .. } = *self;
         let slope = (texel - view.size * 0.5) / view.scale;
@@ -114,7 +116,7 @@ impl Lighting<'_> {
         view: usize,
         texel: Vec2,
         z: f32,
-        plane: Plane,
+        plane: ReceiverPlane,
         bias: Bias,
         receiver: Receiver,
     ) -> Vec3 {
@@ -153,7 +155,7 @@ impl Lighting<'_> {
         let LookUp { light, surface, receiver, .. } = of;
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.views[index];
-        let mut plane = Plane::new(view, surface);
+        let mut plane = ReceiverPlane::new(view, surface);
         if is_soft(light, receiver) {
             if surface.normal == Vec3::ZERO {
                 plane.normal = seen_normal(view, self.maps[index], plane.point, bias.solid);
@@ -239,8 +241,9 @@ impl Lighting<'_> {
         first + face..first + view.role_count as usize
     }
 
-    /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel. `normal` is on the light's side;
-    /// `reach`: distance that a caster in the maps may be off the point \[m\].
+    /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel.
+    /// `normal` is on the light's side; `reach`: distance that a caster in the maps may be off the point
+    /// \[m\].
     pub fn shadow(
         &self,
         index: usize,
@@ -254,7 +257,7 @@ impl Lighting<'_> {
             return Vec3::ONE;
         }
         let (toward, _) = incoming(light, point);
-        let surface = Surface { point, normal };
+        let surface = ReceivingSurface { point, normal };
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // Without a normal there is no slope.

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/shade/seen_plane.wgsl`: the surface on which a point without a normal lies, from what a map
-//! sees around it.
+//! CPU reference of `wgsl/shade/seen_plane.wgsl`: the surface on which a point without a normal lies, from
+//! what a map sees around it.
 use glam::{Vec2, Vec3};
 use gobo::records::{GpuView, ViewMaps};
 
@@ -23,8 +23,8 @@ pub const LEAST_ON_PLANE: u32 = 4;
 /// Texels over which the plane may change by as much as a surface on it is off.
 pub const ROUGH: f32 = 0.0625;
 
-/// Normal of the plane, view space, of any length and side; zero where the map sees none. `point`: view space; `bias`:
-/// how much a surface on the plane may be off \[m\].
+/// Normal of the plane, view space, of any length and side; zero where the map sees none. `point`: view
+/// space; `bias`: how much a surface on the plane may be off \[m\].
 pub(super) fn seen_normal(view: &GpuView, maps: &ViewMaps, point: Vec3, bias: f32) -> Vec3 {
     let is_perspective = view.perspective > 0.0;
     // Depth along an axis is linear in the texel in a parallel view, its inverse in a perspective one.
@@ -63,8 +63,8 @@ pub(super) fn seen_normal(view: &GpuView, maps: &ViewMaps, point: Vec3, bias: f3
     Vec3::ZERO
 }
 
-/// Change of the plane through the point and two of the surfaces around it, in different directions, that are off it
-/// least: what hides its surface is far off.
+/// Change of the plane through the point and two of the surfaces around it, in different directions, that are
+/// off it least: what hides its surface is far off.
 fn change_by_texel(around: &[Vec3], ring: f32) -> Option<Vec2> {
     let least_off = |a: &&Vec3, b: &&Vec3| a.z.abs().total_cmp(&b.z.abs());
     let first = around.iter().min_by(least_off)?;

@@ -4,8 +4,8 @@ use crate::caustics::{NEAR_SURFACE, index_at, place};
 use glam::{Vec2, Vec3, Vec4};
 use gobo::records::{GpuView, ViewMaps, caustic_light};
 
-/// Share of a light at a point, of which the maps let `straight` through: where the point is on the opaque surface, with what
-/// lands there, and without what was thrown elsewhere. `point`: world space.
+/// Share of a light at a point, of which the maps let `straight` through: where the point is on the opaque
+/// surface, with what lands there, and without what was thrown elsewhere. `point`: world space.
 pub(super) fn with_thrown(view: &GpuView, maps: &ViewMaps, point: Vec3, straight: Vec3) -> Vec3 {
     let point = view.view_from_world.transform_point3(point);
     let at = place(view, point);

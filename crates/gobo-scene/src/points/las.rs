@@ -1,4 +1,4 @@
-//! LAS 1.0 to 1.4 (ASPRS), and LAZ, whose records are compressed.
+//! LAS 1.0 to 1.4 (ASPRS), and LAZ with its compressed records.
 use super::{DAMAGED, Fault, Point, Points, classes::is_noise, linear};
 use glam::{DVec3, Vec3};
 use laz::{LasZipDecompressor, LazVlr};
@@ -21,7 +21,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     std::array::from_fn(|i| bytes[at + i])
 }
 
-struct Header {
+struct LasHeader {
     format: u8,
     is_packed: bool,
     /// Size of a record \[bytes\].
@@ -35,7 +35,7 @@ struct Header {
     offset: DVec3,
 }
 
-impl Header {
+impl LasHeader {
     fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         let least = if bytes.get(25) == Some(&4) { HEADER_4 } else { HEADER };
         if bytes.len() < least {
@@ -47,7 +47,7 @@ impl Header {
             return Err((message, "gobo reads LAS 1.0 to 1.4"));
         }
         let (packed, size) = (bytes[104], u16::from_le_bytes(number(bytes, 105)));
-        // The upper bits say that records are compressed.
+        // The upper bits are set for compressed records.
         let (format, is_packed) = (packed & 0x3f, packed & 0xc0 != 0);
         let least = SIZES.get(usize::from(format));
         if least.is_none_or(|least| size < *least) {
@@ -74,7 +74,7 @@ impl Header {
         })
     }
 
-    /// Where the colour of a record begins \[bytes\].
+    /// Offset of a record's colour \[bytes\].
     fn color(&self) -> Option<usize> {
         match self.format {
             2 => Some(20),
@@ -94,16 +94,16 @@ impl Header {
     }
 }
 
-/// Number of points that a header promises; `None` if the file is too short for them.
+/// Number of points that a header announces; `None` if the file is too short for them.
 pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
-    let header = Header::parse(head).ok()?;
+    let header = LasHeader::parse(head).ok()?;
     let bytes = header.count.checked_mul(header.size.into())?.checked_add(header.start)?;
     (header.is_packed || bytes <= length).then_some(header.count)
 }
 
-/// Version, format of points and box of a file, in its own axes.
+/// Version, point format and box of a file, in its own axes.
 pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
-    let Ok(header) = Header::parse(head) else { return Vec::new() };
+    let Ok(header) = LasHeader::parse(head) else { return Vec::new() };
     let double = |i: usize| f64::from_le_bytes(number(head, 179 + 8 * i));
     // Largest and least x, then y, then z.
     let [most, least] = [0, 1].map(|k| [0, 2, 4].map(|i| double(i + k)));
@@ -118,7 +118,7 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
 }
 
 pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
-    let header = Header::parse(bytes)?;
+    let header = LasHeader::parse(bytes)?;
     if header.count > most {
         let help = "thin the cloud out, for example by PDAL or CloudCompare";
         return Err((format!("{} points, but a scene has room for {most}", header.count), help));
@@ -135,8 +135,8 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
 
 struct Reader {
     points: Points,
-    header: Header,
-    /// Largest number of all colours.
+    header: LasHeader,
+    /// Largest component of all colours.
     brightest: u16,
 }
 
@@ -178,7 +178,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Bytes of the record that says how points are compressed.
+    /// The record about the compression of points.
     fn laz_record<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
         let mut rest = bytes.get(self.header.records..)?;
         for _ in 0..self.header.record_count {
@@ -217,7 +217,7 @@ impl Reader {
         });
     }
 
-    /// Colours have 16 bits, of which many programs use 8.
+    /// Colours have 16 bits, of which many programs use only 8.
     fn finish(mut self) -> Points {
         let most = if self.brightest > 255 { 65535.0 } else { 255.0 };
         for color in &mut self.points.colors {
@@ -227,7 +227,7 @@ impl Reader {
     }
 }
 
-/// Refuses a table of more chunks than the file has bytes: the decoder makes room for all.
+/// Refuses a table of more chunks than the file has bytes: the decoder allocates all of them.
 fn check_chunks(bytes: &[u8], start: u64) -> Result<(), &'static str> {
     let at = |offset: u64| usize::try_from(offset).ok().filter(|at| *at <= bytes.len());
     let offset = |place: u64| -> Option<u64> {
@@ -237,7 +237,7 @@ fn check_chunks(bytes: &[u8], start: u64) -> Result<(), &'static str> {
     let ends = "the file ends in its table of chunks";
     let mut table = offset(start).unwrap_or(0);
     if table <= start {
-        // Of a writer that could not go back.
+        // A program that could not seek back writes the offset last.
         table = (bytes.len() as u64).checked_sub(8).and_then(offset).ok_or(ends)?;
     }
     let table = at(table).and_then(|table| bytes.get(table..)).ok_or(ends)?;

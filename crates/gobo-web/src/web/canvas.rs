@@ -61,7 +61,8 @@ impl Canvas {
         self.surface.configure(&gobo.device, &self.config);
     }
 
-    /// Turns the camera about what it looks at, lifts it \[radians\], and sets its distance, times that of the first picture.
+    /// Turns the camera about what it looks at, lifts it \[radians\], and sets its distance, times that of
+    /// the first picture.
     pub fn set_camera(&mut self, turn: f32, lift: f32, zoom: f32) {
         let finite = |value: f32, usual: f32| if value.is_finite() { value } else { usual };
         self.knobs.turn = finite(turn, 0.0);

@@ -1,7 +1,7 @@
 //! Smoke of a compute kernel and panes of glass throw coloured shadows on Bevy's meshes.
 //!
-//! `cargo run --example smoke -- 40 bevy.png` (in the crate's folder, or `make bevy`) renders 40 frames without a window and
-//! writes the last. It fails where light behind a pane has not the pane's colour.
+//! `cargo run --example smoke -- 40 bevy.png` (in the crate's folder, or `make bevy`) renders 40 frames
+//! without a window and writes the last. It fails where light behind a pane has not the pane's colour.
 mod draw;
 mod smoke;
 
