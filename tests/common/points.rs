@@ -1,5 +1,5 @@
 //! Small clouds of points, written from the formats' descriptions, byte by byte.
-use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr};
+use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder, laszip::ChunkTable};
 use std::{fmt::Write as _, io::Cursor};
 
 /// A point as files store it.
@@ -75,6 +75,59 @@ pub(crate) fn laz(format: u8, dots: &[Dot], offset: [f64; 3]) -> Vec<u8> {
     packed.done().unwrap();
     drop(packed);
     file.into_inner()
+}
+
+/// COPC of points of format 7: LAZ with a chunk and a node a level, the coarsest first. Level 1 and finer are in a
+/// page of their own.
+pub(crate) fn copc(levels: &[&[Dot]]) -> Vec<u8> {
+    let items = LazItemRecordBuilder::default_for_point_format_id(7, 0).unwrap();
+    let vlr = LazVlrBuilder::new(items).with_variable_chunk_size().build();
+    let mut record = Vec::new();
+    vlr.write_to(&mut record).unwrap();
+    let count = levels.iter().map(|dots| dots.len()).sum();
+    let mut file = head(7 | 128, 36, count, [0.0; 3], &record);
+    // The record of the octree is the first.
+    let mut info = vec![0; 54 + 160];
+    info[2..6].copy_from_slice(b"copc");
+    info[18] = 1;
+    info[20] = 160;
+    let first = 375..375 + 54 + 3;
+    file.splice(first, info.clone());
+    let start = file.len() as u64;
+    file[96..100].copy_from_slice(&(start as u32).to_le_bytes());
+    let mut file = Cursor::new(file);
+    file.set_position(start);
+    let mut packed = LasZipCompressor::new(&mut file, vlr.clone()).unwrap();
+    for dots in levels {
+        packed.compress_many(&records(7, dots, [0.0; 3], 257).1).unwrap();
+        packed.finish_current_chunk().unwrap();
+    }
+    packed.done().unwrap();
+    drop(packed);
+    file.set_position(start);
+    let chunks = ChunkTable::read_from(&mut file, &vlr).unwrap();
+    let mut file = file.into_inner();
+    let mut offset = start + 8;
+    let mut entries: Vec<Vec<u8>> = Vec::new();
+    for ((level, chunk), dots) in (0_i32..).zip(&chunks).zip(levels) {
+        let mut entry: Vec<u8> = [level, 0, 0, 0].iter().flat_map(|k| k.to_le_bytes()).collect();
+        entry.extend(offset.to_le_bytes());
+        entry.extend((chunk.byte_count as i32).to_le_bytes());
+        entry.extend((dots.len() as i32).to_le_bytes());
+        entries.push(entry);
+        offset += chunk.byte_count;
+    }
+    // A page that names another, whose key is that of level 1.
+    let (root, rest) = entries.split_at(1);
+    let page = file.len() as u64;
+    let mut link: Vec<u8> = [1_i32, 0, 0, 0].iter().flat_map(|k| k.to_le_bytes()).collect();
+    link.extend((page + 64).to_le_bytes());
+    link.extend((32 * rest.len() as i32).to_le_bytes());
+    link.extend((-1_i32).to_le_bytes());
+    file.extend([&root.concat()[..], &link, &rest.concat()].concat());
+    file[429 + 40..429 + 48].copy_from_slice(&page.to_le_bytes());
+    file[429 + 48..429 + 56].copy_from_slice(&64_u64.to_le_bytes());
+    file
 }
 
 fn head(format: u8, size: u16, count: usize, offset: [f64; 3], laz: &[u8]) -> Vec<u8> {

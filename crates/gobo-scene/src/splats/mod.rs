@@ -13,7 +13,7 @@
 mod bare;
 mod cloud;
 mod clusters;
-pub(super) mod harmonics;
+mod harmonics;
 mod kind;
 mod ksplat;
 mod packed;
@@ -99,6 +99,25 @@ pub fn read_kind(
         SplatKind::SogLevels => sog_levels::read(path, bytes, lod),
         SplatKind::Ksplat => ksplat::read(bytes),
     }
+}
+
+/// Reads the higher harmonics of a file, a row for each of its rows. `None` if gobo does not keep those of
+/// the kind.
+pub(crate) fn read_harmonics(
+    kind: SplatKind,
+    path: &Path,
+    bytes: &[u8],
+) -> Result<Option<Harmonics>, Fault> {
+    let read = match kind {
+        SplatKind::Ply => ply::harmonics(bytes),
+        SplatKind::Packed => packed::harmonics(bytes),
+        SplatKind::Bare => Ok(Harmonics::default()),
+        SplatKind::Spz => Spz::open_whole(bytes)?.all_harmonics(),
+        SplatKind::Sog => sog::harmonics(&mut Store::zip(bytes)?, sog::META),
+        SplatKind::SogFolder => sog::harmonics(&mut Store::folder(folder(path)), &file_name(path)),
+        SplatKind::SogLevels | SplatKind::Ksplat => return Ok(None),
+    };
+    read.map(Some)
 }
 
 /// Files beside one of a kind that are read with it.
