@@ -1,4 +1,4 @@
-//! Sequences: a frame is the same alone and among others, and all are one animated picture.
+//! Sequences: a frame is the same alone and among others, and all make one animated picture.
 use super::commands::Folder;
 use std::fs;
 
@@ -79,7 +79,7 @@ fn emitters_are_simulated_where_the_user_says() {
     assert!(on_cpu["stages"]["simulate"].is_null() && on_cpu["bytes"]["emitted"].is_null());
     assert!(on_device["stages"]["simulate"].is_f64());
     assert!(on_device["bytes"]["emitted"].as_u64() >= Some(200 * 32));
-    // A software adapter is quicker where steps are many.
+    // A software adapter is faster with many steps.
     let auto = |lifetime: &str| -> serde_json::Value {
         let set = format!("emitter.0.lifetime={lifetime}");
         let by = ["render", "moving.toml", "--json", "--set", "emitter.0.rate=5000", "--set", &set];
@@ -89,7 +89,7 @@ fn emitters_are_simulated_where_the_user_says() {
     assert!(auto("10")["stages"]["simulate"].is_f64());
     let by = ["render", "moving.toml", "--backend", "cpu", "--simulation", "device"];
     assert!(folder.fail(&by, 2).contains("--simulation"));
-    // What stays on the CPU is said.
+    // Emitters that stay on the CPU are reported.
     let fluid = format!("{SCENE}fluid = {{ spacing = 0.2 }}\n");
     fs::write(folder.0.join("fluid.toml"), fluid).unwrap();
     let said = |simulation: &str| {

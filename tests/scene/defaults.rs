@@ -21,7 +21,7 @@ fn what_is_left_out_is_chosen() {
             .unwrap(),
         );
     }
-    // Nothing at all is a scene too.
+    // An empty file is a scene, too.
     let nothing = read("").unwrap();
     assert!(nothing.bounds().is_empty());
     assert_eq!(gobo_scene::Summary::of(&nothing).bounds, None);

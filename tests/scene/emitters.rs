@@ -154,7 +154,7 @@ fn nothing_goes_through_ground_or_boxes() {
     assert_eq!((emitted.position.y, emitted.velocity), (0.0, Vec3::new(1.0, 1.5, 2.0)));
 }
 
-/// Turbulence is divergence-free, has no mean, and has about the speed that is set.
+/// Turbulence is divergence-free, has mean 0, and about the set speed.
 #[test]
 fn whirls_have_no_sources() {
     let (mut sum, mut square, mut worst, mut count) = (DVec3::ZERO, 0.0, 0.0f32, 0);
@@ -233,7 +233,7 @@ fn particles_start_within_their_shape() {
     }
 }
 
-/// Each particle starts at the emitter's position at its own time, not at its frame's or step's.
+/// Each particle starts at the emitter's position at its own time, not at that of its frame or step.
 #[test]
 fn emitters_leave_particles_along_their_path() {
     let keys = "rate = 1000\nlifetime = 10\nvelocity = [0, 0, 0]\nposition = [0, 1, 0]\nstart = -1\n\

@@ -210,7 +210,7 @@ fn glass_bends_and_blurs_by_ior_and_roughness() {
         let model = load("glass.glb", glb_of(&text)).unwrap();
         assert!(model.notes.is_empty(), "{:?}", model.notes);
         let of = |name| (material(&model, name).ior, material(&model, name).frost);
-        // A thin wall of roughness 0.1, a rough body, and the same where the mesh has no inside.
+        // A thin wall of roughness 0.1, a rough body, and the same for a mesh without an inside.
         assert_eq!(
             (of("glass").0, of("body"), of("body (sheet)")),
             (1.0, (ior, frost), (1.0, frost))

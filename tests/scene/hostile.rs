@@ -242,7 +242,8 @@ fn files_that_are_not_there_are_named() {
     assert!(text.contains("latin.toml"), "{text}");
 }
 
-/// Bytes changed, cut out, duplicated: each file gives an answer, and a scene that is read is valid.
+/// Bytes changed, cut out, duplicated: each file gives a result or an error, and a scene that is read is
+/// valid.
 #[test]
 fn mutated_files_do_not_panic() {
     let small = format!(

@@ -114,7 +114,7 @@ fn rows_have_what_the_header_says_and_no_more() {
     let mut negative = binary.clone();
     negative.extend((-1i32).to_le_bytes());
     assert!(refusal(&negative).contains("-1"));
-    // A list that ends with the file, and one more byte than there should be.
+    // A list at the end of the file, and one more byte than expected.
     binary.extend(2i32.to_le_bytes());
     binary.extend([5, 6]);
     assert!(load(&binary).unwrap().notes.iter().all(|note| !note.contains("byte")));
@@ -143,11 +143,11 @@ fn lines_may_end_as_on_any_system() {
     assert_eq!(load(&binary).unwrap().particles[0].center.x, x);
 }
 
-/// Rows of one size are read on all cores: every row, in order, whatever their number.
+/// Rows of one size are read on all cores: all rows, in order, whatever their number.
 #[test]
 fn threads_do_not_change_what_is_read() {
     const COUNT: usize = 40_000;
-    // Every thousandth has no radius, and its number all the same.
+    // Every thousandth row has no radius, but still has its number.
     let row = |i: usize| [i as f32, 0.5 * i as f32, -1.0, if i % 1000 == 7 { 0.0 } else { 0.1 }];
     let columns = format!("{XYZ}property float radius\n");
     let header = |kind: &str| {

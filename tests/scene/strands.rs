@@ -1,4 +1,4 @@
-//! Strands of a scene file: from PLY and CSV, generated, and what is refused.
+//! Strands of a scene file: from PLY and CSV, and generated; and refused files.
 use crate::common::files::{Folder, read};
 use gobo::{glam::Vec3, model::Shape};
 use gobo_scene as scene;

@@ -42,7 +42,7 @@ class Camera:
     size: tuple[int, int]
     #: Part of the rendered picture that is kept: first column and row, width and height [pixels]. ``None``: all.
     crop: tuple[int, int, int, int] | None
-    #: How far right of and below its middle the axis meets the rendered picture [pixels], at most half a pixel.
+    #: Offset right and down from the rendered picture's middle to the axis [pixels], at most half a pixel.
     shift: tuple[float, float]
 
     def __init__(
