@@ -363,7 +363,7 @@ fn pictures_are_the_mean_of_those_of_the_lights_points() {
         let mean = mean_apart(&found.rgb);
         println!("{mean:.2} of 255, of points {hard:.2}");
         assert!(mean < 0.75, "{mean}");
-        // Masks are blurred themselves, and the air hides much.
+        // Masks are blurred themselves, and the air hides a lot.
         let is_plain = scene.mask.is_none() && scene.air.is_none();
         assert!(!is_plain || hard > 0.9, "lights without a size would pass: {hard}");
     }
