@@ -121,7 +121,8 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
         Ok(frames(transfer, count)?.into_iter().fold(f64::INFINITY, f64::min))
     };
     let mut table = format!(
-        "{}; core time of the fastest of many frames.\n\n| duplicates | opaque [ms] | dithered [ms] | dithered, above one caster \
+        "{}; core time of the fastest of many frames.\n\n| duplicates | opaque [ms] | dithered [ms] | \
+         dithered, above one caster \
          [us per caster] |\n|---|---|---|---|\n",
         gpu.adapter.name
     );

@@ -142,7 +142,8 @@ fn point_files() -> [Files; 3] {
 
 /// Meshes without nodes.
 fn mesh_files() -> [Files; 2] {
-    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\n\
         property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\n\
         property list uchar int vertex_indices\nend_header\n";
     let rows = "0 0 0 255 0 0\n1 0 0 0 255 0\n1 1 0 9 9 9\n0 1 1 7 8 9\n4 0 1 2 3\n3 0 2 1\n";

@@ -106,7 +106,8 @@ fn a_scene_is_measured() {
     let folder = Folder::new("bench-scene");
     std::fs::write(
         folder.0.join("own.toml"),
-        "[shadow]\nreceiver = 'curve'\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0, -1, 0]\n\
+        "[shadow]\nreceiver = 'curve'\n[[light]]\nname = 'sun'\nkind = 'directional'\n\
+         direction = [0, -1, 0]\n\
          [[light]]\nname = 'lamp'\nkind = 'point'\nposition = [0, 1, 0]\nsize = 16\n\
          [[volume]]\ngenerate = { kind = 'plume', voxels = 16 }\n",
     )

@@ -222,7 +222,9 @@ fn nothing_of_the_input_reaches_the_terminal_raw() {
         "# \x1b[31m\nsize \x1b[2J= = 1\n".to_owned(),
         format!("[shadow]\nsise = 1 # \x1b[2J {}\n", "long ".repeat(100_000)),
         format!("{}\n", "k".repeat(1 << 20)),
-        "[[light]]\nname = \"\\u001b]0;x\\u0007\"\nkind = \"point\"\nposition = [0, 1, 0]\nfar = 0\n".to_owned(),
+        "[[light]]\nname = \"\\u001b]0;x\\u0007\"\nkind = \"point\"\nposition = [0, 1, 0]\n\
+         far = 0\n"
+            .to_owned(),
     ];
     for scene in scenes {
         fs::write(folder.0.join("scene.toml"), &scene).unwrap();

@@ -3,14 +3,17 @@ use super::commands::Folder;
 use std::fs;
 
 const SCENE: &str = "[camera]\neye = [0, 2, 6]\ntarget = [0, 0.5, 0]\nsize = [48, 32]\n[shadow]\nsize = 64\n\
-    [[material]]\nname = 'ground'\ntransfer = 'opaque'\n[[material]]\nname = 'glass'\ntint = [0.9, 0.2, 0.1, 0.8]\n\
+    [[material]]\nname = 'ground'\ntransfer = 'opaque'\n[[material]]\nname = 'glass'\n\
+    tint = [0.9, 0.2, 0.1, 0.8]\n\
     [[shape]]\nkind = 'plane'\nmaterial = 'ground'\nscale = [9, 1, 9]\n\
     [[shape]]\nname = 'pane'\nkind = 'pane'\nmaterial = 'glass'\n\
     [[animate]]\ntarget = 'shape.pane.translation'\ntimes = [0, 1]\nvalues = [[-2, 1, 0], [2, 1, 0]]\n\
-    [[animate]]\ntarget = 'material.glass.tint'\ntimes = [0, 1]\nvalues = [[1, 0, 0, 1], [0, 0, 1, 0.5]]\nmode = 'smooth'\n\
+    [[animate]]\ntarget = 'material.glass.tint'\ntimes = [0, 1]\n\
+    values = [[1, 0, 0, 1], [0, 0, 1, 0.5]]\nmode = 'smooth'\n\
     [[animate]]\ntarget = 'light.sun.direction'\ntimes = [0, 1]\nvalues = [[1, -1, 0], [-1, -1, 0]]\n\
     [[animate]]\ntarget = 'camera.eye'\ntimes = [0, 1]\nvalues = [[0, 2, 6], [1, 3, 5]]\n\
-    [[emitter]]\nmaterial = 'glass'\nrate = 400\nlifetime = 0.5\nstart = -1\nspread = 1\nextent = [2, 1, 2]\nshape = 'box'\n\
+    [[emitter]]\nmaterial = 'glass'\nrate = 400\nlifetime = 0.5\nstart = -1\nspread = 1\n\
+    extent = [2, 1, 2]\nshape = 'box'\n\
     drag = 1\nturbulence = 3\n";
 
 fn folder(name: &str) -> Folder {

@@ -107,8 +107,10 @@ const EXPORT: Case = Case {
 const READERS: [&str; 4] = ["check", "verify", "info", "completions"];
 
 /// Options whose value is no output.
-const VALUES: &str = "--against --limit --frames --frame --shard --fps --backend --adapter --simulation --debug --set --points --casters \
-    --scene --target --splats --footprint --opacity --shape --case --layout --lights --size --vs --stage --receiver \
+const VALUES: &str = "--against --limit --frames --frame --shard --fps --backend --adapter --simulation \
+    --debug --set --points --casters \
+    --scene --target --splats --footprint --opacity --shape --case --layout --lights --size --vs \
+    --stage --receiver \
     --nodes --runs --pair-budget --time --pick --scale --orbit";
 
 /// Command and option of an output that needs a screen: `make view-test` tests it.

@@ -11,7 +11,8 @@ const SUN: &str = "[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[
 
 /// A pane above the origin that covers half, with (1, 0.2, 0.1).
 const GLASS: &str = "[[material]]\nname = 'glass'\ntint = [1, 0.2, 0.1, 0.5]\n\
-    [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 3, 0]\nrotation = [90, 0, 0]\nscale = [4, 4, 1]\n";
+    [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 3, 0]\nrotation = [90, 0, 0]\n\
+    scale = [4, 4, 1]\n";
 
 /// Light left behind it.
 const BEHIND: Vec3 = Vec3::new(1.0, 0.6, 0.55);
@@ -84,7 +85,8 @@ fn glass_and_walls_colour_splats() {
     let after = relit(&folder, &scene, "out.ply", &around);
     assert_colors(&after, |i| before.splats[i].color * (share(i) + 1.0) * 0.5, LIGHT);
     // A second lamp, red, which no glass shades: two thirds of red light are the sun's.
-    let lamp = "[[light]]\nname = 'red'\nkind = 'directional'\ndirection = [0, 1, 0]\ncolor = [0, 1, 0]\nintensity = 1.5\n";
+    let lamp = "[[light]]\nname = 'red'\nkind = 'directional'\ndirection = [0, 1, 0]\n\
+        color = [0, 1, 0]\nintensity = 1.5\n";
     let after = relit(&folder, &(SUN.to_owned() + lamp + GLASS), "out.ply", &[]);
     let mixed = |i: usize| Vec3::new(share(i).x, (share(i).y * 2.0 + 1.0) / 3.0, share(i).z);
     assert_colors(&after, |i| before.splats[i].color * mixed(i), LIGHT);

@@ -6,17 +6,22 @@ use std::{fs, path::Path};
 
 /// Particles of several blocks behind and in front of panes, fur, a blocking box, and a lamp of each kind
 /// with one view.
-const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0.2, -1, 0.1]\n\
+const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'directional'\n\
+    direction = [0.2, -1, 0.1]\n\
     [[light]]\nname = 'spot'\nkind = 'spot'\nposition = [1, 4, 1]\ndirection = [-0.2, -1, -0.2]\nangle = 60\n\
     [[material]]\nname = 'smoke'\ntint = [0.9, 0.5, 0.3, 0.05]\n[[material]]\nname = 'puff'\nshape = 'puff'\n\
     tint = [0.2, 0.5, 0.9, 0.1]\n[[material]]\nname = 'glass'\ntint = [0.3, 0.9, 0.4, 0.6]\n\
     [[material]]\nname = 'solid'\ntransfer = 'opaque'\n\
-    [[particles]]\nmaterial = 'smoke'\ngenerate = { kind = 'cloud', count = 4000, radius = 0.06, center = [0, 1, 0] }\n\
-    [[particles]]\nmaterial = 'puff'\ngenerate = { kind = 'dust', count = 1500, radius = 0.05, min = [-1, 0, -1], max = [1, 2, 1] }\n\
+    [[particles]]\nmaterial = 'smoke'\n\
+    generate = { kind = 'cloud', count = 4000, radius = 0.06, center = [0, 1, 0] }\n\
+    [[particles]]\nmaterial = 'puff'\n\
+    generate = { kind = 'dust', count = 1500, radius = 0.05, min = [-1, 0, -1], max = [1, 2, 1] }\n\
     [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 1.5, 0]\nrotation = [90, 0, 0]\n\
     [[shape]]\nkind = 'box'\nmaterial = 'solid'\nscale = [0.5, 0.5, 0.5]\n\
-    [[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'glass'\ntranslation = [0.4, 0.8, 0]\nscale = [0.4, 0.4, 0.4]\n\
-    [[strands]]\nmaterial = 'glass'\ngenerate = { kind = 'fur', on = 'ball', count = 150, length = 0.2, radius = 0.01 }\n";
+    [[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'glass'\ntranslation = [0.4, 0.8, 0]\n\
+    scale = [0.4, 0.4, 0.4]\n\
+    [[strands]]\nmaterial = 'glass'\n\
+    generate = { kind = 'fur', on = 'ball', count = 150, length = 0.2, radius = 0.01 }\n";
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);

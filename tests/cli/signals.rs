@@ -61,7 +61,8 @@ fn signals_leave_no_temporary_files() {
 #[test]
 fn a_second_signal_leaves_no_locks() {
     let (folder, root) = folder("outputs-twice");
-    let job = "render scene.toml -o o --frames 0..4000 --skip-existing --preview o/p.png --backend cpu --set camera.size=[640,360]";
+    let job = "render scene.toml -o o --frames 0..4000 --skip-existing --preview o/p.png --backend cpu \
+        --set camera.size=[640,360]";
     for _ in 0..3 {
         let mut child = Command::new(env!("CARGO_BIN_EXE_gobo"))
             .args(job.split(' '))

@@ -154,7 +154,8 @@ pub(crate) fn npz(arrays: &[(&str, Vec<u8>)], is_packed: bool) -> Vec<u8> {
 pub(crate) fn nrrd_of(kind: &str, fields: &str, data: &[u8]) -> Vec<u8> {
     let [width, height, depth] = SIZE;
     let head = format!(
-        "NRRD0004\n# a comment\ntype: {kind}\ndimension: 3\nsizes: {width} {height} {depth}\n{fields}key:=value\n\n"
+        "NRRD0004\n# a comment\ntype: {kind}\ndimension: 3\nsizes: {width} {height} {depth}\n\
+         {fields}key:=value\n\n"
     );
     [head.as_bytes(), data].concat()
 }

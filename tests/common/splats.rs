@@ -360,13 +360,16 @@ pub(crate) fn gltf_spz(splats: &[Stored]) -> String {
           \"extensionsRequired\": [\"{own}\", \"{packed}\"], \
           \"scene\": 0, \"scenes\": [{{\"nodes\": [0]}}], \
           \"nodes\": [{{\"mesh\": 0, \"translation\": [0, 1, 0]}}], \
-          \"meshes\": [{{\"primitives\": [{{\"mode\": 0, \"attributes\": {{\"POSITION\": 0, \"COLOR_0\": 1}}, \
-            \"extensions\": {{\"{own}\": {{\"extensions\": {{\"{packed}\": {{\"bufferView\": 0}}}}}}}}}}]}}], \
+          \"meshes\": [{{\"primitives\": [{{\"mode\": 0, \"attributes\": {{\"POSITION\": 0, \
+          \"COLOR_0\": 1}}, \
+            \"extensions\": {{\"{own}\": {{\"extensions\": {{\"{packed}\": {{\"bufferView\": \
+            0}}}}}}}}}}]}}], \
           \"accessors\": [{{\"componentType\": 5126, \"count\": {count}, \"type\": \"VEC3\", \
             \"min\": [-1, -1, -3], \"max\": [1, 2, 1]}}, \
             {{\"componentType\": 5121, \"normalized\": true, \"count\": {count}, \"type\": \"VEC4\"}}], \
           \"bufferViews\": [{{\"buffer\": 0, \"byteOffset\": 0, \"byteLength\": {length}}}], \
-          \"buffers\": [{{\"byteLength\": {length}, \"uri\": \"data:application/octet-stream;base64,{}\"}}]}}",
+          \"buffers\": [{{\"byteLength\": {length}, \"uri\": \
+          \"data:application/octet-stream;base64,{}\"}}]}}",
         STANDARD.encode(&data)
     )
 }

@@ -226,7 +226,8 @@ pub(super) fn assert_equal(found: &Bits, expected: &Bits, what: &str) {
     let curves = apart(&found.curves, &expected.curves);
     assert!(
         found == expected,
-        "{what}: texels apart, and the first: filters {filters:x?}, nearest depths {nearests:x?}, opaque ones {opaques:x?}, curves {curves:x?}"
+        "{what}: texels apart, and the first: filters {filters:x?}, nearest depths {nearests:x?}, \
+         opaque ones {opaques:x?}, curves {curves:x?}"
     );
 }
 

@@ -19,10 +19,13 @@ const SHEET: &str = "kind = 'plane'\nscale = [12, 1, 12]";
 fn lit(angle: f64, leaf: &str, shape: &str, eye: &str) -> Scene {
     let (sin, cos) = angle.to_radians().sin_cos();
     let toml = format!(
-        "[camera]\neye = {eye}\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nfov_y = 2\nsize = [16, 16]\nsamples = 1\n\
-         occlusion = false\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 256\n\
+        "[camera]\neye = {eye}\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nfov_y = 2\nsize = [16, 16]\n\
+         samples = 1\n\
+         occlusion = false\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\n\
+         size = 256\n\
          [[light]]\nkind = 'directional'\nintensity = 2\ndirection = [{sin}, {}, 0]\n\
-         [[material]]\nname = 'leaf'\nroughness = 1\n{leaf}\n[[shape]]\nname = 'leaf'\nmaterial = 'leaf'\n{shape}\n\
+         [[material]]\nname = 'leaf'\nroughness = 1\n{leaf}\n[[shape]]\nname = 'leaf'\n\
+         material = 'leaf'\n{shape}\n\
          [[material]]\nname = 'ground'\ntransfer = 'opaque'\n\
          [[shape]]\nkind = 'plane'\nmaterial = 'ground'\nscale = [14, 1, 14]\ntranslation = [0, -20, 0]\n",
         -cos
@@ -109,8 +112,10 @@ fn ambient_light_passes() {
 fn a_lampshade_shines_evenly() {
     for receiver in ["curve", "nearest"] {
         let toml = format!(
-            "[camera]\neye = [0, 0, 12]\ntarget = [0, 0, 0]\nfov_y = 22\nsize = [64, 64]\nsamples = 1\nocclusion = false\n\
-             [environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 256\nreceiver = '{receiver}'\n\
+            "[camera]\neye = [0, 0, 12]\ntarget = [0, 0, 0]\nfov_y = 22\nsize = [64, 64]\nsamples = 1\n\
+             occlusion = false\n\
+             [environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 256\n\
+             receiver = '{receiver}'\n\
              [[light]]\nkind = 'point'\nposition = [0, 0, 0]\nintensity = 8\nnear = 0.05\n\
              [[material]]\nname = 'leaf'\n{LEAF}\n\
              [[shape]]\nkind = 'sphere'\nmaterial = 'leaf'\nscale = [4, 4, 4]\nlevel = 5\n"
@@ -138,7 +143,8 @@ fn a_lampshade_shines_evenly() {
 #[test]
 fn what_moves_takes_its_shadow_along() {
     let mut scene = lit(0.0, LEAF, "kind = 'plane'\nscale = [2, 1, 2]", "[0, 9, 0]");
-    let toml = "[[animate]]\ntarget = 'shape.leaf.translation'\ntimes = [0, 1]\nvalues = [[0, 0, 0], [4, 0, 0]]\n";
+    let toml = "[[animate]]\ntarget = 'shape.leaf.translation'\ntimes = [0, 1]\n\
+        values = [[0, 0, 0], [4, 0, 0]]\n";
     assert!(scene.motions.is_empty());
     let text = format!(
         "[[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\n[[material]]\nname = 'leaf'\n{LEAF}\n\

@@ -184,9 +184,11 @@ fn the_picture_loses_the_same_share() {
                  [environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 16\n\
                  [[light]]\nkind = 'point'\nposition = [0, 50, 0]\nintensity = 0\n\
                  [[material]]\nname = 'glass'\ntransmission = 1\n{ior}\n\
-                 [[material]]\nname = 'wall'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\nemission = [1, 1, 1]\n\
+                 [[material]]\nname = 'wall'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\n\
+                 emission = [1, 1, 1]\n\
                  [[shape]]\nkind = '{shape}'\nmaterial = 'glass'\nscale = [9, 9, 1]\n\
-                 [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0, 0, -1]\nscale = [90, 90, 1]\n",
+                 [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0, 0, -1]\n\
+                 scale = [90, 90, 1]\n",
                 sin * 9.0,
                 cos * 9.0
             );

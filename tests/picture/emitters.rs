@@ -285,7 +285,8 @@ fn a_frame_alone_is_that_of_the_sequence() {
 /// A scene of emitters alone, from before its first particle until after its last.
 #[test]
 fn an_emitter_may_have_sent_out_nothing() {
-    let emitter = "[[material]]\nname = 'm'\n[[emitter]]\nmaterial = 'm'\nrate = 90\nlifetime = 0.5\nstart = 1\nstop = 2\n";
+    let emitter = "[[material]]\nname = 'm'\n[[emitter]]\nmaterial = 'm'\nrate = 90\nlifetime = 0.5\n\
+        start = 1\nstop = 2\n";
     let text = format!("[camera]\nsize = [16, 16]\n[shadow]\nsize = 32\n{emitter}");
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
     for (seconds, least) in [(0.5, 0), (1.5, 43), (3.0, 0)] {
@@ -305,7 +306,8 @@ fn an_emitter_may_have_sent_out_nothing() {
 /// Particles that have ended, or have not begun, do not count as left out.
 #[test]
 fn particles_that_fly_too_far_are_counted_on_the_device() {
-    let emitter = "[[emitter]]\nmaterial = 'm'\nrate = 60\nlifetime = 3\nvelocity = [6.1e6, 0, 0]\nextent = [0, 0, 0]\n";
+    let emitter = "[[emitter]]\nmaterial = 'm'\nrate = 60\nlifetime = 3\nvelocity = [6.1e6, 0, 0]\n\
+        extent = [0, 0, 0]\n";
     let text = format!(
         "[camera]\neye = [0, 1, 9]\ntarget = [0, 0, 0]\nsize = [16, 16]\n[shadow]\nsize = 32\n\
          [[material]]\nname = 'm'\n{emitter}"

@@ -77,7 +77,8 @@ fn blur_is_the_circle_of_confusion() {
 fn what_moves_is_blurred_as_far_as_it_moves() {
     let ([width, height], fov_y) = (SIZE.to_array(), 2.0 * TANGENT.atan().to_degrees());
     let toml = format!(
-        "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfov_y = {fov_y}\nsize = [{width}, {height}]\nsamples = 32\n\
+        "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfov_y = {fov_y}\nsize = [{width}, {height}]\n\
+         samples = 32\n\
          shutter = 0.5\nocclusion = false\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n\
          [[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 0\n\
          [[material]]\nname = 'lamp'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\nemission = [1, 1, 1]\n\

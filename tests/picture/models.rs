@@ -74,7 +74,8 @@ fn what_is_unlit_shows_its_colour() {
     let color = [0.5 * linear, 0.1, 0.6];
     for ambient in ["[0, 0, 0]", "[1, 1, 1]"] {
         let dark = format!(
-            "[environment]\nambient = {ambient}\nbackground = [0, 0, 0]\n[[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\n"
+            "[environment]\nambient = {ambient}\nbackground = [0, 0, 0]\n[[light]]\n\
+             kind = 'directional'\ndirection = [0, -1, 0]\n"
         );
         for picture in pictures(&scene(&model, &dark)) {
             assert_light(at(&picture, -2.0, 0.0), color, 2e-3);

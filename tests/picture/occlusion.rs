@@ -48,7 +48,8 @@ fn a_wall_takes_its_part_of_the_sky() {
     const WORST: f64 = 0.08;
     const MEAN: f64 = 0.055;
     const HEIGHT: f64 = 0.5;
-    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\ntranslation = [0, 0.25, -0.2]\n";
+    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\n\
+        translation = [0, 0.25, -0.2]\n";
     let scene = scene([0.0, 4.0, 4.0], 4.0, wall);
     for tier in TIERS {
         let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
@@ -73,7 +74,8 @@ fn a_wall_takes_its_part_of_the_sky() {
 fn a_sphere_shades_its_foot() {
     /// The search misses light that comes in under the sphere.
     const MEAN: f64 = 0.03;
-    let ball = "[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\nscale = [1, 1, 1]\ntranslation = [0, 0.5, 0]\n";
+    let ball = "[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\nscale = [1, 1, 1]\n\
+        translation = [0, 0.5, 0]\n";
     let scene = scene([0.0, 4.0, 4.0], 4.0, ball);
     let (mut sum, mut count) = (0.0, 0.0);
     for (point, share) in shares_of(Tier::Core, &scene) {
@@ -92,7 +94,8 @@ fn a_sphere_shades_its_foot() {
 #[test]
 fn contact_has_no_scales() {
     const MOST: f32 = 0.09;
-    let ball = "[[shape]]\nkind = \"sphere\"\nlevel = 5\nmaterial = \"m\"\nscale = [0.4, 0.4, 0.4]\ntranslation = [0, 0.2, 0]\n";
+    let ball = "[[shape]]\nkind = \"sphere\"\nlevel = 5\nmaterial = \"m\"\nscale = [0.4, 0.4, 0.4]\n\
+        translation = [0, 0.2, 0]\n";
     let scene = scene([0.0, 0.45, 0.9], 0.127, ball);
     for tier in TIERS {
         let shares = shares_of(tier, &scene);
@@ -115,7 +118,8 @@ fn contact_has_no_scales() {
 fn occlusion_does_not_fade_at_the_border() {
     const MOST: f32 = 0.04;
     const HEIGHT: f32 = 0.5;
-    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\ntranslation = [0, 0.25, -0.2]\n";
+    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\n\
+        translation = [0, 0.25, -0.2]\n";
     let scene = scene([0.0, 4.0, 4.0], 1.0, wall);
     for tier in TIERS {
         let shares = shares_of(tier, &scene);
@@ -141,7 +145,8 @@ fn there_is_no_halo() {
     const RADIUS: f32 = 0.4;
     /// Angles come from cosines of 24 bits.
     const ROUNDED: f32 = 0.999;
-    let post = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\ntranslation = [0, 0.5, 0]\n";
+    let post = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\n\
+        translation = [0, 0.5, 0]\n";
     for eye in [[0.0, 4.0, 4.0], [0.0, 0.6, 6.0]] {
         let scene = scene(eye, RADIUS, post);
         let (mut near, mut far) = (0, 0);
@@ -165,7 +170,8 @@ fn there_is_no_halo() {
 /// The kernels agree with the CPU reference, with opaque spheres, panes and air in the picture; maps stay.
 #[test]
 fn kernels_match_the_reference_and_maps_stay() {
-    let shapes = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\ntranslation = [0, 0.5, 0]\n\
+    let shapes = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\n\
+        translation = [0, 0.5, 0]\n\
         [[shape]]\nkind = \"pane\"\nmaterial = \"g\"\ntranslation = [0.3, 0.5, 0.6]\n\
         [[material]]\nname = \"g\"\ntint = [1, 0.4, 0.2, 0.5]\n[air]\nextinction = 0.1\n";
     for radius in ["true", "0.3"] {

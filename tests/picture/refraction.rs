@@ -146,7 +146,8 @@ fn kernels_match_the_reference() {
 #[test]
 fn what_is_in_front_is_not_behind() {
     let ball = "kind = 'sphere'\nscale = [1.2, 1.2, 1.2]\n\
-                [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0.45, 0, 1.2]\nscale = [0.1, 4, 1]";
+                [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0.45, 0, 1.2]\n\
+                scale = [0.1, 4, 1]";
     let scene = glass("ior = 1.5\nattenuation_distance = 1e6", ball, [0.0, 0.0, 4.0], -1.0);
     for picture in light_of(&scene) {
         // Right of the middle the wall is dark; only the post shines.

@@ -132,12 +132,15 @@ fn every_target_follows_its_keys() {
 /// At any time, a shape with keys has the triangles of a static shape there, to the last bit.
 #[test]
 fn shapes_are_where_their_keys_say() {
-    let keys = "[[animate]]\ntarget = 'shape.crate.translation'\ntimes = [0, 2]\nvalues = [[0, 0, 0], [4, 2, 0]]\n\
+    let keys = "[[animate]]\ntarget = 'shape.crate.translation'\ntimes = [0, 2]\n\
+        values = [[0, 0, 0], [4, 2, 0]]\n\
         [[animate]]\ntarget = 'shape.crate.rotation'\ntimes = [0, 2]\nvalues = [[0, 0, 0], [0, 60, 40]]\n\
-        [[animate]]\ntarget = 'shape.1.scale'\ntimes = [0, 2]\nvalues = [[1, 1, 1], [-1, 2, 3]]\nmode = 'step'\n";
+        [[animate]]\ntarget = 'shape.1.scale'\ntimes = [0, 2]\nvalues = [[1, 1, 1], [-1, 2, 3]]\n\
+        mode = 'step'\n";
     let still = "[[material]]\nname = 'glass'\n[[material]]\nname = 'amber'\nattenuation_distance = 1\n\
         attenuation_color = [0.9, 0.5, 0.1]\n\
-        [[shape]]\nkind = 'box'\nmaterial = 'glass'\ntranslation = [2, 1, 0]\nrotation = [0, 30, 20]\nscale = [1, 2, 1]\n\
+        [[shape]]\nkind = 'box'\nmaterial = 'glass'\ntranslation = [2, 1, 0]\nrotation = [0, 30, 20]\n\
+        scale = [1, 2, 1]\n\
         [[shape]]\nkind = 'sphere'\nmaterial = 'amber'\n";
     let scene = at(animated(keys), 1.0);
     let expected = read(still).unwrap();
@@ -162,8 +165,10 @@ fn far_scenes_move_as_near_ones() {
     let far = |x: f64| {
         let place = |y: f64| format!("[{x}, {y}, 0]");
         let toml = format!(
-            "[camera]\neye = [{}, 2, 9]\ntarget = {}\n[[light]]\nname = 'lamp'\nkind = 'point'\nposition = {}\n\
-             [[material]]\nname = 'm'\nradius = 0.01\n[[shape]]\nname = 'b'\nkind = 'box'\nmaterial = 'm'\ntranslation = {}\n\
+            "[camera]\neye = [{}, 2, 9]\ntarget = {}\n[[light]]\nname = 'lamp'\nkind = 'point'\n\
+             position = {}\n\
+             [[material]]\nname = 'm'\nradius = 0.01\n[[shape]]\nname = 'b'\nkind = 'box'\n\
+             material = 'm'\ntranslation = {}\n\
              [[animate]]\ntarget = 'shape.b.translation'\ntimes = [0, 1]\nvalues = [{}, {}]\n\
              [[animate]]\ntarget = 'camera.eye'\ntimes = [0, 1]\nvalues = [{}, {}]\n\
              [[animate]]\ntarget = 'light.lamp.position'\ntimes = [0, 1]\nvalues = [{}, {}]\n",

@@ -22,7 +22,8 @@ const MATERIAL: &str = "[[material]]\nname = \"m\"\n";
 
 #[test]
 fn lights_with_a_source_are_as_many_as_devices_evaluate() {
-    let lamp = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nsource = { kind = \"sphere\", radius = 0.1 }\n";
+    let lamp = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\n\
+        source = { kind = \"sphere\", radius = 0.1 }\n";
     let (line, message) = refused(&lamp.repeat(65));
     assert_eq!(line, 64 * 4 + 4, "{message}");
     assert!(message.contains("65 viewpoints of sources") && message.contains("64"), "{message}");
@@ -47,7 +48,8 @@ fn steps_of_all_emitters_are_summed_up() {
     assert_eq!(line, 2 + 5 + 4, "{message}");
     assert!(message.contains("steps of particles"), "{message}");
     // A fluid visits many neighbours per step, from its start on.
-    let fluid = "[[emitter]]\nmaterial = \"m\"\nrate = 900\nlifetime = 10\nstart = -600\nfluid = { spacing = 0.1 }\n";
+    let fluid = "[[emitter]]\nmaterial = \"m\"\nrate = 900\nlifetime = 10\nstart = -600\n\
+        fluid = { spacing = 0.1 }\n";
     let (line, message) = refused(&format!("{MATERIAL}{fluid}"));
     assert_eq!(line, 2 + 4, "{message}");
     read(&format!("{MATERIAL}{camera}{}", fluid.replace("-600", "-1"))).unwrap();

@@ -6,7 +6,11 @@ use gobo_scene::Scene;
 
 #[test]
 fn what_is_left_out_is_chosen() {
-    let scene = read("[[material]]\nname = \"m\"\n[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [2, 8, 2]\ntranslation = [5, 0, 0]").unwrap();
+    let scene = read(
+        "[[material]]\nname = \"m\"\n[[shape]]\nkind = \"box\"\nmaterial = \"m\"\n\
+        scale = [2, 8, 2]\ntranslation = [5, 0, 0]",
+    )
+    .unwrap();
     assert_eq!(scene.lights.len(), 1);
     assert_eq!(scene.lights[0].name, "sun");
     assert_eq!(scene.camera.size, UVec2::new(960, 540));

@@ -143,8 +143,10 @@ fn momentum_stays() {
     }
 }
 
-const SMOKE: &str = "rate = 60\nlifetime = 2.5\nshape = 'disc'\nextent = [0.4, 0, 0.4]\nbuoyancy = 2\ndrag = 1\n\
-    turbulence = 0.5\nboxes = [{ min = [-1, 0.8, -1], max = [1, 1, 1] }]\nfluid = { spacing = 0.15 }\nseed = 4\n";
+const SMOKE: &str = "rate = 60\nlifetime = 2.5\nshape = 'disc'\nextent = [0.4, 0, 0.4]\nbuoyancy = 2\n\
+    drag = 1\n\
+    turbulence = 0.5\nboxes = [{ min = [-1, 0.8, -1], max = [1, 1, 1] }]\nfluid = { spacing = 0.15 }\n\
+    seed = 4\n";
 
 #[test]
 fn a_moment_of_a_fluid_is_the_same_whatever_came_before() {

@@ -269,7 +269,8 @@ fn damaged_rigs_are_refused_or_left_out() {
     let far = "triangle moved too far";
     let path = with(-1.0, 1e30);
     let floor = "[[material]]\nname = 'm'\n[[shape]]\nkind = 'box'\nmaterial = 'm'\n[[light]]\n\
-                 kind = 'directional'\ndirection = [0, -1, 0]\n[camera]\nsize = [8, 4]\n[shadow]\nsize = 16\n";
+                 kind = 'directional'\ndirection = [0, -1, 0]\n[camera]\nsize = [8, 4]\n[shadow]\n\
+                 size = 16\n";
     let text = format!("{floor}[[mesh]]\nfile = 'bent.gltf'\n");
     let mut scene = scene::load(&folder.write("scene.toml", text)).unwrap();
     assert!(path.exists());

@@ -359,17 +359,33 @@ fn colours_of_vertices_are_read() {
             .replace("\"POSITION\": 0", "\"POSITION\": 0, \"COLOR_0\": 1")
             .replace(
                 "\"bufferViews\": [",
-                &format!("\"bufferViews\": [{{\"buffer\": 1, \"byteLength\": {}}},", if component == 5121 { 12 } else { 36 }),
+                &format!(
+                    "\"bufferViews\": [{{\"buffer\": 1, \"byteLength\": \
+                    {}}},",
+                    if component == 5121 { 12 } else { 36 }
+                ),
             )
-            .replace("\"bufferView\": 0, \"componentType\": 5126", "\"bufferView\": 1, \"componentType\": 5126")
+            .replace(
+                "\"bufferView\": 0, \"componentType\": 5126",
+                "\"bufferView\": 1, \
+                \"componentType\": 5126",
+            )
             .replace(
                 "\"max\": [1, 1, 0]}",
                 &format!(
-                    "\"max\": [1, 1, 0]}}, {{\"bufferView\": 0, \"componentType\": {component}, \"count\": 3, \
+                    "\"max\": [1, 1, 0]}}, {{\"bufferView\": 0, \"componentType\": {component}, \
+                     \"count\": 3, \
                      \"type\": \"{kind}\", \"normalized\": {normalized}}}"
                 ),
             )
-            .replace("\"corners.bin\"}]", &format!("\"corners.bin\"}}, {{\"byteLength\": {}, \"uri\": \"colors.bin\"}}]", if component == 5121 { 12 } else { 36 }))
+            .replace(
+                "\"corners.bin\"}]",
+                &format!(
+                    "\"corners.bin\"}}, {{\"byteLength\": {}, \"uri\": \
+                \"colors.bin\"}}]",
+                    if component == 5121 { 12 } else { 36 }
+                ),
+            )
     };
     let folder = Folder::new();
     folder.write("colors.bin", [255u8, 0, 0, 255, 0, 255, 0, 128, 64, 64, 64, 0]);

@@ -192,7 +192,8 @@ fn trees_are_cut_and_windowed() {
     grid.tiles.insert(([16, 0, 0], 8), (4.0, true));
     grid.tiles.insert(([128, 0, 0], 128), (2.0, true));
     let bytes = file(Format::default(), &[grid.clone()]);
-    let keys = "window = [0, 4]\nclip = { planes = [[-1, -0.25, 0, 90]], box = [[-3, -9, -9], [999, 999, 30]] }\n";
+    let keys = "window = [0, 4]\n\
+        clip = { planes = [[-1, -0.25, 0, 90]], box = [[-3, -9, -9], [999, 999, 30]] }\n";
     let scene = load(&bytes, keys).unwrap();
     let has = |voxel: IVec3| {
         let at = voxel.as_dvec3() * 0.5 - 1.0;

@@ -130,7 +130,8 @@ fn a_ply_mesh_that_lies_is_refused() {
     assert_eq!(scene.triangles.len(), 2);
 }
 
-const OBJ: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+const OBJ: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nvt 0 0\nvt 1 0\nvt 1 1\n\
+    vt 0 1\n\
     vn 0 0 2\nusemtl red\nf 1/1/1 2/2/1 3/3/1 4/4/1\no second\nusemtl glass\nf -4 -1 -3\n";
 
 const MTL: &str = "newmtl red\nKd 0.5 0.25 0\nmap_Kd -s 1 1 1 sub\\tiles.png\nNs 98\nillum 2\n\

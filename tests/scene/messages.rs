@@ -92,7 +92,8 @@ fn every_refusal_is_plain_and_has_a_remedy() {
             "count",
         ),
         (
-            "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = -4 }",
+            "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\n\
+             generate = { kind = \"smoke\", count = -4 }",
             "whole number",
         ),
         ("[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\ndisplace = [0.5]", "table"),

@@ -64,7 +64,8 @@ fn splats_are_refused_with_the_reason() {
     let text = refusal(with("property float f_dc_0\n", "1 2 3 1\n"));
     assert!(text.contains("Gaussian"), "{text}");
     let packed = "ply\nformat binary_little_endian 1.0\nelement chunk 0\nproperty float min_x\n\
-                  element vertex 0\nproperty uint packed_position\nproperty uint packed_rotation\nend_header\n";
+                  element vertex 0\nproperty uint packed_position\nproperty uint packed_rotation\n\
+                  end_header\n";
     assert!(refusal(packed).contains("Gaussian"));
 }
 
@@ -107,7 +108,8 @@ fn rows_have_what_the_header_says_and_no_more() {
     assert!(text.contains("-1") && text.contains("line 9"), "{text}");
     assert!(refusal(with("property list int int tags\n", "1 2 3 1.5 7\n")).contains("1.5"));
     let mut binary = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex 1\n{XYZ}property list int uchar tags\nend_header\n"
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\n{XYZ}property list int uchar tags\n\
+         end_header\n"
     )
     .into_bytes();
     binary.extend([1f32, 2., 3.].map(f32::to_le_bytes).concat());

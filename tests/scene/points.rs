@@ -136,7 +136,8 @@ fn discs_close_the_surface() {
     // A material's own radius takes precedence.
     let folder = Folder::new();
     folder.write("a.pcd", pcd("binary", &grid));
-    let text = "[[material]]\nname = \"m\"\nradius = 0.125\n[[particles]]\nfile = \"a.pcd\"\nmaterial = \"m\"\n";
+    let text = "[[material]]\nname = \"m\"\nradius = 0.125\n[[particles]]\nfile = \"a.pcd\"\n\
+        material = \"m\"\n";
     let scene = scene::load(&folder.write("s.toml", text)).unwrap();
     assert!(scene.particles.iter().all(|particle| particle.radius == 0.125));
 }

@@ -8,8 +8,10 @@ use gobo::{
 use gobo_scene::Scene;
 use std::collections::HashMap;
 
-const WILD: &str = "rate = 40\nlifetime = [0.5, 2]\nextent = [1, 0.5, 1]\nspread = 1\nbuoyancy = 3\ndrag = 2\n\
-    turbulence = 2\nground = -0.2\nradius = [0.02, 0.2]\ncolor = [[1, 0.5, 0.2], 0.5]\nalpha = [1, 0.3]\nseed = 5\n";
+const WILD: &str = "rate = 40\nlifetime = [0.5, 2]\nextent = [1, 0.5, 1]\nspread = 1\nbuoyancy = 3\n\
+    drag = 2\n\
+    turbulence = 2\nground = -0.2\nradius = [0.02, 0.2]\ncolor = [[1, 0.5, 0.2], 0.5]\n\
+    alpha = [1, 0.3]\nseed = 5\n";
 
 fn trailing(trail: &str) -> Scene {
     emitting(&format!("{WILD}trail = {trail}"))
@@ -87,7 +89,8 @@ fn a_moment_of_trails_is_the_same_whatever_came_before() {
         assert!(&trails(&mut in_turn, seconds) == expected, "{seconds} s, back from later");
     }
     // The file's own strands stay, and particles equal those of an emitter without trails.
-    let own = "[[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'smoke'\n[[strands]]\nmaterial = 'smoke'\n\
+    let own = "[[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'smoke'\n[[strands]]\n\
+        material = 'smoke'\n\
         generate = { kind = 'fur', on = 'ball', count = 5 }\n";
     let mut beside = emitting(&format!("{WILD}trail = {trail}\n{own}"));
     let both = trails(&mut beside, 2.0);
@@ -102,7 +105,8 @@ fn a_moment_of_trails_is_the_same_whatever_came_before() {
 fn far_trails_are_the_same() {
     let of = |x: f32| {
         let mut scene = emitting(&format!(
-            "start = -1\nrate = 20\nlifetime = 2\nspread = 1\nposition = [{x}, 1, 0]\ntrail = {{ seconds = 0.5 }}"
+            "start = -1\nrate = 20\nlifetime = 2\nspread = 1\nposition = [{x}, 1, 0]\n\
+             trail = {{ seconds = 0.5 }}"
         ));
         scene.set_time(0.5);
         let from_emitter = scene.origin - Vec3::X * x;

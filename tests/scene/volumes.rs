@@ -178,10 +178,12 @@ fn generated_volumes_that_move_are_made_at_the_first_time_asked_for() {
 fn threads_do_not_change_what_is_generated() {
     let toml = "[[volume]]\ngenerate = { kind = \"explosion\", voxels = 40 }\nemission = {}\n\
         [[material]]\nname = \"m\"\n\
-        [[shape]]\nkind = \"sphere\"\nname = \"ball\"\nmaterial = \"m\"\nlevel = 5\ndisplace = { amplitude = 0.2 }\n\
+        [[shape]]\nkind = \"sphere\"\nname = \"ball\"\nmaterial = \"m\"\nlevel = 5\n\
+        displace = { amplitude = 0.2 }\n\
         [[strands]]\nmaterial = \"m\"\ngenerate = { kind = \"fur\", on = \"ball\", count = 300 }\n\
         [[emitter]]\nmaterial = \"m\"\nrate = 3000\nlifetime = [1, 2]\n\
-        [[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"dust\", count = 40000, min = [0, 0, 0], max = [1, 1, 1], radius = 0.01 }\n";
+        [[particles]]\nmaterial = \"m\"\n\
+        generate = { kind = \"dust\", count = 40000, min = [0, 0, 0], max = [1, 1, 1], radius = 0.01 }\n";
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {

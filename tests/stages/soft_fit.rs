@@ -19,7 +19,8 @@ fn pane(shadow: &str, source: &str, more: &str) -> Scene {
 }
 
 /// Bars between the light and the pane: its middle sees less of the pane's edges than the rest does.
-const BARS: &str = "[[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [-0.3, 0.8, 0.4]\nscale = [0.06, 0.02, 1]\n\
+const BARS: &str = "[[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [-0.3, 0.8, 0.4]\n\
+     scale = [0.06, 0.02, 1]\n\
      [[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [-0.15, 0.8, 0.4]\nscale = [0.06, 0.02, 1]\n\
      [[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [0, 0.8, 0.4]\nscale = [0.06, 0.02, 1]\n";
 

@@ -152,7 +152,8 @@ fn the_scene_file_gives_viewpoints() {
     assert_eq!(read(&format!("{lamp}{nothing}")).unwrap().lights[0].viewpoint_count(), 1);
     fault(&disc(", viewpoints = 10"), &["5:", "1 to 9 viewpoints"]);
     fault(&disc(", viewpoints = 2"), &["5:", "viewpoints", "1 or 3 to 9"]);
-    let point = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\nsource = { kind = 'sphere', radius = 0.1, viewpoints = 5 }\n";
+    let point = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\n\
+        source = { kind = 'sphere', radius = 0.1, viewpoints = 5 }\n";
     fault(point, &["4:", "viewpoints", "1, 4 or 8"]);
     let many: String = (0..10)
         .map(|i| {

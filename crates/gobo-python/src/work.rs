@@ -44,13 +44,15 @@ fn warnings(counters: &Counters) -> Vec<String> {
     let Counters { shrunk, unmasked_lights, .. } = *counters;
     if shrunk > 0 {
         all.push(format!(
-            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a smaller size for some \
+            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a smaller \
+             size for some \
              lights, or a larger texel_budget of shadow"
         ));
     }
     if unmasked_lights > 0 {
         all.push(format!(
-            "{unmasked_lights} lights are shaded without a mask: all are taken; raise the limit of mask, or give lights \
+            "{unmasked_lights} lights are shaded without a mask: all are taken; raise the limit of \
+             mask, or give lights \
              a far"
         ));
     }

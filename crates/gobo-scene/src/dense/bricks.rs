@@ -77,7 +77,8 @@ pub(crate) fn tree_of(
         }
         if tree.leaves.len() + tree.tiles.len() > MOST_NODES {
             let message = format!("its voxels need more than {MOST_NODES} bricks");
-            let help = "set `window` or `clip` so that less of it is above 0, or resample it with larger voxels";
+            let help = "set `window` or `clip` so that less of it is above 0, or resample it with \
+                larger voxels";
             return Err(Fault::new(message, help));
         }
     }
