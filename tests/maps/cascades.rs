@@ -32,7 +32,7 @@ fn splits_are_even_by_ratios_and_between() {
 fn shift(a: &View, b: &View) -> IVec2 {
     let by = (b.view_from_world.w_axis - a.view_from_world.w_axis) * a.scale;
     let whole = by.round();
-    // A thousandth of a texel is far below what anybody can see.
+    // A thousandth of a texel is invisible.
     assert!((by - whole).abs().max_element() < 1e-3, "{} moved by {by} texels", a.name);
     assert_eq!((a.scale, a.near, a.far, a.size), (b.scale, b.near, b.far, b.size));
     assert_eq!(a.view_from_world.row(2), b.view_from_world.row(2), "depths stay");

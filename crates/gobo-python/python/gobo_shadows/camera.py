@@ -40,7 +40,7 @@ class Camera:
     up: tuple[float, float, float]
     fov: float
     size: tuple[int, int]
-    #: Part of the rendered picture that is kept: first column and row, width and height [pixels]. ``None``: all.
+    #: Kept part of the rendered picture: first column and row, width and height [pixels]. ``None``: all.
     crop: tuple[int, int, int, int] | None
     #: Offset right and down from the rendered picture's middle to the axis [pixels], at most half a pixel.
     shift: tuple[float, float]
