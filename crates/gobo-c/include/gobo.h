@@ -74,7 +74,7 @@ typedef struct gobo_picture {
     const float *light;  /* height x width x 3, linear, before exposure and tone curve */
 } gobo_picture;
 
-/* The maps of one view of a light, texels row by row, owned by the frame. Depths go from 0, near, to 1, far. */
+/* The maps of one view of a light, row by row, owned by the frame. Depths go from 0, near, to 1, far. */
 typedef struct gobo_map {
     uint32_t light;    /* index of the light */
     const char *view;  /* name of the view, unique among the light's */
@@ -86,7 +86,7 @@ typedef struct gobo_map {
     const float *nearest; /* height x width: depth of the nearest translucent caster, 1 without one */
     const float *opaque;  /* height x width: depth of the nearest opaque surface, 1 without one */
     const float *colored; /* height x width x 3: opaque depths by channel, with coloured dithering; else NULL */
-    const float *curve;   /* height x width x nodes x 5: start, end, light behind; unused nodes: 2; or NULL */
+    const float *curve;   /* height x width x nodes x 5: start (2: unused), end, light behind; or NULL */
     double clip_from_world[16]; /* columns of the matrix */
     double view_from_world[16]; /* columns of the matrix */
 } gobo_map;

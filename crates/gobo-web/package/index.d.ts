@@ -5,11 +5,11 @@ export { Canvas };
 /** Shadow maps on a WebGPU device of its own. */
 export type Gobo = Opened;
 export declare const Gobo: {
-    /** Loads the program and opens a device: of the tier `subgroups` if the browser supports it, else of `core`. */
+    /** Loads the program and opens a device, of the tier `subgroups` if supported, else of `core`. */
     create(tier?: "core" | "subgroups"): Promise<Opened>;
 };
 
-/** `<gobo-view src=".." poster=".." moving=".." tier="core" still>`: a scene on a canvas, which can be turned. */
+/** `<gobo-view src=".." poster=".." moving=".." tier="core" still>`: a scene that can be turned. */
 export declare class GoboView extends HTMLElement {
     /** Shows files: a scene and the files that it names. */
     open(files: Iterable<File>): Promise<void>;

@@ -2,7 +2,7 @@
 //!
 //! | file | coordinates | opacity | scale |
 //! |---|---|---|---|
-//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged (not in the format) | logit | logarithm |
+//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged (not specified) | logit | logarithm |
 //! | `.compressed.ply` (`PlayCanvas`) | unchanged, like its source `.ply` | 8 bits | logarithm |
 //! | `.splat` | unchanged | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
