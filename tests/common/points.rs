@@ -1,11 +1,11 @@
-//! Small clouds of points, written from the formats' descriptions, byte by byte.
+//! Small point clouds, written after the formats' descriptions, byte by byte.
 use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder, laszip::ChunkTable};
 use std::{fmt::Write as _, io::Cursor};
 
-/// A point as files store it.
+/// A point in a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dot {
-    /// In the file's axes, z up [m].
+    /// Position in the file's axes, z up [m].
     pub(crate) place: [f64; 3],
     pub(crate) rgb: [u8; 3],
     pub(crate) intensity: u16,
@@ -22,7 +22,7 @@ pub(crate) const DOTS: [Dot; 4] = [
 /// Scale of coordinates in LAS files [m].
 pub(crate) const SCALE: f64 = 0.001;
 
-/// Records of a format of points.
+/// Records in a point format.
 fn records(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> (u16, Vec<u8>) {
     let size: u16 = match format {
         0 => 20,
@@ -53,7 +53,7 @@ fn records(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> (u16, Vec<
     (size, all)
 }
 
-/// LAS of a format of points; 1.4 from format 6 on, 1.2 below. `depth`: what a step of a colour is.
+/// LAS in a point format; 1.4 from format 6 on, 1.2 below. `depth`: step of a colour.
 pub(crate) fn las(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> Vec<u8> {
     let (size, records) = records(format, dots, offset, depth);
     let mut file = head(format, size, dots.len(), offset, &[]);
@@ -61,7 +61,7 @@ pub(crate) fn las(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> Vec
     file
 }
 
-/// LAZ, compressed by the crate that is tested.
+/// LAZ, compressed by the tested crate.
 pub(crate) fn laz(format: u8, dots: &[Dot], offset: [f64; 3]) -> Vec<u8> {
     let (size, records) = records(format, dots, offset, 257);
     let items = LazItemRecordBuilder::default_for_point_format_id(format, 0).unwrap();
@@ -138,7 +138,7 @@ fn head(format: u8, size: u16, count: usize, offset: [f64; 3], laz: &[u8]) -> Ve
     put(0, b"LASF");
     put(24, &[1, if is_new { 4 } else { 2 }]);
     put(94, &length.to_le_bytes());
-    // A record that says nothing stands before that of the compression.
+    // An unrelated record precedes that of the compression.
     let vlrs = 54 + 3 + if laz.is_empty() { 0 } else { 54 + laz.len() };
     put(96, &(u32::from(length) + vlrs as u32).to_le_bytes());
     put(100, &[if laz.is_empty() { 1 } else { 2 }]);
@@ -209,7 +209,7 @@ pub(crate) fn pcd(encoding: &str, dots: &[Dot]) -> Vec<u8> {
     }
     let plain: Vec<u8> =
         (0..6).flat_map(|k| rows.iter().flat_map(move |row| row[k].clone())).collect();
-    // LZF without a run: each 32 bytes behind their number less one.
+    // LZF without a run: each 32 bytes follow their number less one.
     let packed: Vec<u8> =
         plain.chunks(32).flat_map(|chunk| [&[chunk.len() as u8 - 1], chunk].concat()).collect();
     file.extend((packed.len() as u32).to_le_bytes());
@@ -218,7 +218,7 @@ pub(crate) fn pcd(encoding: &str, dots: &[Dot]) -> Vec<u8> {
     file
 }
 
-/// E57 with one scan, written by the crate that is tested, moved by (0, 0, 10).
+/// E57 with one scan, written by the tested crate, moved by (0, 0, 10).
 pub(crate) fn e57(dots: &[Dot]) -> Vec<u8> {
     use e57::{
         E57Writer, Quaternion, Record, RecordDataType, RecordName, RecordValue, Transform,

@@ -1,4 +1,4 @@
-//! Clouds of points: what is stored is read, and what is cut off or lies is refused.
+//! Point clouds: stored values are read, and truncated or wrong files are refused.
 use crate::common::{
     files::Folder,
     points::{DOTS, Dot, copc, e57, las, laz, pcd},
@@ -10,7 +10,7 @@ use gobo::{
 use gobo_scene as scene;
 use gobo_scene::{Scene, SceneError, generate::Chance};
 
-/// As a file alone; the name says nothing.
+/// Loads a single file with a meaningless name.
 fn load(bytes: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
     let folder = Folder::new();
     scene::load(&folder.write("some.file", bytes))
@@ -23,7 +23,7 @@ fn refusal(bytes: impl AsRef<[u8]>) -> String {
     }
 }
 
-/// Of a byte, as screens show it.
+/// Linear value of an sRGB byte.
 fn linear(byte: u8) -> f32 {
     let c = f32::from(byte) / 255.0;
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
@@ -119,7 +119,7 @@ fn budgets_are_of_clouds() {
     assert!(error.contains("no cloud of points"), "{error}");
 }
 
-/// Bytes of a colour may be stored as the float that they make, as old PCL does.
+/// The bytes of a colour may be stored as a float, as in old PCL.
 #[test]
 fn colors_of_pcd_may_be_floats() {
     let bits = 0x00ff_0033_u32;
@@ -145,7 +145,7 @@ fn points_without_colors_are_grey_or_of_their_class() {
     let [ground, tree, house, plain] = [0, 1, 2, 3].map(|i| scene.particles[i].color.truncate());
     assert!(tree.y > tree.x && tree.y > tree.z && house.x > house.y, "{tree} {house}");
     assert!(ground != plain && plain == Vec3::splat(0.6));
-    // Low and high noise, and what is deleted.
+    // Low and high noise, and deleted points.
     let noise = [DOTS[0], Dot { class: 7, ..DOTS[1] }, Dot { class: 128, ..DOTS[2] }];
     let scene = load(las(2, &noise, [0.0; 3], 257)).unwrap();
     assert_eq!(
@@ -190,10 +190,11 @@ fn discs_close_the_surface() {
     let scene = load(pcd("binary", &grid)).unwrap();
     assert!(scene.particles.iter().all(|particle| (particle.radius - 0.5).abs() < 1e-5));
     assert!(scene.notes.iter().any(|note| note.contains("0.500 m")), "{:?}", scene.notes);
-    // A material's own radius counts.
+    // A material's own radius takes precedence.
     let folder = Folder::new();
     folder.write("a.pcd", pcd("binary", &grid));
-    let text = "[[material]]\nname = \"m\"\nradius = 0.125\n[[particles]]\nfile = \"a.pcd\"\nmaterial = \"m\"\n";
+    let text = "[[material]]\nname = \"m\"\nradius = 0.125\n[[particles]]\nfile = \"a.pcd\"\n\
+        material = \"m\"\n";
     let scene = scene::load(&folder.write("s.toml", text)).unwrap();
     assert!(scene.particles.iter().all(|particle| particle.radius == 0.125));
 }

@@ -51,7 +51,8 @@ pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, Sc
             splats::read(path)
         }
         None => {
-            let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the folder of a SOG";
+            let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the \
+                folder of a SOG";
             Err(of_file(("holds no splats of a known kind".to_owned(), help)))
         }
     }

@@ -2,11 +2,11 @@
 //!
 //! | file | coordinates | opacity | scale |
 //! |---|---|---|---|
-//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged: the format has none | logit | logarithm |
+//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged (not specified) | logit | logarithm |
 //! | `.compressed.ply` (`PlayCanvas`) | unchanged, like its source `.ply` | 8 bits | logarithm |
 //! | `.splat` | unchanged | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | unchanged, like the source `.ply` | 8 bits | logarithm |
+//! | `.sog` 2 (`PlayCanvas`), folders, levels | unchanged, like its source `.ply` | 8 bits | logarithm |
 //! | `.ksplat` 0.1 (mkkellogg) | unchanged | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
