@@ -72,7 +72,10 @@ fn main() -> io::Result<ExitCode> {
         let path = if reader.scene.is_some() { &scene } else { &input };
         let read = |bytes: &[u8]| {
             fs::write(&input, bytes)?;
-            Ok(load(path, &[]))
+            let (result, took) = load(path, &[]);
+            // `relight` reads them beside the splats.
+            let harmonics = catch_unwind(|| scene::load_harmonics(&input).is_ok());
+            Ok((harmonics.map_or(Err("panics"), |_| result), took))
         };
         findings += run(reader.name, reader.extension, &reader.seeds, time, seed, &out, read)?;
     }

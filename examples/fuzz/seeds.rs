@@ -9,7 +9,11 @@ use super::{
     vdb::{Format, Packing, VdbGrid, file},
 };
 use flate2::{Compression, write::ZlibEncoder};
-use gobo::glam::IVec3;
+use gobo::{
+    glam::{IVec3, Vec3},
+    model::Gaussian,
+};
+use gobo_scene::splats::{Harmonics, to_sog};
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use std::{
     fmt::Write as _,
@@ -157,6 +161,13 @@ fn mesh_files() -> [Files; 2] {
 type Files = (&'static str, &'static str, Vec<Vec<u8>>);
 
 /// Splats in each format.
+/// A SOG of a splat with harmonics of degree 1.
+fn sog_with_harmonics() -> Vec<u8> {
+    let splat = Gaussian { sigma: Vec3::splat(0.1), ..Gaussian::default() };
+    let harmonics = Harmonics { count: 3, coefficients: vec![[0.25; 3]; 3] };
+    to_sog(&[splat], &[Vec3::ONE], &harmonics).expect("a splat of finite numbers")
+}
+
 fn splat_files() -> [Files; 9] {
     let encodings = ["ascii", "binary_little_endian", "binary_big_endian"];
     let of_gltf = |logarithms| splats::gltf(&SPLATS, logarithms).into_bytes();
@@ -165,7 +176,7 @@ fn splat_files() -> [Files; 9] {
         ("compressed_ply", "ply", vec![splats::packed_ply(&SPLATS)]),
         ("splat", "splat", vec![splats::bare(&SPLATS)]),
         ("spz", "spz", [1, 2, 3, 4].map(|version| splats::spz(version, &SPLATS)).into()),
-        ("sog", "sog", vec![splats::sog(&SPLATS)]),
+        ("sog", "sog", vec![splats::sog(&SPLATS), sog_with_harmonics()]),
         ("khr_splats", "gltf", [false, true].map(of_gltf).into()),
         ("medium_ply", "ply", vec![medium()]),
         ("ksplat", "ksplat", [0, 1, 2].map(|level| splats::ksplat(level, &SPLATS)).into()),

@@ -9,7 +9,7 @@ use gobo::{
     model::Gaussian,
 };
 use gobo_scene::{
-    SceneError, load_splats,
+    SceneError, load_harmonics, load_splats,
     splats::{self, Harmonics, SplatCloud},
 };
 use std::io::Write as _;
@@ -17,7 +17,10 @@ use std::io::Write as _;
 fn load(bytes: impl AsRef<[u8]>) -> Result<SplatCloud, SceneError> {
     // The name says nothing.
     let folder = Folder::new();
-    load_splats(&folder.write("some.file", bytes))
+    let path = folder.write("some.file", bytes);
+    // Read for `relight` alone: refused or not, never a panic.
+    let _ = load_harmonics(&path);
+    load_splats(&path)
 }
 
 fn refusal(bytes: impl AsRef<[u8]>) -> String {

@@ -2,13 +2,12 @@
  * gobo from C and C++: coloured translucent shadows.
  *
  * World space is right-handed with y up, in metres; colours are linear. Functions return GOBO_OK or a code,
- * and gobo_message() then says what is wrong and what to do. Objects are freed by the function that names
- * them, and NULL is freed without effect. An object is used by one thread at a time, which may change between
- * calls.
+ * with the problem and the remedy in gobo_message(). Objects are freed by the function that names them, and
+ * NULL is freed without effect. An object is used by one thread at a time, which may change between calls.
  *
- * The caller promises: pointers are NULL or valid for the whole call; arrays have the lengths that are
- * stated, in floats or elements; texts end with a zero; objects are those that a function here returned, and
- * not yet freed. What may be NULL says so; other NULLs are GOBO_INPUT.
+ * The caller promises: pointers are NULL or valid for the whole call; arrays have the stated lengths, in
+ * floats or elements; texts end with a zero; objects were returned by a function here, and are not yet freed.
+ * NULL is allowed only where stated, and is GOBO_INPUT elsewhere.
  */
 #ifndef GOBO_H
 #define GOBO_H

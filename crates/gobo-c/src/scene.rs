@@ -15,11 +15,11 @@ use std::{
 /// Farthest coordinate of a scene [m].
 const FARTHEST: f32 = 1e7;
 
-/// A scene as callers hold it.
+/// A scene behind the callers' pointer.
 #[derive(Debug)]
 pub(crate) struct HeldScene {
     pub(crate) scene: Scene,
-    /// Id of the next caster: only patterns depend on it.
+    /// Id of the next caster: only dither patterns depend on it.
     next_id: u32,
 }
 
@@ -155,8 +155,8 @@ impl HeldScene {
         Err(Fault::input(format!("{all} {}, but a scene has at most {most}", limit.noun())))
     }
 
-    /// Adds those of `count` that can be used, of which `make` makes each from its number and its id.
-    /// `has_count`: whether the caller counts the rest, which is returned.
+    /// Adds the valid ones of `count`; `make` makes each from its number and its id. Returns the number of
+    /// invalid ones; `has_count`: whether the caller accepts any.
     fn add<T>(
         &mut self,
         count: usize,

@@ -91,7 +91,7 @@ pub(crate) enum Command {
     },
 }
 
-// A scene at a time: a comment for the help would replace that of the command.
+// A scene at a time: a doc comment would replace the command's help.
 #[derive(Debug, Args)]
 pub(crate) struct MomentArguments {
     /// The time, as that of a frame
@@ -268,7 +268,7 @@ pub(crate) struct RelightArguments {
 }
 
 impl Command {
-    /// Whether it asks drivers for adapters.
+    /// Whether the command opens a device.
     pub(crate) fn opens_a_device(&self) -> bool {
         match self {
             Self::Render(_)

@@ -7,19 +7,18 @@ use std::io;
 /// Numbers of a node: start, end, red, green, blue.
 const FIELDS: usize = 5;
 
-/// Start of an unused node: behind the far plane.
+/// Start of an unused node: beyond the far plane.
 const UNUSED: f32 = 2.0;
 
 /// Depths over which a preview averages the light.
 const STEPS: usize = 16;
 
-/// Texels that are encoded by one thread, and runs of them that are in memory at once: an array is five times
-/// its map.
+/// Texels that one thread encodes, and number of such runs in memory at once: an array is five times its map.
 const RUN: usize = 1 << 12;
 const RUNS: usize = 16;
 
-/// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused ones
-/// have the light behind the last one.
+/// Writes the values of all nodes of all texels: used nodes first, in their order; unused ones have the light
+/// behind the last used one.
 pub(super) fn write(
     out: &mut dyn io::Write,
     [rows, columns]: [usize; 2],
@@ -34,7 +33,7 @@ pub(super) fn write(
     Ok(())
 }
 
-/// A run of texels, as it is written.
+/// A run of texels in the file's format.
 fn encoded(curve: &CurveMap, first: usize) -> Vec<[[u8; 4]; FIELDS]> {
     let texels = first..curve.texel_count().min(first + RUN);
     let mut encoded = Vec::with_capacity(texels.len() * curve.nodes);
@@ -66,7 +65,7 @@ pub(super) fn preview(curve: &CurveMap) -> Vec<[f32; 3]> {
         .reduce(|| (1.0, 0.0), |(a, b), (first, last)| (a.min(first), b.max(last)));
     let depths = (0..STEPS).map(|i| first + (last - first) * (i as f32 + 0.5) / STEPS as f32);
     let mean = |texel| {
-        // Most texels.
+        // True of most texels.
         if curve.ramps(texel).next().is_none() {
             return [1.0; 3];
         }
@@ -80,7 +79,7 @@ pub(super) fn preview(curve: &CurveMap) -> Vec<[f32; 3]> {
 mod tests {
     use super::*;
 
-    /// Sizes of what is written at once [bytes].
+    /// Sizes of the pieces that are written [bytes].
     #[derive(Default)]
     struct Pieces(Vec<usize>);
 
@@ -95,7 +94,7 @@ mod tests {
         }
     }
 
-    /// An array is five halves of its map's bytes: it is never in memory whole.
+    /// An array is five halves of its map's bytes: it is never in memory as a whole.
     #[test]
     fn arrays_are_written_in_pieces_whose_size_is_that_of_no_map() {
         const MOST: usize = 1 << 20;

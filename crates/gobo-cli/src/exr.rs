@@ -21,14 +21,14 @@ pub(super) fn full_channel(name: &str, samples: impl Iterator<Item = f32>) -> Ch
     AnyChannel::new(name, FlatSamples::F32(samples.collect()))
 }
 
-/// Channels R, G and B of linear rgb; `layer`: their layer's name, with a dot behind it, or nothing.
+/// Channels R, G and B of linear rgb; `layer`: the layer's name and a dot, or nothing.
 pub(super) fn rgb_channels(layer: &str, rgb: &[[f32; 3]]) -> [Channel; 3] {
     [(0, "R"), (1, "G"), (2, "B")].map(|(channel, name)| {
         half_channel(&format!("{layer}{name}"), rgb.iter().map(|pixel| pixel[channel]))
     })
 }
 
-/// Encodes a picture's light, and channels beside it, as a whole file; `path` is for errors.
+/// Encodes a picture's light, and further channels, as a whole file; `path` is for errors.
 pub(super) fn encode(
     path: &Path,
     picture: &Picture,

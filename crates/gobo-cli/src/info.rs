@@ -8,7 +8,7 @@ use gobo::{
 use serde::Serialize;
 use std::{collections::BTreeMap, fmt::Write as _};
 
-/// benches/NOTES.md has the figures.
+/// The figures are in benches/NOTES.md.
 const ADVICE: &str = "a software adapter compiles each scene's kernels for seconds, once: \
      --backend cpu is quicker for one picture of thousands of casters and a few lights";
 

@@ -89,7 +89,7 @@ pub(super) fn described(
     (stems, serde_json::to_string_pretty(&entries).expect("plain data is JSON"))
 }
 
-/// The maps of shadow views.
+/// The maps of the lights' views.
 pub(super) fn of_lights<'a>(
     maps: &'a [ViewMaps],
     lights: &[Light],
@@ -105,10 +105,10 @@ pub(super) struct Arrays<'a> {
     pub filter: &'a [[f32; 3]],
     pub nearest: &'a [f32],
     pub opaque: &'a [f32],
-    /// Empty without coloured dithering.
+    /// Opaque depths per channel; empty without coloured dithering.
     pub colored: &'a [[f32; 3]],
     pub curve: Option<&'a CurveMap>,
-    /// Light that glass throws; empty without.
+    /// Refracted light of caustics; empty without.
     pub caustics: Vec<[f32; 4]>,
 }
 
@@ -120,7 +120,7 @@ impl<'a> Arrays<'a> {
         Self { size, filter, nearest, opaque, colored, curve, caustics }
     }
 
-    /// Writes the arrays and their previews; `stem`: the start of their names.
+    /// Writes the arrays and their previews; `stem`: start of their names.
     pub(super) fn write(
         &self,
         write: &mut impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
@@ -227,7 +227,7 @@ fn depth_preview(width: u32, height: u32, depths: &[f32]) -> DynamicImage {
 }
 
 fn srgb(linear: f32) -> u8 {
-    // Most texels.
+    // True of most texels.
     if linear >= 1.0 {
         return 255;
     }

@@ -1,4 +1,4 @@
-//! `gobo merge`: joins maps of all shares of a scene's casters.
+//! `gobo merge`: joins the maps of all shares of a scene's casters.
 use super::{
     failure::Failure,
     files, inputs,
@@ -33,7 +33,8 @@ pub(crate) fn run(paths: &[PathBuf], out: &Path) -> Result<(), Failure> {
     files::print(&folder.display().to_string())
 }
 
-/// The parts in the order of their shares: all of them, each once, of the same maps.
+/// The parts in the order of their shares; fails unless each share is there once and all are of the same
+/// maps.
 fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
     let mut parts = BTreeMap::<u32, Part>::new();
     for path in paths {
@@ -62,7 +63,7 @@ fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
     Ok(parts.into_values().collect())
 }
 
-/// How two parts are not of one job.
+/// Name of the property in which two parts of different jobs differ.
 fn difference(head: &Head, other: &Head) -> Option<&'static str> {
     let mut same_share = head.clone();
     same_share.share[0] = other.share[0];

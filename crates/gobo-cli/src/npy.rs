@@ -52,7 +52,7 @@ pub(super) fn header(shape: &[usize]) -> Vec<u8> {
     bytes
 }
 
-/// An array that is written value by value.
+/// Writer of an array, value by value.
 #[derive(Debug)]
 pub(crate) struct Writer<W: Write>(io::BufWriter<W>);
 
@@ -73,7 +73,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// An array of little-endian `f32`s in C order, read value by value.
+/// Reader of an array of little-endian `f32`s in C order, value by value.
 #[derive(Debug)]
 pub(crate) struct Reader<R> {
     pub(crate) shape: Vec<usize>,
@@ -81,7 +81,7 @@ pub(crate) struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// `length`: that of the whole file [bytes].
+    /// `length`: of the whole file [bytes].
     pub(crate) fn new(mut file: R, length: u64) -> Result<Self, NpyFault> {
         let mut head = [0; 8];
         let is_array = file.read_exact(&mut head).is_ok() && head.starts_with(b"\x93NUMPY");

@@ -12,7 +12,7 @@ use gobo_scene as scene;
 use gobo_scene::splats::{self, Harmonics, SplatCloud};
 use std::path::Path;
 
-/// Kind of a file of splats that is written.
+/// Format of the written file of splats.
 #[derive(Clone, Copy)]
 enum SplatOutput {
     Ply,

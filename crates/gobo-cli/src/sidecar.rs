@@ -1,5 +1,5 @@
-//! `frame_0000.json`, beside a frame: the inputs of the frame and its files, so that a stopped job can be
-//! continued, and a damaged frame is found.
+//! `frame_0000.json`, beside a frame: the frame's inputs and files, so that a stopped job can be continued,
+//! and a damaged frame is found.
 use super::{
     arguments::RenderArguments,
     failure::Failure,
@@ -92,7 +92,7 @@ impl Sidecar {
 #[derive(Debug)]
 pub(super) struct FrameFiles<'a> {
     dir: &'a Path,
-    /// None if the frame gets no sidecar.
+    /// `None` if the frame gets no sidecar.
     written: Option<BTreeMap<String, SidecarContents>>,
 }
 
@@ -106,7 +106,7 @@ impl<'a> FrameFiles<'a> {
         self.fill(name, &mut |out| out.write_all(bytes))
     }
 
-    /// Like [`Self::write`], of contents that are not in memory at once.
+    /// Like [`Self::write`], for contents that are not in memory at once.
     pub(super) fn fill(&mut self, name: String, contents: Fill<'_>) -> Result<(), Failure> {
         let path = self.dir.join(&name);
         let Some(written) = &mut self.written else { return output::fill(&path, contents) };
@@ -139,7 +139,7 @@ impl<'a> FrameFiles<'a> {
             inputs: inputs.to_owned(),
             files,
         };
-        // The names that it promises come first.
+        // The files that it promises are made durable first.
         if has_maps {
             files::sync_dir(&self.dir.join(maps(frame)));
             files::sync_dir(&self.dir.join("maps"));
@@ -164,14 +164,14 @@ pub(super) fn picture(frame: u32) -> String {
     stem(frame) + ".png"
 }
 
-/// The frame that a file or folder of this name is of: `frame_0001`, or that with an ending.
+/// The frame of a file or folder with this name: `frame_0001`, with or without an ending.
 pub(super) fn frame_of_any(name: &str) -> Option<u32> {
     let frame = name.strip_prefix("frame_")?.split('.').next()?.parse().ok()?;
     let rest = name.strip_prefix(&stem(frame))?;
     (rest.is_empty() || rest.starts_with('.')).then_some(frame)
 }
 
-/// Folder of a frame's maps, from that of its picture.
+/// Folder of a frame's maps, relative to that of its picture.
 pub(super) fn maps(frame: u32) -> String {
     format!("maps/{}", stem(frame))
 }
@@ -187,15 +187,15 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
     (format!("{frame:04}") == number).then_some(frame)
 }
 
-/// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a
-/// folder of such.
+/// Whether a path in the folder is that of a file of one of these frames; for a path that ends with `/`, of a
+/// folder with such files.
 pub(super) fn is_of_frames(name: &str, frames: &Range<u32>) -> bool {
     let own = name.strip_prefix("maps/").unwrap_or(name).split('/').next();
     let frame = own.and_then(frame_of_any);
     name == "maps/" || frame.is_some_and(|frame| frames.contains(&frame))
 }
 
-/// Whether a path from the folder is that of a file of a frame: beside its picture, or a map.
+/// Whether a path in the folder is that of a frame's file: beside its picture, or a map.
 fn is_of(name: &str, frame: u32) -> bool {
     let map = name.strip_prefix(&maps(frame)).and_then(|rest| rest.strip_prefix('/'));
     let beside = name.strip_prefix(&stem(frame)).and_then(|rest| rest.strip_prefix('.'));
@@ -205,7 +205,7 @@ fn is_of(name: &str, frame: u32) -> bool {
     map.or(beside).is_some_and(is_plain)
 }
 
-/// Refuses what a frame that is checked later cannot be written to.
+/// Refuses outputs that cannot be checked later, such as pipes.
 fn check_plain(path: &Path) -> Result<(), Failure> {
     match fs::symlink_metadata(path) {
         Ok(metadata) if !metadata.is_file() => {
@@ -236,14 +236,14 @@ impl SidecarContents {
     }
 }
 
-/// Hash of everything that decides what frames look like, except the device, whose rounding may move a last
-/// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit
-/// together. The scene is as before.
+/// Hash of everything that decides the look of frames, except the device, whose rounding may move a last bit,
+/// and the scene's folder. The simulation of emitters counts: frames of CPU and device do not fit together.
+/// The scene is unchanged afterwards.
 pub(super) fn inputs(scene: &mut Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
     let RenderArguments { maps, exr, layers, fps, .. } = arguments;
     let debug = arguments.debug();
-    // They name files.
+    // Notes name files.
     let notes = take(&mut scene.notes);
     let names: Vec<String> = scene.textures.iter_mut().map(|it| take(&mut it.name)).collect();
     // Hashes every field of the scene, each number to its last bit.

@@ -2,7 +2,7 @@
 use gobo::stage::{bin::WIDE_DISC_SEGMENT, features::Features, sort::Partition, tuning::Tuning};
 use std::collections::{BTreeMap, HashMap};
 
-/// Overrides that are no flags: their values are written.
+/// Overrides that are numbers and not flags: their values are resolved.
 const NUMBERS: [&str; 2] = ["NODES", "CELLS_AT_ONCE"];
 
 /// `SpecId` of each flag, the same in every kernel.
@@ -38,7 +38,7 @@ const OP_DECORATE: u32 = 71;
 const OP_COPY_OBJECT: u32 = 83;
 const SPEC_ID: u32 = 1;
 
-/// Private variables by these names become specialisation constants: what would load them copies the
+/// Private variables with these names become specialisation constants: each load becomes a copy of the
 /// constant.
 pub(crate) fn specialised(words: &[u32], ids: &BTreeMap<String, u32>) -> Vec<u32> {
     let mut flags = HashMap::new();
@@ -95,7 +95,7 @@ pub(crate) fn specialised(words: &[u32], ids: &BTreeMap<String, u32>) -> Vec<u32
     out
 }
 
-/// Each with its opcode.
+/// Instructions, each with its opcode.
 fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     let mut rest = words.get(HEADER..).unwrap_or_default();
     std::iter::from_fn(move || {

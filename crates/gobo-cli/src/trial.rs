@@ -1,4 +1,4 @@
-//! `gobo info --try`: a small scene by an adapter and by the CPU reference, beside each other.
+//! `gobo info --try`: a small scene rendered by an adapter and by the CPU reference, compared.
 use super::{failure::Failure, files, stop, trial_scene::SCENE, values::DeviceArguments};
 use gobo::records::ViewMaps;
 use gobo_picture::{Frame, RenderOptions, Renderer};
@@ -7,17 +7,17 @@ use gobo_scene::Scene;
 use serde::Serialize;
 use std::{fmt::Write as _, io::Write as _};
 
-/// Difference of light that is no rounding: some eight times what software adapters differ by.
+/// Difference of light above rounding: some eight times that of software adapters.
 const LIGHT: f32 = 4e-3;
-/// The same of light depths.
+/// The same for light depths.
 const DEPTH: f32 = 1e-3;
-/// The same of a picture's channels [of 255].
+/// The same for a picture's channels [of 255].
 const STEPS: f32 = 6.0;
-/// Of so many texels rounding may decide one otherwise, whether an edge covers it.
+/// One texel in so many may differ by rounding, at an edge.
 const DECIDED: usize = 500;
 /// Depths at which curves are compared.
 const DEPTHS: u8 = 16;
-/// Most texels of a map that are named.
+/// Most wrong texels of a map that are listed.
 const NAMED: usize = 4;
 
 #[derive(Debug, Serialize)]
@@ -69,7 +69,7 @@ impl Compared {
         let pairs = found.chunks_exact(channels).zip(expected.chunks_exact(channels));
         for (i, (found, expected)) in pairs.enumerate() {
             let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
-            // What is no number is as far away as can be.
+            // A NaN counts as infinitely far.
             let difference = differences.fold(0.0, |most: f32, difference| {
                 if difference.is_nan() { f32::INFINITY } else { most.max(difference) }
             });
@@ -91,7 +91,7 @@ impl Compared {
     }
 }
 
-/// Prints whether the maps and the picture are those of the reference; fails if not.
+/// Prints whether the maps and the picture match the reference's; fails if not.
 pub(super) fn run(device: &DeviceArguments, json: bool) -> Result<(), Failure> {
     let mut renderer = device.renderer()?;
     let scene = scene()?;

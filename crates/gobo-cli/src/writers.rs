@@ -18,8 +18,8 @@ const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
     binding_array: BoundsCheckPolicy::Restrict,
 };
 
-/// The same where devices check buffers and images, as wgpu has it on Vulkan: checks of a load's place would
-/// double the code of some kernels.
+/// The same where devices check buffers and images, as wgpu assumes on Vulkan: checks of the address of each
+/// load would double the code of some kernels.
 const ROBUST: BoundsCheckPolicies = BoundsCheckPolicies {
     index: BoundsCheckPolicy::Restrict,
     buffer: BoundsCheckPolicy::Unchecked,
@@ -44,10 +44,10 @@ pub(super) fn spirv(
     let options = back::spv::Options {
         // The first version with subgroup operations: Vulkan 1.1.
         lang_version: (1, 3),
-        // With names, by which those are found that stay open.
+        // With names, which identify the constants that stay open.
         flags: back::spv::WriterFlags::LABEL_VARYINGS | back::spv::WriterFlags::DEBUG,
         bounds_check_policies: ROBUST,
-        // naga's own zeroing stores each word: some compilers take minutes for that.
+        // naga's own zeroing stores each word, which takes some compilers minutes.
         zero_initialize_workgroup_memory: back::spv::ZeroInitializeWorkgroupMemoryMode::Native,
         ..Default::default()
     };
@@ -159,7 +159,7 @@ enum SlotKind {
 struct Bound {
     at: ResourceBinding,
     kind: SlotKind,
-    /// Whether it is written.
+    /// Whether the kernel writes it.
     mutable: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What the package's `Scene` is asked for.
+//! Questions to the package's `Scene`.
 use crate::{
     arrays::{array, rows},
     fault::Fault,
@@ -11,7 +11,7 @@ use crate::{
 use numpy::PyReadonlyArray2;
 use pyo3::{Bound, FromPyObject, PyAny, PyResult, Python, pymethods, types::PyDict};
 
-/// A light as Python names it.
+/// A light by its name or index.
 #[derive(FromPyObject)]
 enum Light {
     Index(i64),
@@ -37,7 +37,7 @@ impl Scene {
         })
     }
 
-    /// Linear light, the picture as it is shown, and what there is to warn of.
+    /// Linear light, the displayed picture, and warnings.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn render<'py>(
         &self,
@@ -53,7 +53,7 @@ impl Scene {
         Ok((light, array(py, picture.rgb.into_flattened(), &shape)?, warnings))
     }
 
-    /// Maps of all views of a light, in their order, and what there is to warn of.
+    /// Maps of all views of a light, in their order, and warnings.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn maps<'py>(
         &self,
@@ -72,7 +72,7 @@ impl Scene {
         Ok((all.into_iter().map(named).collect::<PyResult<_>>()?, warnings))
     }
 
-    /// Share of each light that reaches points, which are less the origin.
+    /// Share of each light that reaches points; their positions are less the origin.
     fn light<'py>(
         &self,
         py: Python<'py>,

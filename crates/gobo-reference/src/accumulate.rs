@@ -1,4 +1,4 @@
-//! CPU reference of `accumulate`: light that the hits of each ray let through, and the nearest of them.
+//! CPU reference of `accumulate`: transmittance of each ray's hits, and the nearest of them.
 use super::{
     caster_hit::{Hit, Records, SurfaceCrossing, Target},
     tile::{TEXELS, Tile, TileTexels},
@@ -40,11 +40,11 @@ impl Accumulated {
 #[derive(Clone, Debug)]
 struct TexelRay {
     passed: DVec3,
-    /// Hits in order of their depths, where the order counts.
+    /// Hits in order of depth, if the order matters.
     hits: Vec<Hit>,
     /// Optical depth of volumes.
     tau: DVec3,
-    /// Volumes that the ray leaves, minus those that it enters.
+    /// Number of volumes that the ray leaves minus number that it enters.
     leaves: i32,
     nearest: f32,
     owner: u16,
@@ -84,7 +84,7 @@ impl TexelRay {
             passed = passed * (DVec3::ONE - hit.absorbed.as_dvec3()) + hit.added.as_dvec3();
         }
         if !modes.gain {
-            // A mesh that is not closed would brighten.
+            // A mesh that is not closed would amplify light.
             tau = tau.max(DVec3::ZERO);
         }
         if leaves > 0 {
@@ -95,7 +95,8 @@ impl TexelRay {
     }
 }
 
-/// Accumulates a tile: `footprints` are its pairs', front to back; `index` counts from the view's first tile.
+/// Accumulates a tile. `footprints`: of its pairs, front to back; `index`: counted from the view's first
+/// tile.
 pub fn accumulate<'a>(
     records: Records<'_>,
     index: u32,

@@ -1,8 +1,8 @@
-//! CPU reference of `wgsl/blur/`: a Gaussian of the filter map and of the curves. Depths are not blurred; the
-//! nearest one becomes the nearest of the window, so that all of a blurred edge is behind it.
+//! CPU reference of `wgsl/blur/`: a Gaussian blur of the filter map and of the curves. Depths are not
+//! blurred; the nearest depth becomes the nearest of the window, so that all of a blurred edge is behind it.
 //!
-//! Texels off the map have no weight, and neither have blind ones, whose opaque surface is in front of all
-//! translucent casters of the window: their light would leak into the shadow next to them.
+//! Texels outside the map have weight 0, and so have blind ones, whose opaque surface is in front of all
+//! translucent casters of the window: their light would leak into the shadow beside them.
 use super::{
     curve::{
         DEPTHS,

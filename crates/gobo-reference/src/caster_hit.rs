@@ -42,12 +42,12 @@ pub struct Records<'a> {
     /// Absorption coefficient of each material [1/m].
     pub absorptions: &'a [Vec3],
     pub images: &'a [Image<'a>],
-    /// How the picture samples images; `None` for maps, which read their texels.
+    /// Sampling of images in the picture; `None` for maps, which read single texels.
     pub detail: Option<ImageDetail>,
 }
 
 impl Records<'_> {
-    /// An image where a triangle of the picture is hit.
+    /// An image where a ray of the picture hits a triangle.
     pub fn seen_image(
         &self,
         texture: u32,
@@ -75,7 +75,7 @@ pub struct Target<'a> {
     /// Seed of dither patterns.
     pub id: u32,
     form: Form<'a>,
-    /// Centre in the map and reach along each axis \[texels\].
+    /// Centre in the map, and reach along each axis \[texels\].
     bounds: (Vec2, f32),
 }
 
@@ -89,12 +89,12 @@ enum Form<'a> {
     Triangle(&'a TriangleSetup),
 }
 
-/// Opacity of a particle, thinned for being enlarged.
+/// Opacity of a particle, reduced if it was enlarged.
 #[derive(Clone, Copy, Debug)]
 struct Opacity {
     /// Ratio of the areas.
     thin: f32,
-    /// Where texture and profile are 0.
+    /// Value where texture and profile are 0.
     base: f32,
     slope: f32,
 }
@@ -162,7 +162,7 @@ impl<'a> Target<'a> {
         tile.texels_near(center, reach)
     }
 
-    /// Whether hits filter the light, rather than block it or do nothing.
+    /// Whether hits filter the light, rather than block it or have no effect.
     pub fn filters(&self) -> bool {
         !self.material.transfer.is_opaque() && self.material.transfer != Transfer::None
     }
@@ -172,7 +172,7 @@ impl<'a> Target<'a> {
         self.ramp_hit(texel, opaque_depth, [0, 1])
     }
 
-    /// Hits of a ray that a curve of so many nodes takes one by one: a brick is several.
+    /// Hits of a ray that a curve of `nodes` nodes takes one by one: a brick is several.
     pub fn ramp_count(&self, nodes: u32) -> u32 {
         match self.form {
             Form::Brick { brick, .. } if brick.density < 0.0 => VOXEL_PARTS,
@@ -181,7 +181,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Like [`Self::hit`], of one of [`Self::ramp_count`] parts: its number, and theirs.
+    /// Like [`Self::hit`], for one of [`Self::ramp_count`] parts: its index, and their number.
     pub fn ramp_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
         let hit = match self.form {
             Form::Facing { facing, color, opacity } => {
@@ -348,7 +348,7 @@ impl<'a> Target<'a> {
         }
         let gathers = self.material.transfer == Transfer::Gain;
         let mut color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
-        // The picture mirrors instead.
+        // The picture mirrors light instead.
         if self.records.detail.is_none() {
             let index = self.material.fresnel.index();
             color *= face_passes(self.records.view, index, setup.normal, texel);
@@ -366,8 +366,8 @@ impl<'a> Target<'a> {
     }
 }
 
-/// Least distance from the centre, along either axis, beyond which a footprint touches no texel \[texels\];
-/// `shape`: of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
+/// Distance from the centre along either axis beyond which a footprint touches no texel \[texels\]; `shape`:
+/// of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
 fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let Some(shape) = shape else { return footprint.radius };
     if footprint.beside().is_some() {
@@ -377,7 +377,7 @@ fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let mut reach = footprint.radius * corner;
     if view.perspective > 0.0 {
         if matches!(shape, Shape::Puff | Shape::Brick) {
-            // A sphere's cone has its radius over distance as sine, not as tangent.
+            // The sine of a sphere's cone, not its tangent, is radius over distance.
             reach = if reach < 1.0 { reach / (1.0 - reach * reach).sqrt() } else { f32::INFINITY };
         }
         // tan(axis + cone) - tan(axis), outwards from the view's centre.

@@ -10,7 +10,7 @@ pub struct Clusters {
     pub counters: ClusterCounters,
 }
 
-/// Assigns lights to clusters; `capacity` of all lists together \[lights\].
+/// Assigns lights to clusters; `capacity`: of all lists together \[lights\].
 pub fn assign(grid: &ClusterGrid, reaches: &[Reach], capacity: u32) -> Clusters {
     let mut clusters = Clusters::default();
     let ClusterCounters { needed, overflowed, longest, .. } = &mut clusters.counters;
@@ -28,12 +28,12 @@ pub fn assign(grid: &ClusterGrid, reaches: &[Reach], capacity: u32) -> Clusters 
     clusters
 }
 
-/// Conservative test whether the light may reach the box.
+/// Conservative test of whether the light may reach the box.
 pub fn reaches_box(reach: &Reach, low: Vec3, high: Vec3) -> bool {
     if reach.per_radius == 0.0 {
         return true;
     }
-    // The box in radii, from the light.
+    // The box relative to the light \[radii\].
     let in_radii = |corner: Vec3| {
         ((corner - reach.center) * reach.per_radius).clamp(Vec3::splat(-2.0), Vec3::splat(2.0))
     };

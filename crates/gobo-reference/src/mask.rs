@@ -9,11 +9,11 @@ use gobo::{
     records::{COLORED_BIT, GpuView, MaskSlots, SLOTS, mask_size},
 };
 
-/// Depths that are less apart are equal: pixels beside each other on a floor differ by their rounding alone.
+/// Depths that differ by less count as equal: neighbouring pixels of a floor differ only by rounding.
 pub const TIED: f32 = 1e-6;
 /// Sum of four neighbours' weights below which only the best neighbour is used.
 pub const MIN_WEIGHT: f32 = 1e-3;
-/// Error of a right angle between two normals, in units of the blur's tolerance in depth.
+/// Error of a right angle between two normals, in units of the blur's depth tolerance.
 pub const TURNED: f32 = 8.0;
 /// Distance of the last tap from the centre, in standard deviations.
 pub const WIDTHS: f32 = 2.0;
@@ -24,7 +24,7 @@ pub const MIN_FACING: f32 = -1e-3;
 /// Surface that the camera sees in a pixel of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenSurface {
-    /// Id of the object that it is of, if it is a triangle's.
+    /// Id of its object, if it is a triangle.
     pub object: Option<u32>,
     /// Light depth in the camera's view; 1 without a surface.
     pub depth: f32,
@@ -88,7 +88,7 @@ pub struct MaskInput<'a> {
     pub seen: &'a [SeenSurface],
 }
 
-/// Surfaces of a size, row by row.
+/// A grid of surfaces, row by row.
 struct Grid {
     size: UVec2,
     surfaces: Vec<MaskedPixel>,
@@ -105,8 +105,8 @@ struct Filter<'a> {
     view: GpuView,
 }
 
-/// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here +
-/// turn . o) - off` from the plane, in units of the blur's tolerance.
+/// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here + turn
+/// . o) - off` from the plane, in units of the blur's depth tolerance.
 struct PixelPlane {
     pixel: Vec2,
     /// Interpolated normal, world space.
@@ -189,7 +189,7 @@ impl Filter<'_> {
         PixelPlane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
     }
 
-    /// Distance of a surface from the plane, in units of the blur's tolerance.
+    /// Distance of a surface from the plane, in units of the blur's depth tolerance.
     fn error(&self, plane: &PixelPlane, surface: &MaskedPixel) -> f32 {
         let pixel = surface.pixel.as_vec2() + 0.5;
         let ray = plane.here + plane.turn.dot(pixel - plane.pixel);
@@ -203,13 +203,13 @@ impl Filter<'_> {
         (1.0 - self.error(plane, surface)).max(0.0) * facing.powi(8)
     }
 
-    /// Lengths of a pixel's step to the right and down on a surface that is parallel to the screen, relative
-    /// to those on the surface of the plane; at most 1.
+    /// Lengths of a pixel's step to the right and down on a surface parallel to the screen, relative to those
+    /// on the plane's surface; at most 1.
     fn upright_shares(&self, plane: &PixelPlane, seen: &Point) -> Vec2 {
         let slope = (plane.pixel - self.view.size * 0.5) / self.view.scale;
         let ray = Vec3::new(slope.x, -slope.y, -1.0);
         let normal = self.view.view_from_world.transform_vector3(seen.face);
-        // A step changes the distance along the axis by so much.
+        // Change of the distance along the axis per step.
         let turn = normal.truncate() / normal.dot(ray).min(MIN_FACING);
         let square = 1.0 - 2.0 * turn * ray.truncate() + turn * turn * ray.length_squared();
         square.max(Vec2::ONE).map(|square| 1.0 / square.sqrt())
@@ -237,7 +237,7 @@ impl Filter<'_> {
                 }
                 let texel = texel.as_uvec2();
                 let gaussian = (-0.5 * (step as f32 / width).powi(2)).exp();
-                // A surface is its own, whichever way its facet looks.
+                // A surface always counts for itself, whatever its facet's orientation.
                 let near = if step == 0 { 1.0 } else { self.weight(&plane, grid.at(texel)) };
                 sum += values[(texel.y * grid.size.x + texel.x) as usize] * gaussian * near;
                 weights += gaussian * near;
@@ -279,7 +279,7 @@ impl Filter<'_> {
     }
 }
 
-/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest; of equal ones the first.
+/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest; the first of equal ones.
 fn shrunk(whole: &Grid) -> Grid {
     let size = mask_size(whole.size, true);
     let chosen = |i: u32| {

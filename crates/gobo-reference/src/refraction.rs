@@ -1,6 +1,6 @@
-//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind
-//! glass is seen aside, by the refraction of the eye's ray where it enters a body, and blurred, by the
-//! roughness of panes.
+//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: the background
+//! behind glass is displaced, by refraction where the eye's ray enters a body, and blurred, by the roughness
+//! of panes.
 use super::{bloom::Level, shading::world_point};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::{
@@ -8,21 +8,21 @@ use gobo::{
     records::{GpuView, image_level_size, refraction_levels},
 };
 
-/// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are
-/// halves.
+/// Least light depth by which a surface must be in front of a pane to hide the background of the pane: depths
+/// are half floats.
 pub const PANE_SLACK: f32 = 0.001;
 
-/// Cosine between a ray and a face's normal at which it hardly meets the face.
+/// Cosine between a ray and a face's normal at which the ray hardly meets the face.
 pub const MIN_LEAVING: f32 = -0.05;
 
-/// How a face changes the way of the eye's ray.
+/// Effect of a face on the path of the eye's ray.
 #[derive(Clone, Copy, Debug)]
 pub struct GlassFace {
     /// Radius of the blur \[pixels\].
     pub blur: f32,
-    /// Unit direction behind the face, if it is one of a body; world space.
+    /// Unit direction behind the face, if it belongs to a body; world space.
     pub bent: Option<Vec3>,
-    /// On the eye's side, and its cosine to the straight ray.
+    /// Normal on the eye's side, and its cosine to the straight ray.
     pub normal: Vec3,
     pub cosine: f32,
     pub leaves: bool,
@@ -65,7 +65,7 @@ struct BodyOnRay {
     entered: f32,
     bent: Vec3,
     left: f32,
-    /// Way inside, over that of the straight ray.
+    /// Path length inside, relative to that of the straight ray.
     share: f32,
 }
 
@@ -99,8 +99,7 @@ impl Ray {
         }
     }
 
-    /// Where a pixel sees what is behind, at light depth `behind`, and the blur; `None` where it sees it
-    /// straight.
+    /// Displacement and blur of the background at light depth `behind`; `None` for a straight, sharp view.
     pub fn bend(
         mut self,
         view: &GpuView,
@@ -126,21 +125,21 @@ impl Ray {
     }
 }
 
-/// Where a pixel shows what is behind its panes.
+/// Displaced and blurred background of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Bend {
-    /// From the pixel \[pixels\].
+    /// Offset from the pixel \[pixels\].
     pub aside: Vec2,
-    /// Radius \[pixels\].
+    /// Radius of the blur \[pixels\].
     pub blur: f32,
     /// Light depth of the nearest pane.
     pub pane: f32,
-    /// Share of the light behind that reaches the eye.
+    /// Share of the background's light that reaches the eye.
     pub passed: Vec3,
 }
 
-/// A picture's light with what is seen aside or blurred: `light` without it, `behind` the opaque surfaces and
-/// their light depths.
+/// A picture's light with displaced and blurred backgrounds: `light` without them, `behind` the opaque
+/// surfaces and their light depths.
 pub fn refracted_picture(
     size: UVec2,
     light: &[Vec3],
@@ -165,7 +164,7 @@ pub fn refracted_picture(
     (0..light.len()).map(shown).collect()
 }
 
-/// Light around a place \[pixels\], blurred over a radius \[pixels\].
+/// Light around a position \[pixels\], blurred over a radius \[pixels\].
 fn blurred(levels: &[Level], position: Vec2, blur: f32) -> Vec3 {
     let level = (blur.max(0.5) * 2.0).log2().clamp(0.0, (levels.len() - 1) as f32);
     let (low, part) = (level as usize, level.fract());

@@ -10,7 +10,7 @@ pub struct Pair {
     pub value: u32,
 }
 
-/// Sorts by the `bits` of the keys; pairs that agree in these stay in order.
+/// Sorts by `bits` of the keys; pairs that agree in these stay in order.
 pub fn sort(pairs: &mut [Pair], bits: Range<u32>) {
     if bits.start >= bits.end.min(32) {
         return;

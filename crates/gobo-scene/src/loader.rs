@@ -57,7 +57,7 @@ pub(super) struct Loader<'a> {
     pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
     /// Offset subtracted from the coordinates of all point files, once one is read \[m\].
     pub(super) points_origin: Option<DVec3>,
-    /// Whether the last model holds splats, which were not loaded.
+    /// Whether the last model holds splats.
     pub(super) leaves_splats: bool,
     /// Whether generated textures are made.
     pub(super) paints: bool,

@@ -8,7 +8,7 @@ use gobo::model::{
 use rayon::prelude::*;
 use std::{ops::Range, sync::Arc};
 
-/// Samples in time of a motion; as many splats are sampled.
+/// Most samples in time of a motion; one splat in as many is sampled.
 const FEW: usize = 64;
 /// Most triangles of a draw that are sampled.
 const MANY: usize = 4096;

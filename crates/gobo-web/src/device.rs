@@ -19,7 +19,7 @@ pub struct TooLarge {
 pub(crate) struct Buffers<'a>(pub(crate) &'a wgpu::Device);
 
 impl Buffers<'_> {
-    /// Whether a buffer of so many bytes can be bound.
+    /// Whether a buffer of `bytes` can be bound.
     pub(crate) fn check(&self, what: &'static str, bytes: u64) -> Result<(), TooLarge> {
         let limits = self.0.limits();
         let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);

@@ -1,6 +1,6 @@
 //! Files and native pictures for the test in the browser: `samples FOLDER WIDTH HEIGHT` writes a file of each
-//! kind that people drop, and `expected.js`, the picture of each and of the page's own scene as a native
-//! device draws it.
+//! kind that visitors drop, and `expected.js`: the picture of each, and of the page's own scene, drawn by a
+//! native device.
 #[cfg(not(target_arch = "wasm32"))]
 #[path = "../../../tests/common/splats.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
@@ -55,7 +55,7 @@ mod native {
         file(Format::default(), &[grid])
     }
 
-    /// Particles in the format that simulations write.
+    /// Particles as simulations write them.
     fn particles() -> String {
         let mut text = "ply\nformat ascii 1.0\nelement vertex 200\n".to_owned();
         for name in ["x", "y", "z", "radius", "red", "green", "blue", "alpha"] {
@@ -101,7 +101,7 @@ mod native {
         let mut module = "export default {\n".to_owned();
         let mut add = |name: &str, scene: Scene| -> Result<(), Box<dyn Error>> {
             let mut show = Show::new(&gpu.device, &gpu.queue, shadows.another(), scene)?;
-            // As the page does on software adapters.
+            // Like the page on software adapters.
             show.set_most_texels(512);
             let on = (&gpu.device, &gpu.queue);
             let knobs = Knobs::default();

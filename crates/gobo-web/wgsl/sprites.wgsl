@@ -1,12 +1,11 @@
-// Particles and Gaussians as squares that face the eye, from the farthest on; light is looked up at their
-// middles.
+// Particles and Gaussians as squares that face the eye, farthest first; light is looked up at their middles.
 
 struct Sprite {
     center: vec3<f32>,
     look: u32,
-    // Of a particle: radius [m], kind. Of a Gaussian: covariance xx, xy, xz [m2], kind.
+    // Particle: radius [m], kind. Gaussian: covariance xx, xy, xz [m2], kind.
     first: vec4<f32>,
-    // Of a Gaussian: covariance yy, yz, zz.
+    // Gaussian: covariance yy, yz, zz.
     second: vec4<f32>,
     color: vec4<f32>,
 }
@@ -20,7 +19,7 @@ struct Spot {
     @location(1) @interpolate(flat) light: vec3<f32>,
     @location(2) @interpolate(flat) color: vec4<f32>,
     @location(3) @interpolate(flat) look: u32,
-    @location(4) @interpolate(flat) reach: f32, // of a Gaussian [standard deviations]; 0 of a particle
+    @location(4) @interpolate(flat) reach: f32, // of a Gaussian [standard deviations]; 0 for a particle
 }
 
 fn hidden() -> Spot {
@@ -72,7 +71,7 @@ fn sprite_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) in
     return Spot(clip, place, select(light, vec3(1.0), (look.flags & FLAG_UNLIT) != 0u), color, sprite.look, reach);
 }
 
-// Share of the sprite's opacity at a place.
+// Share of the sprite's opacity at a position.
 fn opacity_at(spot: Spot, flags: u32) -> f32 {
     let square = dot(spot.place, spot.place);
     if spot.reach > 0.0 {

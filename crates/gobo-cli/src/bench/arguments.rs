@@ -55,7 +55,7 @@ pub(crate) struct BenchArguments {
     /// 4, 16 and 64 lights where --lights is not given
     #[arg(long, conflicts_with_all = ["vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size", "receiver", "pair_budget", "html", "shape", "splats"])]
     pub(super) stage: Option<StageName>,
-    /// What the maps hold: nearest depth and filter, or curves as well
+    /// Contents of the maps: nearest depth and filter, or curves as well
     #[arg(long, default_value = "nearest", conflicts_with_all = ["vs", "occlude"])]
     pub(super) receiver: ReceiverName,
     /// Nodes of a curve: 4, 8 or 16
@@ -146,7 +146,7 @@ impl Layout {
 }
 
 impl ShapeName {
-    /// What its casters are called.
+    /// Name of its casters in the plural.
     pub(super) fn plural(self) -> &'static str {
         match self {
             Self::Disc => "discs",
@@ -155,7 +155,7 @@ impl ShapeName {
     }
 }
 
-/// Most casters of a list.
+/// Most casters in a list.
 pub(super) const MAX_LIST: u32 = 1 << 24;
 
 /// Parses `500`, `10k`, `1.5m`, `1g`.

@@ -10,14 +10,14 @@ use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::Scene;
 use serde::Serialize;
 
-/// [pixels]
+/// Sizes of the pictures [pixels].
 const SIZES: [UVec2; 2] = [UVec2::new(1280, 720), UVec2::new(1920, 1080)];
 const LIGHTS: [u32; 4] = [1, 4, 16, 64];
 const TAPS: u32 = 11;
 /// Half the edge of the ground [m].
 const HALF: f32 = 8.0;
 
-/// Time of the shadows in a picture [ms]: less the same picture whose lights have no shadow.
+/// Time of a picture's shadows [ms]: the difference to the same picture without shadows.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct MaskRow {
     width: u32,
@@ -27,7 +27,7 @@ struct MaskRow {
     base_ms: f64,
     /// PCF of 5 x 5 bilinear taps in shading.
     pcf_ms: f64,
-    /// Masks of the picture's size, 2 x 2 and a blur of 11 taps.
+    /// Masks at the picture's size, with 2 x 2 taps and a blur of 11 taps.
     full_ms: f64,
     /// Time with masks of half the size.
     half_ms: f64,
@@ -106,7 +106,7 @@ fn measure(
     })
 }
 
-/// Columns on a ground, under a square grid of lamps: up to four reach all of it, more of them a part each.
+/// Columns on a ground, under a square grid of lamps: up to four reach all of it, more reach a part each.
 fn scene(
     size: UVec2,
     lights: u32,
@@ -161,7 +161,7 @@ fn scene(
     scene
 }
 
-/// Pane of a corner and two edges.
+/// Rectangle with a corner and two edges.
 fn rectangle([corner, right, up]: [Vec3; 3]) -> [Triangle; 2] {
     let (far, normal) = (corner + right + up, right.cross(up).normalize());
     let half =

@@ -1,4 +1,4 @@
-//! `gobo bench --scene`: the maps of a scene's first frame, made anew in each run.
+//! `gobo bench --scene`: the maps of a scene's first frame, rendered anew in each run.
 use super::{
     against::Earlier,
     arguments::BenchArguments,
@@ -22,7 +22,7 @@ struct SceneRow<'a> {
     /// Casters in all views.
     visible: u64,
     views: usize,
-    /// Of all maps.
+    /// Texels of all maps.
     texels: u64,
     #[serde(flatten)]
     compute: Measured,

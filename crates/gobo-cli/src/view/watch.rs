@@ -1,4 +1,4 @@
-//! Files that the scene was read from: whether one has changed since.
+//! Changes of the files that the scene was read from.
 use crate::inputs;
 use std::{
     collections::BTreeMap,
@@ -8,10 +8,10 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-/// Time between two looks: a change that has not gone on for so long is complete.
+/// Time between two looks: a change is complete once it has stopped for as long.
 pub(super) const PERIOD: Duration = Duration::from_millis(250);
 
-/// Time of the last change and length; `None` if the file is not there.
+/// Time of the last change, and length; `None` if the file does not exist.
 type Stamp = Option<(SystemTime, u64)>;
 type FileStamps = BTreeMap<PathBuf, Stamp>;
 
@@ -32,22 +32,22 @@ pub(super) fn note(path: &Path) {
     noted().insert(path.to_owned(), stamp(path));
 }
 
-/// Looks at the files now and then.
+/// Looks at the files periodically.
 #[derive(Debug)]
 pub(super) struct Watch {
     last: Instant,
-    /// What the last look saw, if it differs from what was read.
+    /// Stamps at the last look, if they differ from those of the reading.
     pending: Option<FileStamps>,
 }
 
 impl Watch {
-    /// For files that are read from now on.
+    /// Watches files that are read from now on.
     pub(super) fn new() -> Self {
         noted().clear();
         Self { last: Instant::now(), pending: None }
     }
 
-    /// Whether a file has changed, and then stayed for a period. Says so once for each change.
+    /// Whether a file has changed and has then stayed the same for a period. True once for each change.
     pub(super) fn has_changed(&mut self) -> bool {
         if self.last.elapsed() < PERIOD {
             return false;

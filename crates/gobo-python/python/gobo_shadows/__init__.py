@@ -46,7 +46,7 @@ __all__ = [
     "use_adapter",
 ]
 
-# Drivers and calls that were interrupted end before the interpreter does.
+# Drivers and interrupted calls end before the interpreter does.
 atexit.register(_native.finish)
 # A forked process has neither: calls say so instead of waiting for them.
 if hasattr(os, "register_at_fork"):

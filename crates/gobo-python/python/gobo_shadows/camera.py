@@ -113,8 +113,8 @@ class Camera:
             x, y = as_few(center, "center", 2)
             if not (0 <= x <= width and 0 <= y <= height):
                 raise InputError(f"the principal point is {(x, y)}", "it must be in the picture")
-            # What is rendered beside the picture, so that the principal point is in the middle, and what is
-            # left over.
+            # Margin rendered beside the picture, so that the principal point is in the middle, and the rest
+            # of the shift.
             first_x, first_y = round(max(width - 2 * x, 0)), round(max(height - 2 * y, 0))
             last_x, last_y = round(max(2 * x - width, 0)), round(max(2 * y - height, 0))
             shift = (x - (width + last_x - first_x) / 2, y - (height + last_y - first_y) / 2)
@@ -126,7 +126,7 @@ class Camera:
                 f"{width} x {height} pixels are needed, for what is off the middle", "scale the size, focal and center down"
             )
         fov = math.degrees(2 * math.atan(height / (2 * focal_y)))
-        # Of the length of the world's numbers, so that rounding to 32 bits does not turn it.
+        # As long as the world's numbers, so that rounding to 32 bits does not turn it.
         reach = max(1.0, float(np.abs(eye).max()))
         camera = cls(eye.tolist(), (eye + forward * reach).tolist(), up.tolist(), fov, (width, height))
         camera.crop, camera.shift = crop, shift
@@ -354,7 +354,7 @@ def _colmap_image(folder: Path, wanted: int | str) -> _ColmapImage:
 
 
 def _text_images(path: Path) -> Any:
-    # Of each image the first line; the second has its points.
+    # The first line of each image; the second has its points.
     for line in _lines(path)[::2]:
         words = line.split(maxsplit=9)
         if words:

@@ -1,18 +1,18 @@
-//! CPU reference of `wgsl/curve/mean.wgsl`: the mean of several curves, in a few nodes. Depths are cut at the
-//! longest gaps; each part becomes a ramp of the same mean depth and spread.
+//! CPU reference of `wgsl/curve/mean.wgsl`: the mean of several curves, in a few nodes. The depth range is
+//! cut at the longest gaps; each part becomes a ramp of the same mean depth and spread.
 use super::{DEPTHS, Storing, unpack};
 use glam::Vec3;
 use gobo::records::{PackedNode, curve::LEAST};
 
-/// Bins of depth in which the gaps are searched.
+/// Bins of depth in which gaps are searched.
 pub const BINS: u32 = 32;
 
 /// Depth range over which the light falls linearly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct IntegerRamp {
-    /// \[fixed point\], at least 1
+    /// Start \[fixed point\], at least 1.
     pub start: u32,
-    /// \[fixed point\]
+    /// Length \[fixed point\].
     pub length: f32,
     /// Drop of the mean's light.
     pub drop: Vec3,
@@ -88,7 +88,7 @@ pub(crate) fn merge(ramps: &[IntegerRamp], nodes: &mut [PackedNode], grows: bool
     }
 }
 
-/// Mask of the bins at which a new part begins: behind the `most` longest gaps; of equal gaps, the first.
+/// Mask of the bins at which a new part begins: after the `most` longest gaps, the first among equal ones.
 fn cuts(mask: u32, most: usize) -> u32 {
     let bins: Vec<u32> = (0..BINS).filter(|bin| mask >> bin & 1 == 1).collect();
     let mut gaps: Vec<_> = bins.windows(2).map(|pair| (pair[1] - pair[0], pair[1])).collect();

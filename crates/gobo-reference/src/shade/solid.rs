@@ -1,4 +1,4 @@
-//! Points of what is opaque and nearest.
+//! Points of the nearest opaque surfaces.
 use super::{
     super::shading::{Gloss, Point, PointKind, Receiver},
     Eye, Seen, is_solid, seen_color,
@@ -16,13 +16,13 @@ use gobo::{
     records::{Footprint, TRIANGLE_BIT},
 };
 
-/// An opaque caster where a pixel's ray meets it first.
+/// The first opaque caster on a pixel's ray.
 #[derive(Clone, Copy)]
 pub(super) struct NearestCaster<'a> {
     pub(super) footprint: &'a Footprint,
     pub(super) material: &'a Material,
     pub(super) hit: Hit,
-    /// Id of the object that it is of, if it is a triangle.
+    /// Id of its object, if it is a triangle.
     pub(super) object: Option<u32>,
 }
 
@@ -55,7 +55,7 @@ impl Eye<'_> {
         nearest
     }
 
-    /// Its points.
+    /// Their points.
     pub(super) fn solid_points(
         &self,
         solid: &Seen<'_>,
@@ -84,7 +84,7 @@ impl Eye<'_> {
         if nearest.material.catcher { self.lighting.caught(&point) } else { point }
     }
 
-    /// As if nothing showed the surroundings behind it.
+    /// The point, with its own albedo even if it shows the surroundings behind it.
     fn plain_point(&self, solid: &Seen<'_>, nearest: &NearestCaster<'_>, pixel: Vec2) -> Point {
         let NearestCaster { footprint, material, hit, .. } = nearest;
         if footprint.caster & TRIANGLE_BIT != 0 {
@@ -126,7 +126,7 @@ impl Eye<'_> {
             let (normal, reach) = Self::strand_surface(record, position, to_eye);
             (normal, reach, record.id)
         } else {
-            // Sphere-impostor normal.
+            // Normal of the sphere impostor.
             let aside = (position - caster.center) / caster.radius;
             let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
             ((aside + to_eye * out).normalize(), caster.radius, caster.id)
@@ -151,7 +151,7 @@ impl Eye<'_> {
         }
     }
 
-    /// Point of an opaque triangle that mirrors nothing.
+    /// Point of an opaque triangle without mirroring.
     pub(super) fn triangle(
         &self,
         seen: &Seen<'_>,

@@ -31,7 +31,7 @@ use std::f32::consts::FRAC_1_PI;
 #[derive(Clone, Debug)]
 pub struct Lighting<'a> {
     lights: Vec<GpuLight>,
-    /// The point of each light that its maps are rendered from.
+    /// The point of each light from which its maps are rendered.
     points: Vec<GpuLight>,
     views: Vec<GpuView>,
     maps: Vec<&'a ViewMaps>,
@@ -42,8 +42,8 @@ pub struct Lighting<'a> {
     environment: Option<&'a Environment>,
 }
 
-/// A receiver as data: visible surfaces make points, [`Lighting::light`] evaluates the light that they send
-/// to the eye.
+/// A receiver as data: visible surfaces make points, and [`Lighting::light`] evaluates the light that they
+/// send to the eye.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub kind: PointKind,
@@ -51,24 +51,24 @@ pub struct Point {
     pub position: Vec3,
     /// Pixel of the picture; (0, 0) for a particle's centre.
     pub pixel: UVec2,
-    /// Normal of the plane, unit, on the eye's side; zero for none.
+    /// Normal of the plane, unit, on the eye's side; zero without one.
     pub face: Vec3,
-    /// Interpolated normal, unit, on the eye's side; zero for none.
+    /// Interpolated normal, unit, on the eye's side; zero without one.
     pub normal: Vec3,
     /// Direction to the eye, unit.
     pub to_eye: Vec3,
-    /// Distance that a caster in the map may be off the point, added to the bias \[m\].
+    /// Largest distance of the point's own caster in the map, added to the bias \[m\].
     pub reach: f32,
     pub receiver: Receiver,
-    /// Share of the light that it scatters.
+    /// Scattered share of the light.
     pub albedo: Vec3,
     pub roughness: f32,
     pub gloss: Gloss,
-    /// Light that it emits, and mirrors from the environment.
+    /// Emitted light, and light mirrored from the environment.
     pub emission: Vec3,
     /// 1: mirrors in its own colour and scatters nothing.
     pub metallic: f32,
-    /// Of a leaf: share of the light from its far side that it scatters.
+    /// Scattered share of the light from the far side of a leaf.
     pub far: Vec3,
 }
 
@@ -77,17 +77,17 @@ pub struct Point {
 pub enum PointKind {
     /// Scatters light from its face's side.
     Solid,
-    /// A thin pane, which scatters light from both sides.
+    /// A thin pane that scatters light from both sides.
     Pane,
-    /// A thin layer that covers what is behind it, and scatters light from its face's side.
+    /// A thin layer that covers its background, and scatters light from its face's side.
     Cover,
     /// Scatters light from its face's side, and other light from its far side.
     Leaf,
     /// Scatters without a normal.
     Particle,
-    /// Around an axis, the normal: scatters as a cylinder, and mirrors.
+    /// Around an axis in place of the normal: scatters as a cylinder, and mirrors.
     Strand,
-    /// In a brick of voxels: scatters several times.
+    /// In a brick of voxels, with multiple scattering.
     Brick {
         /// `g` of its phase function.
         anisotropy: f32,
@@ -100,7 +100,7 @@ pub struct Receiver {
     receives: Receives,
     /// Owner tag of its object.
     tag: u16,
-    /// Whether it is opaque: it is in no filter map, so no translucent caster is its own.
+    /// Whether it is opaque: it is then in no filter map, so no translucent caster is its own.
     solid: bool,
     /// Whether it is in the filter map itself.
     leaf: bool,
@@ -117,7 +117,7 @@ impl Receiver {
         Self { receives: material.receives, tag: owner_tag(id), ..Self::AIR }
     }
 
-    /// The receiver at its pixel of the picture.
+    /// The receiver at a pixel of the picture.
     #[must_use]
     pub fn at_pixel(self, pixel: UVec2) -> Self {
         Self { turn: taps::turn(pixel), ..self }
@@ -129,7 +129,7 @@ impl Receiver {
     }
 }
 
-/// Mirrored share of light: reflectivity in full, the rest by polish like glass.
+/// Mirrored share of light: the reflectivity, and a glass coating of the rest by polish.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss {
     pub reflectivity: f32,
@@ -157,7 +157,7 @@ impl Gloss {
     }
 }
 
-/// Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
+/// Share of the distance to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
 pub const SHORT_OF: f32 = 0.999;
 /// Distance of a directional light \[m\].
 pub const SUN_DISTANCE: f32 = 3.4e38;
@@ -210,7 +210,7 @@ impl<'a> Lighting<'a> {
         sharp.lerp(level_around(environment, low + 1, point), level - low as f32)
     }
 
-    /// Reflection of the environment by an opaque surface, by its material and its own colour. Where the
+    /// Reflection of the environment by an opaque surface, by its material and its own colour. If the
     /// surroundings are two colours, only metal mirrors them.
     pub fn mirrored_around(
         &self,
@@ -234,8 +234,8 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// Ambient light that a point scatters to the eye: of an opaque surface what it does not mirror there.
-    /// Where the surroundings are two colours, only metal mirrors them, and all else is scattered.
+    /// Ambient light that a point scatters to the eye; an opaque surface scatters what it does not mirror. If
+    /// the surroundings are two colours, only metal mirrors them, and the rest is scattered.
     pub fn ambient_of(&self, point: &Point) -> Vec3 {
         let is_solid = matches!(point.kind, PointKind::Solid | PointKind::Leaf);
         let mirrors = is_solid && self.environment.is_some();
@@ -259,9 +259,9 @@ impl<'a> Lighting<'a> {
         })
     }
 
-    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance \[m\],
-    /// where the way leaves the body, and what passes up to there, from where the maps shadow it without a
-    /// bias.
+    /// Light that a point in a body sends to the eye. `own`: given the direction to a light and its distance
+    /// \[m\], the point at which the path leaves the body and the transmittance up to there; from that point
+    /// on the maps shadow it without a bias.
     pub fn light_in_body(&self, point: &Point, own: impl Fn(Vec3, f32) -> (Vec3, Vec3)) -> Vec3 {
         self.light_through(point, |index, toward, face| {
             let light = &self.lights()[index];
@@ -273,7 +273,7 @@ impl<'a> Lighting<'a> {
         })
     }
 
-    /// `through`: share of a light, by number, that comes from a direction, with the normal on its side.
+    /// `through`: share of light number `index` that comes from a direction, with the normal on its side.
     fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
         let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
         for (index, light) in self.lights().iter().enumerate() {
@@ -284,8 +284,8 @@ impl<'a> Lighting<'a> {
             if is_behind || !color.cmpgt(Vec3::ZERO).any() {
                 continue;
             }
-            // Normal on the light's side. A facet that looks away while its interpolated normal does not is
-            // part of a round surface.
+            // Normal on the light's side. A facet that points away although its interpolated normal does not
+            // is part of a round surface.
             let face = match (side > 0.0, is_solid) {
                 (true, _) => point.face,
                 (false, true) => point.normal,
@@ -299,7 +299,7 @@ impl<'a> Lighting<'a> {
                     color * phase_of_orders(through, ahead, anisotropy, point.albedo)
                 }
                 PointKind::Strand => passed * strand_scattered(point, toward),
-                // A highlight never sends more than it does head-on.
+                // A highlight never sends more light than it does head-on.
                 PointKind::Solid | PointKind::Leaf => {
                     passed * scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
                 }
@@ -318,8 +318,8 @@ impl<'a> Lighting<'a> {
         point.emission + self.ambient_of(point) + scattered + shine
     }
 
-    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: the
-    /// whole of it is divided out of what [`Self::light`] multiplies with.
+    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: its
+    /// albedo is the surroundings over the whole light.
     pub fn caught(&self, point: &Point) -> Point {
         let of_light = |light: &GpuLight| {
             let (toward, color) = incoming(light, point.position);
@@ -357,8 +357,8 @@ impl<'a> Lighting<'a> {
         self.shadow(index, point.position, face, point.reach, receiver)
     }
 
-    /// Radiance of a light that a point of the air scatters back along `ray`, per unit of scattering
-    /// optical depth.
+    /// Radiance of a light that a point of the air scatters back along `ray`, per unit of scattering optical
+    /// depth.
     pub fn scattered(&self, index: usize, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
         let (toward, color) = incoming(&self.lights[index], point);
         if !color.cmpgt(Vec3::ZERO).any() {

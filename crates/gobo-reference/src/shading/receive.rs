@@ -17,7 +17,7 @@ struct ReceivingSurface {
     pub normal: Vec3,
 }
 
-/// What a look-up of one light is for.
+/// Light and receiver of a look-up.
 #[derive(Clone, Copy, Debug)]
 struct LookUp<'a> {
     light: &'a GpuLight,
@@ -32,7 +32,7 @@ struct Slant {
     /// Sine of the angle between its normal and the direction to the light.
     sine: f32,
     tangent: f32,
-    /// Distance that a caster in the maps may be off the surface \[m\].
+    /// Largest distance of the surface's own caster in the maps \[m\].
     reach: f32,
 }
 
@@ -44,12 +44,12 @@ pub const MIN_INCIDENCE: f32 = 0.0625;
 struct ReceiverPlane {
     point: Vec3,
     normal: Vec3,
-    /// Whether what shades the receiver ends at it: of a light with a size.
+    /// Whether shadows end at the receiver: those of a light with a size.
     is_end: bool,
 }
 
-/// Distance behind a stored depth from which a receiver is shadowed, with respect to opaque surfaces and to
-/// translucent casters; \[m\], or as light depth.
+/// Distance behind a stored depth from which a receiver is shadowed, for opaque surfaces and for translucent
+/// casters; \[m\], or as light depth.
 #[derive(Clone, Copy, Debug)]
 struct Bias {
     solid: f32,
@@ -70,15 +70,14 @@ impl ReceiverPlane {
         }
     }
 
-    /// Light depth of the receiver, which is at `z`, along the ray through `texel`.
+    /// Light depth of the receiver at depth `z` along the ray through `texel`.
     fn depth_along(&self, view: &GpuView, texel: Vec2, z: f32) -> f32 {
         if self.is_end { self.meets(view, texel).min(z) } else { z }
     }
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
-    /// receiver, which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets
-    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of
-    /// that by the bias.
+    /// receiver at `z`. An opaque receiver cannot tint itself: its tint depth is slightly beyond its plane,
+    /// so that a caster that touches it counts. For a leaf it is in front of the plane by the bias.
     fn tint_depth(
         &self,
         view: &GpuView,
@@ -94,8 +93,7 @@ impl ReceiverPlane {
         }
     }
 
-    /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth
-    /// along it.
+    /// Light depth at which the ray through `texel` meets the plane; the point's own if the plane is edge-on.
     fn meets(&self, view: &GpuView, texel: Vec2) -> f32 {
         let Self { point, normal, .. } = *self;
         let slope = (texel - view.size * 0.5) / view.scale;
@@ -143,14 +141,14 @@ impl Lighting<'_> {
             return by_channel(light);
         }
         let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
-        // A texel without translucent casters has the depth 1.
+        // A texel without translucent casters has depth 1.
         let is_behind = tint_z > map.nearest[i] && map.nearest[i] < 1.0;
         let nearest = if is_behind { f32::NEG_INFINITY } else { f32::INFINITY };
         let texel = MapTexel { filter, nearest, opaque: map.opaque[i] };
         by_channel(receive(z, &texel, bias.solid))
     }
 
-    /// Compares each texel on its own, and weights the results by the light's filter.
+    /// Compares each texel separately, and weights the results by the light's filter.
     fn receive(&self, index: usize, of: LookUp<'_>, point: Vec3, bias: Bias) -> Vec3 {
         let LookUp { light, surface, receiver, .. } = of;
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
@@ -171,7 +169,7 @@ impl Lighting<'_> {
         sum
     }
 
-    /// The point offset along its normal by the depth that the slope spans within the filter; and the bias
+    /// The point, offset along its normal by the depth that the slope spans within the filter; and the bias
     /// \[m\].
     fn lifted(&self, index: usize, of: LookUp<'_>) -> (Vec3, Bias) {
         let LookUp { light, surface, slant, receiver } = of;
@@ -179,7 +177,7 @@ impl Lighting<'_> {
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
         let reach = light.normal_bias + 0.5 + beyond_spline(light);
-        // The bias is a part of the normal bias: edges of shadows move with the point.
+        // The bias is a part of the normal bias, so edges of shadows move with the point.
         let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
         let has_normal = surface.normal != Vec3::ZERO;
         let sine = if has_normal { slant.sine } else { 0.0 };
@@ -199,7 +197,8 @@ impl Lighting<'_> {
         (point, Bias { solid: bias + added, tint: tint + added })
     }
 
-    /// Light through the first window that contains the point, faded into the next; and its weight.
+    /// Light through the first window that contains the point, blended into the next near its border; and its
+    /// weight.
     fn through_windows(&self, windows: Range<usize>, of: LookUp<'_>) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
@@ -216,7 +215,7 @@ impl Lighting<'_> {
         (sum / (1.0 - rest).max(1e-6), 1.0 - rest)
     }
 
-    /// Light through the shadow of `views`: the first of them, the face of a cube, or windows.
+    /// Light through the shadow of `views`: their first, the face of a cube, or windows.
     fn through_shadow(&self, views: Range<usize>, of: LookUp<'_>) -> (Vec3, f32) {
         if self.views[views.start].role == ROLE_WINDOW {
             return self.through_windows(views, of);
@@ -241,8 +240,8 @@ impl Lighting<'_> {
         first + face..first + view.role_count as usize
     }
 
-    /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel.
-    /// `normal` is on the light's side; `reach`: distance that a caster in the maps may be off the point
+    /// Least transmittance, per channel, among the mean of a light's viewpoints and its further shadows.
+    /// `normal` is on the light's side; `reach`: largest distance of the point's own caster in the maps
     /// \[m\].
     pub fn shadow(
         &self,
@@ -293,7 +292,7 @@ fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
     let p = view.view_from_world.transform_point3(point);
     let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
     let position = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
-    // All texels of the filter are the window's own.
+    // All texels of the filter must be in the window.
     let border =
         position.min(view.size - position).min_element() - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {

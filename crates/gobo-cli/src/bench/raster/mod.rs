@@ -1,4 +1,4 @@
-//! The baseline: the same maps by the raster pipeline, in the two ways common in renderers.
+//! The baseline: the same maps by the raster pipeline, in the two ways that renderers use.
 //!
 //! - [`Recipe::OnePass`] (Wicked Engine): light-facing quads; colour is multiplied into an RGBA16F
 //!   target, the nearest depth goes to its alpha by a MIN blend; depth test against the opaque map,
@@ -7,8 +7,8 @@
 //!   the colour.
 //!
 //! The casters are soft discs, or splats, whose quads are the rectangles along an ellipse's axes, with the
-//! `filter` transfer, in directional views. Values that depend on the caster and the view alone (the
-//! enlargement of what is smaller than a texel, `a(1 - c)`, a splat's axes) are computed once, at the upload:
+//! `filter` transfer, in directional views. Values that depend only on the caster and the view (the
+//! enlargement of casters smaller than a texel, `a(1 - c)`, a splat's axes) are computed once, at the upload:
 //! the raster path gets for free what `project` computes in every frame.
 pub(crate) mod agree;
 pub(crate) mod depth;
