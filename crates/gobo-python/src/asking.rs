@@ -4,12 +4,14 @@ use crate::{
     fault::Fault,
     look,
     maps::Maps,
+    progress::Progress,
     scene::Scene,
     state::LightName,
     tables, work,
 };
+use gobo_picture::Watch;
 use numpy::PyReadonlyArray2;
-use pyo3::{Bound, FromPyObject, PyAny, PyResult, Python, pymethods, types::PyDict};
+use pyo3::{Bound, FromPyObject, Py, PyAny, PyResult, Python, pymethods, types::PyDict};
 
 /// A light as Python names it.
 #[derive(FromPyObject)]
@@ -38,15 +40,21 @@ impl Scene {
     }
 
     /// Linear light, the picture as it is shown, and what there is to warn of.
+    /// `progress`: a function that is called with the share that is done.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         camera: &Bound<'py, PyDict>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<String>)> {
         let camera = tables::table("camera", camera)?;
-        let (picture, warnings) =
-            self.job(py, move |state, renderer, _| work::render(state, renderer, &camera))?;
+        let progress = Progress::new(progress);
+        let (picture, warnings) = self.job(py, move |state, renderer, stop| {
+            let watch = |share| progress.tell(stop, share);
+            work::render(state, renderer, &camera, Watch(&watch))
+                .map_err(|fault| progress.cause_of(fault))
+        })?;
         let [width, height] = picture.size.to_array().map(|size| size as usize);
         let shape = [height, width, 3];
         let light = array(py, picture.light.into_flattened(), &shape)?;

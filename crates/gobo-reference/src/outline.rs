@@ -10,8 +10,9 @@ use gobo::{
 pub const OUTLINE_GROWTH: f32 = 1.0002;
 /// Largest half width \[units\].
 pub const WIDEST_OUTLINE: f32 = 32000.0;
-/// Edges of units, their logarithms to base 2 \[texels\].
+/// Logarithm to base 2 of the smallest edge of a unit \[texels\].
 pub const FINEST_UNIT: i32 = -8;
+/// Logarithm to base 2 of the largest edge of a unit \[texels\].
 pub const COARSEST_UNIT: i32 = 4;
 /// How far the Gaussian is from the eye's plane at least, 1 for far: nearer ones' ellipses are known too roughly.
 pub const LEAST_OPEN: f32 = 1e-3;
@@ -21,8 +22,11 @@ pub const LEAST_OPEN: f32 = 1e-3;
 pub struct Ellipse {
     /// \[texels\]
     pub middle: Vec2,
+    /// Half of its extent along x and y \[texels\].
     pub half: Vec2,
+    /// How far a row's middle moves along x to the top \[texels\].
     pub lean: f32,
+    /// Half of its width in the row of the middle \[texels\].
     pub width: f32,
     /// How far the Gaussian is from the eye's plane, 1 for far.
     pub open: f32,

@@ -20,9 +20,11 @@ pub struct GlassFace {
     pub blur: f32,
     /// Unit direction behind the face, if it is one of a body; world space.
     pub bent: Option<Vec3>,
-    /// On the eye's side, and its cosine to the straight ray.
+    /// On the eye's side, unit, world space.
     pub normal: Vec3,
+    /// Cosine of the angle between `normal` and the straight ray.
     pub cosine: f32,
+    /// Whether the ray leaves a body through it.
     pub leaves: bool,
 }
 
@@ -77,6 +79,7 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// Takes the ray through the next face, at light depth `depth`.
     pub fn cross(&mut self, face: &GlassFace, depth: f32) {
         self.blur_square += face.blur * face.blur;
         let Some(bent) = face.bent else { return };

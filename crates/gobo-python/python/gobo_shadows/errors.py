@@ -51,4 +51,4 @@ class OutOfMemoryError(GoboError, MemoryError):
 
 
 class GoboWarning(UserWarning):
-    """What was left out or not read. ``warnings.simplefilter("error", GoboWarning)`` makes it an error."""
+    """What was left out, not read, or copied from a GPU. ``warnings.simplefilter("error", GoboWarning)`` makes it an error."""

@@ -19,8 +19,9 @@ pub struct Hit {
     pub presence: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
-    /// Ramp of a curve, in light depth: up to where the whole hit is in front.
+    /// Light depth at which the hit's ramp of a curve starts.
     pub start: f32,
+    /// Light depth from which on the whole hit is in front.
     pub end: f32,
 }
 
@@ -48,6 +49,7 @@ pub struct Crossing {
 }
 
 impl Face {
+    /// The face's part in the sums of a ray.
     pub fn crossing(&self) -> Crossing {
         let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
         Crossing { tau, leaves: self.leaves }

@@ -35,8 +35,9 @@ pub const LEAST_GAP: f32 = 1.0 / 256.0;
 /// A hit of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct RayHit {
-    /// \[light depth\], from where the hit begins to take light to where it has taken all.
+    /// Light depth at which the hit begins to take light.
     pub start: f32,
+    /// Light depth at which it has taken all.
     pub end: f32,
     /// 1 - transmittance, per channel.
     pub absorbed: Vec3,

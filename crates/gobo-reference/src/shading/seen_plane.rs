@@ -3,9 +3,11 @@
 use glam::{Vec2, Vec3};
 use gobo::records::{GpuView, ViewMaps};
 
-/// Distances from the point of the texels that are asked, nearest first \[texels\].
+/// Least distance from the point of texels that are asked \[texels\].
 pub const FIRST_RING: f32 = 2.0;
+/// Largest distance from the point of texels that are asked \[texels\].
 pub const LAST_RING: f32 = 54.0;
+/// Each distance over the one before.
 pub const NEXT_RING: f32 = 3.0;
 /// Directions in which they lie.
 const AROUND: [Vec2; 8] = [
