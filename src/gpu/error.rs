@@ -82,6 +82,9 @@ pub enum Error {
     /// The device is lost.
     #[error("the device stopped answering: {0}")]
     Lost(String),
+    /// The host ended long work before it was done.
+    #[error("stopped before it was done")]
+    Stopped,
 }
 
 impl Error {

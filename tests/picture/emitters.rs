@@ -144,6 +144,7 @@ const OPTIONS: RenderOptions<'static> = RenderOptions {
     light: true,
     debug: &[],
     maps_only: false,
+    watch: None,
 };
 
 /// On the native tier no material needs owners, so tiny particles may be scattered.

@@ -31,3 +31,4 @@ mod steady;
 mod teeth;
 mod touching;
 mod unlit;
+mod watch;

@@ -17,6 +17,7 @@ mod gltf_files;
 mod gltf_ignored;
 mod gltf_light;
 mod held;
+mod held_formats;
 mod hostile;
 mod issues;
 mod limits;

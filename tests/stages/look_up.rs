@@ -247,6 +247,54 @@ fn biases_cover_what_the_slope_hides() {
     }
 }
 
+/// A plane has no shadow of its own, however wide the filter, where a lamp is off the view's axis and where the slope is along the
+/// corners of a box.
+#[test]
+fn wide_filters_let_no_plane_shade_itself() {
+    let lamp = LightKind::Point { position: Vec3::ZERO };
+    let sun = LightKind::Directional { direction: Vec3::new(-1.0, -1.0, -1.0) };
+    let middle = Vec3::new(1.1, -1.6, 0.9);
+    let planes = [
+        (lamp, 512, -middle.normalize()), // it faces the lamp
+        (lamp, 512, Vec3::new(-0.8, 0.5, 0.3).normalize()),
+        (lamp, 512, Vec3::Y),
+        (sun, 96, Vec3::new(0.9, 0.2, 0.3).normalize()),
+        (sun, 96, Vec3::Y),
+    ];
+    let wide = [
+        ShadowFilter::Pcf { taps: 5 },
+        ShadowFilter::Pcf { taps: 11 },
+        ShadowFilter::Vogel { taps: 64, radius: 6.0 },
+    ];
+    for mut renderer in renderers() {
+        for (kind, size, normal) in planes {
+            let (right, up) = normal.any_orthonormal_pair();
+            let mut scene = empty(vec![material(Transfer::Opaque)]);
+            scene.triangles = rectangle(middle - right - up, right * 2.0, up * 2.0, 0).to_vec();
+            scene.lights = vec![Light { size: Some(size), far: Some(8.0), ..light(kind) }];
+            let along = |i: usize| i as f32 / 20.0 - 0.5;
+            let on_plane = |i: usize| {
+                let position = middle + right * along(i % 20) + up * along(i / 20);
+                ReceiverPoint { position, normal }
+            };
+            let points: Vec<_> = (0..400).map(on_plane).collect();
+            for filter in wide {
+                let look_up = LookUp { filter: Some(filter), ..LookUp::default() };
+                scene.lights[0].look_up = look_up;
+                let shares = renderer.light_points(&scene, &points).unwrap();
+                let least = shares.iter().fold(1.0_f32, |least, share| least.min(share[0]));
+                assert!(least > 0.995, "{kind:?}, {normal}, {filter:?}: {least}");
+                // Without any bias it has, but where depths do not change along the map's axes.
+                let none = LookUp { bias: Some(0.0), normal_bias: Some(0.0), ..look_up };
+                scene.lights[0].look_up = none;
+                let shares = renderer.light_points(&scene, &points).unwrap();
+                let is_seen = shares.iter().any(|share| share[0] < 0.98);
+                assert!(is_seen || normal == Vec3::Y, "{kind:?}, {normal}, {filter:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn more_texels_than_a_point_may_ask_are_refused() {
     let mut scene = crowd(Receiver::Nearest);

@@ -8,7 +8,7 @@ import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
 import package::shade::asides::{ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, floats_of};
 import package::shade::receiver::receives;
-import package::shade::taps::beyond_spline;
+import package::shade::taps::{FILTER_BOX, beyond_spline, filter_of};
 import package::shade::tint::set_plane;
 
 // The receiver's plane in a view.
@@ -52,6 +52,14 @@ fn lift(light: GpuLight) -> f32 {
     return light.normal_bias + 0.5 + beyond_spline(light);
 }
 
+// Lift of a point along its normal where the filter reaches beyond the spline [texels]. `slope`: the
+// normal along the view's x and y. A plane's depths change along these, also where it faces a lamp; a box
+// reaches as far as its corners.
+fn wide_lift(light: GpuLight, slope: vec2<f32>) -> f32 {
+    let along = abs(slope.x) + abs(slope.y);
+    let reach = select(length(slope), along, filter_of(light).kind == FILTER_BOX);
+    return (light.normal_bias + 0.5) * length(slope) + beyond_spline(light) * reach;
+}
 // Whether the light has penumbrae on the receiver. Levels hold all casters, so receivers that only some
 // casters tint read the map.
 fn is_soft(light: GpuLight) -> bool {
@@ -71,13 +79,16 @@ fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let texel = texel_size(view, kept.xyz);
     // The bias replaces a part of the normal bias, because edges of shadows move with the point.
     let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
-    let sine = surface.w / lift(light);
+    let is_wide = beyond_spline(light) > 0.0;
+    let slope = (view.view_from_world * vec4(surface.xyz, 0.0)).xy;
+    let sine = select(surface.w / lift(light), length(slope), is_wide);
+    let raised = select(surface.w, wide_lift(light, slope), is_wide);
     let least = select(0.0, CASTER_BIAS, kept.w > 0.0);
     let bias = depth_bias(light, view, texel, select(0.0, sine, has_normal), least);
     let covered = bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
     // With spots, occluders end at the point's own plane.
-    let rest = select(surface.w * texel - part, 0.0, is_soft(light));
+    let rest = select(raised * texel - part, 0.0, is_soft(light));
     let point = kept.xyz + surface.xyz * rest;
     // A point without a normal is on no translucent caster that could tint it.
     let tint_bias = select(depth_bias(light, view, 0.0, 0.0, 0.0), bias, has_normal || kept.w > 0.0);

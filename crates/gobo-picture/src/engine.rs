@@ -3,6 +3,7 @@ use super::{
     Frame, RenderOptions,
     emitters::DeviceEmitters,
     read_maps::read_maps,
+    watch::tell,
     work::{Stages, Work},
 };
 use crate::picture::{
@@ -109,6 +110,7 @@ impl GpuEngine {
         } else {
             Vec::new()
         };
+        tell(options.watch, 1, options.samples(scene) + 1)?;
         let mut skipped = scene.skipped.clone();
         if self.emitters.left_out > 0 {
             *skipped.entry(moved::PARTICLE).or_default() += self.emitters.left_out;
@@ -166,7 +168,9 @@ impl GpuEngine {
             picture.light = self.read_light(&shown)?;
         }
         if has_more {
-            picture = self.shade_samples(lit, whole, budget, picture.light)?;
+            picture = self.shade_samples(lit, whole, budget, picture.light, options)?;
+        } else {
+            tell(options.watch, 1, 1)?;
         }
         self.kept.slots = shown.slots().former(scene.lights.iter());
         let clusters = shown.read_cluster_counters(&self.gpu)?;
@@ -266,7 +270,12 @@ impl GpuEngine {
         camera: &View,
         budget: u32,
         first: Vec<[f32; 3]>,
+        options: &RenderOptions<'_>,
     ) -> Result<Picture, Error> {
+        // The maps are the first part.
+        let parts = options.samples(lit.scene) + 1;
+        let mut done = 2;
+        tell(options.watch, done, parts)?;
         let mut mean = reference::MeanPicture::new(lit.scene);
         let add = |mean: &mut reference::MeanPicture, light: Vec<[f32; 3]>| {
             let _phase = tracing::debug_span!("read_back").entered();
@@ -277,6 +286,8 @@ impl GpuEngine {
             let lit = Lit { camera, ..lit.clone() };
             let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
             add(&mut mean, self.read_light(&shown)?);
+            done += 1;
+            tell(options.watch, done, parts)?;
         }
         let _phase = tracing::debug_span!("read_back").entered();
         Ok(mean.picture())

@@ -12,6 +12,7 @@ mod points;
 mod read_maps;
 mod relight;
 pub mod stage;
+mod watch;
 mod work;
 
 use engine::GpuEngine;
@@ -28,11 +29,13 @@ use gobo::{
     view::{atlas::AtlasLimits, picture_views, shadow_views},
 };
 use gobo_reference as reference;
+use watch::tell;
 use work::{Stages, add_all};
 
 pub use layers::{Surface, SurfaceLayers};
 pub use points::PointLookUp;
 pub use relight::set_to_relight;
+pub use watch::Watch;
 
 pub use crate::picture::debug::DebugMode;
 pub use gobo::{
@@ -81,9 +84,17 @@ pub struct RenderOptions<'a> {
     pub debug: &'a [DebugMode],
     /// Whether no picture is rendered; the picture and its counters are then empty.
     pub maps_only: bool,
+    /// Asked after the maps and after each sample of a picture: of the CPU reference after the maps and at the end.
+    pub watch: Option<Watch<'a>>,
 }
 
 impl RenderOptions<'_> {
+    /// Samples that are rendered.
+    fn samples(&self, scene: &Scene) -> u32 {
+        let all = scene.samples.clamp(1, MAX_SAMPLES);
+        if self.maps_only { 0 } else { self.sample.map_or(all, |_| 1) }
+    }
+
     /// Whether the maps of a view are requested.
     fn shows(&self, view: &View) -> bool {
         self.maps_of.is_none() || self.maps_of == view.light
@@ -207,7 +218,7 @@ impl Renderer {
             let part = (f64::from(sample) + 0.5) / f64::from(count) - 0.5;
             scene.set_time((seconds + open * part).max(0.0));
             let mut sample_options =
-                RenderOptions { light: true, sample: Some(sample), ..*options };
+                RenderOptions { light: true, sample: Some(sample), watch: None, ..*options };
             let is_middle = sample == count / 2;
             if !is_middle {
                 (sample_options.maps, sample_options.debug) = (false, &[]);
@@ -220,6 +231,7 @@ impl Renderer {
             if is_middle {
                 shown = Some(frame);
             }
+            tell(options.watch, sample + 1, count)?;
         }
         let frame = shown.expect("some sample is in the middle");
         let _phase = tracing::debug_span!("read_back").entered();
@@ -267,10 +279,13 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let mut stages = vec![("maps", maps_ms)];
     let mut picture = Picture::default();
+    let parts = options.samples(scene) + 1;
+    tell(options.watch, 1, parts)?;
     if !options.maps_only {
         let only = options.sample;
         picture = reference::render_samples(scene, &views, &view_maps, &shadow_views, only);
         stages.push(("picture", clock.elapsed().as_secs_f64() * 1e3 - maps_ms));
+        tell(options.watch, parts, parts)?;
     }
     view_maps.retain(|maps| options.maps && options.shows(&maps.view));
     let (debug, picture_stages, memory) = Default::default();

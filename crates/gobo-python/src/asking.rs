@@ -4,12 +4,14 @@ use crate::{
     fault::Fault,
     look,
     maps::Maps,
+    progress::Progress,
     scene::Scene,
     state::LightName,
     tables, work,
 };
+use gobo_picture::Watch;
 use numpy::PyReadonlyArray2;
-use pyo3::{Bound, FromPyObject, PyAny, PyResult, Python, pymethods, types::PyDict};
+use pyo3::{Bound, FromPyObject, Py, PyAny, PyResult, Python, pymethods, types::PyDict};
 
 /// A light by its name or index.
 #[derive(FromPyObject)]
@@ -43,10 +45,15 @@ impl Scene {
         &self,
         py: Python<'py>,
         camera: &Bound<'py, PyDict>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<String>)> {
         let camera = tables::table("camera", camera)?;
-        let (picture, warnings) =
-            self.job(py, move |state, renderer, _| work::render(state, renderer, &camera))?;
+        let progress = Progress::new(progress);
+        let (picture, warnings) = self.job(py, move |state, renderer, stop| {
+            let watch = |share| progress.tell(stop, share);
+            work::render(state, renderer, &camera, Watch(&watch))
+                .map_err(|fault| progress.cause_of(fault))
+        })?;
         let [width, height] = picture.size.to_array().map(|size| size as usize);
         let shape = [height, width, 3];
         let light = array(py, picture.light.into_flattened(), &shape)?;

@@ -21,6 +21,8 @@ pub(crate) enum Fault {
     Panicked,
     /// The call was interrupted: nobody waits for its result.
     Stopped,
+    /// Of the caller's own function.
+    Raised(PyErr),
 }
 
 impl From<SceneError> for Fault {
@@ -67,6 +69,7 @@ impl Fault {
                 let message = "a bug of gobo_shadows: its message is on standard error";
                 raised("GoboError", message.to_owned(), Some("report it, please".to_owned()))
             }
+            Self::Raised(error) => Ok(error),
             Self::Stopped => raised("GoboError", "interrupted".to_owned(), None),
             Self::Scene(error) => {
                 let class = match error {

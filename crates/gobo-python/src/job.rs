@@ -20,9 +20,14 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(crate) struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Returns an error once nobody waits any more.
+    /// Whether nobody waits any more.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// An error once nobody waits any more.
     pub(crate) fn check(&self) -> Result<(), Fault> {
-        if self.0.load(Ordering::Relaxed) { Err(Fault::Stopped) } else { Ok(()) }
+        if self.is_asked() { Err(Fault::Stopped) } else { Ok(()) }
     }
 }
 

@@ -9,6 +9,7 @@ mod fault;
 mod job;
 mod look;
 mod maps;
+mod progress;
 mod scene;
 mod state;
 mod tables;

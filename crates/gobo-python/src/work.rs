@@ -11,7 +11,7 @@ use gobo::{
     model::{Counters, ReceiverPoint},
 };
 use gobo_cli::Needs;
-use gobo_picture::{Picture, Receivers, RenderOptions, Renderer, set_to_relight};
+use gobo_picture::{Picture, Receivers, RenderOptions, Renderer, Watch, set_to_relight};
 use gobo_scene::Scene;
 use std::ops::Range;
 use toml::Table;
@@ -64,10 +64,12 @@ pub(crate) fn render(
     state: &mut State,
     renderer: &mut Renderer,
     camera: &Table,
+    watch: Watch<'_>,
 ) -> Result<(Picture, Vec<String>), Fault> {
     look::with(state, camera, None, |state| {
         check(Needs { picture: true, ..Needs::default() }, renderer, state)?;
-        let options = RenderOptions { light: true, ..RenderOptions::default() };
+        let watch = Some(watch);
+        let options = RenderOptions { light: true, watch, ..RenderOptions::default() };
         let frame = if state.scene.shutter > 0.0 {
             let (seconds, step) = (state.seconds, 1.0 / Scene::FRAME_RATE);
             let frame = renderer.render_at(&mut state.scene, seconds, step, &options);

@@ -309,7 +309,12 @@ def test_tensors(down):
     assert down.add_particles(Tensor(positions), 1.0) == 1
     with pytest.raises(gobo.InputError, match="cuda:0") as caught:
         down.add_particles(Tensor(positions, kind=2), 1.0)
-    assert ".cpu()" in caught.value.remedy
+    assert "CPU" in caught.value.remedy
+    away = Tensor(positions, kind=2)
+    away.cpu = lambda: Tensor(positions)
+    with pytest.warns(gobo.GoboWarning, match="positions is on cuda:0, and is copied"):
+        assert down.add_particles(away, 1.0) == 1
+    assert down.counts["particles"] == 2
     with pytest.raises(gobo.InputError, match="gradients") as caught:
         down.light(Tensor(positions, requires_grad=True))
     assert "detach" in caught.value.remedy

@@ -109,6 +109,23 @@ def test_an_interruption_is_raised_at_once():
     assert run.returncode == 0, run.stderr
 
 
+def test_progress_is_told_of_and_ends_the_work():
+    scene, _ = scene_of(3)
+    told = []
+    image = scene.render(size=(16, 9), samples=3, progress=told.append)
+    assert told[-1] == 1 and told == sorted(told) and len(told) in (2, 4), told
+
+    class Enough(Exception):
+        pass
+
+    def enough(share):
+        raise Enough(share)
+
+    with np.testing.assert_raises(Enough):
+        scene.render(size=(16, 9), samples=3, progress=enough)
+    np.testing.assert_array_equal(scene.render(size=(16, 9), samples=3), image)
+
+
 FORKED = """
 import os, sys
 import gobo_shadows as gobo

@@ -25,6 +25,7 @@ pub struct Modes {
 /// A texel before it is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accumulated {
+    /// Product of the hits' transmittances, `F`.
     pub light: Vec3,
     /// `D`
     pub nearest: f32,
@@ -33,6 +34,7 @@ pub struct Accumulated {
 }
 
 impl Accumulated {
+    /// A texel without hits.
     pub const NONE: Self = Self { light: Vec3::ONE, nearest: 1.0, owner: NO_OWNER };
 }
 

@@ -33,6 +33,7 @@ pub struct AirBefore {
 }
 
 impl AirBefore {
+    /// No air.
     pub const CLEAR: Self = Self { light: Vec3::ZERO, left: Vec3::ONE };
 }
 

@@ -24,6 +24,7 @@ pub struct Bins {
 }
 
 impl Bins {
+    /// The pairs of a tile.
     pub fn tile(&self, tile: usize) -> &[TilePair] {
         &self.pairs[self.tile_starts[tile] as usize..self.tile_starts[tile + 1] as usize]
     }

@@ -106,6 +106,7 @@ fn least_radius(view: &GpuView, along: f32) -> f32 {
 }
 
 impl CapsuleSetup {
+    /// Sets a capsule up for the texels of a view.
     pub fn new(view: &GpuView, record: &CapsuleRecord) -> Self {
         let ends = [record.first, record.last]
             .map(|end| to_map(view.view_from_world.transform_point3(end)));

@@ -24,23 +24,32 @@ use gobo::{
     },
 };
 
-/// Records that the hit tests of one view read.
 mod hit;
 
 pub use hit::{Crossing, Hit, SurfaceCrossing, metres_per_depth};
 
+/// Records that the hit tests of one view read.
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
+    /// The view.
     pub view: &'a GpuView,
+    /// Particles, then Gaussians.
     pub casters: &'a [Caster],
+    /// Bricks of all grids.
     pub bricks: &'a Bricks,
+    /// Capsules of all strands.
     pub capsules: &'a [CapsuleRecord],
+    /// Axes of each Gaussian.
     pub axes: &'a [GaussianAxes],
+    /// Gaussians set up for the view's texels.
     pub gaussians: &'a [GaussianSetup],
+    /// Triangles set up for the view's texels.
     pub setups: &'a [TriangleSetup],
+    /// Materials, by the casters' numbers.
     pub materials: &'a [Material],
     /// Absorption coefficient of each material [1/m].
     pub absorptions: &'a [Vec3],
+    /// Images, by the materials' numbers.
     pub images: &'a [Image<'a>],
     /// Sampling of images in the picture; `None` for maps, which read single texels.
     pub detail: Option<ImageDetail>,
@@ -71,6 +80,7 @@ impl Records<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
     records: Records<'a>,
+    /// The caster's material.
     pub material: &'a Material,
     /// Seed of dither patterns.
     pub id: u32,
@@ -108,6 +118,7 @@ impl Opacity {
 }
 
 impl<'a> Target<'a> {
+    /// Sets the caster of a footprint up.
     pub fn new(records: Records<'a>, footprint: &Footprint) -> Self {
         let bounds = |shape| (footprint.center, reach(records.view, footprint, shape));
         if footprint.caster & TRIANGLE_BIT != 0 {

@@ -7,6 +7,7 @@ use gobo::records::{ClusterCounters, ClusterGrid, Reach, UNIT};
 pub struct Clusters {
     /// Indices of lights, ascending; `None` if the list did not fit: all lights.
     pub lists: Vec<Option<Vec<u32>>>,
+    /// Lights and lists that were counted.
     pub counters: ClusterCounters,
 }
 

@@ -39,6 +39,7 @@ pub const THINNEST: f32 = 1e-5;
 pub const ENDLESS: f32 = 1e6;
 /// Deviations around the closest approach in which a medium absorbs.
 pub const MEDIUM_REACH: f32 = 4.0;
+/// Square root of 2 pi: the integral of `exp(-x^2 / 2)`.
 pub const ROOT_TAU: f32 = 2.506_628_3;
 
 /// A Gaussian's position in a view's map, before its opacity.

@@ -20,11 +20,17 @@ pub struct PlaneHit {
 /// is the map's centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Facing {
+    /// Reference in the map \[texels\].
     pub reference: Vec2,
+    /// First row of `frame`, which gives `q.x` \[radii per texel\].
     pub frame_x: Vec2,
+    /// Second row of `frame` \[radii per texel\].
     pub frame_y: Vec2,
+    /// Numerator of `q` at the reference \[radii\].
     pub offset: Vec2,
+    /// Change of the denominator per texel.
     pub tilt: Vec2,
+    /// Denominator at the reference.
     pub start: f32,
     /// Distance of the plane along the axis at the reference, times `start` \[m\].
     pub distance: f32,
@@ -178,6 +184,7 @@ pub fn absorption(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
 /// Hit of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
+    /// Texture coordinates.
     pub uv: Vec2,
     /// Weights of the three corners; they add up to 1.
     pub barycentric: Vec3,

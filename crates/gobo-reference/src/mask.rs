@@ -28,6 +28,7 @@ pub struct SeenSurface {
     pub object: Option<u32>,
     /// Light depth in the camera's view; 1 without a surface.
     pub depth: f32,
+    /// The surface as a receiver; `None` without one.
     pub point: Option<Point>,
 }
 
@@ -82,9 +83,13 @@ fn stored(value: Vec4) -> Vec4 {
 /// Camera, and its visible surfaces row by row.
 #[derive(Debug)]
 pub struct MaskInput<'a> {
+    /// Size and blur of the masks.
     pub settings: &'a MaskSettings,
+    /// The camera.
     pub camera: &'a View,
+    /// Lights and their maps.
     pub lighting: &'a Lighting<'a>,
+    /// Surfaces of all pixels, row by row.
     pub seen: &'a [SeenSurface],
 }
 
@@ -119,6 +124,7 @@ struct PixelPlane {
 }
 
 impl MaskInput<'_> {
+    /// Masks of the lights that have `slots`, blurred.
     pub fn masks(&self, slots: MaskSlots) -> Masks {
         let view = self.camera.to_gpu(0, UVec2::ZERO, 0);
         let filter = Filter { settings: self.settings, view };

@@ -35,6 +35,7 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
+    /// A pixel without a surface.
     pub const NONE: Self = Self { depth: 1.0, normal: Vec3::ZERO, light: Vec3::ZERO };
 }
 

@@ -12,6 +12,7 @@ pub const OUTLINE_GROWTH: f32 = 1.0002;
 pub const WIDEST_OUTLINE: f32 = 32000.0;
 /// Base-2 logarithms of the units' edges \[texels\].
 pub const FINEST_UNIT: i32 = -8;
+/// Logarithm to base 2 of the largest edge of a unit \[texels\].
 pub const COARSEST_UNIT: i32 = 4;
 /// Least openness of an ellipse: closer to the eye's plane it is known too roughly. 1 is far away.
 pub const LEAST_OPEN: f32 = 1e-3;
@@ -21,8 +22,11 @@ pub const LEAST_OPEN: f32 = 1e-3;
 pub struct Ellipse {
     /// Centre, and half width and height \[texels\].
     pub middle: Vec2,
+    /// Half of its extent along x and y \[texels\].
     pub half: Vec2,
+    /// How far a row's middle moves along x to the top \[texels\].
     pub lean: f32,
+    /// Half of its width in the row of the middle \[texels\].
     pub width: f32,
     /// Openness: how far the Gaussian is from the eye's plane; 1 is far away.
     pub open: f32,

@@ -24,7 +24,9 @@ pub struct GlassFace {
     pub bent: Option<Vec3>,
     /// Normal on the eye's side, and its cosine to the straight ray.
     pub normal: Vec3,
+    /// Cosine of the angle between `normal` and the straight ray.
     pub cosine: f32,
+    /// Whether the ray leaves a body through it.
     pub leaves: bool,
 }
 
@@ -79,6 +81,7 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// Takes the ray through the next face, at light depth `depth`.
     pub fn cross(&mut self, face: &GlassFace, depth: f32) {
         self.blur_square += face.blur * face.blur;
         let Some(bent) = face.bent else { return };

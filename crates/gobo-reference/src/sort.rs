@@ -6,7 +6,9 @@ use std::ops::Range;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Pair {
+    /// By which pairs are sorted.
     pub key: u32,
+    /// Index that goes with the key.
     pub value: u32,
 }
 

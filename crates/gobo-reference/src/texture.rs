@@ -30,6 +30,7 @@ pub struct Sampled {
 }
 
 impl<'a> Image<'a> {
+    /// An image whose levels are made when they are first read.
     pub fn new(texture: &'a Texture) -> Self {
         let decoded = std::array::from_fn(|v| linear_from_srgb(v as u8));
         Self { texture, decoded, levels: OnceLock::new() }

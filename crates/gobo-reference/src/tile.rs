@@ -3,6 +3,7 @@ use glam::{UVec2, Vec2};
 use gobo::{model::TILE_SIZE, records::GpuView};
 use std::ops::{Index, IndexMut};
 
+/// Texels of a tile.
 pub const TEXELS: usize = (TILE_SIZE * TILE_SIZE) as usize;
 
 /// One value per texel of a tile, row by row.
@@ -10,6 +11,7 @@ pub const TEXELS: usize = (TILE_SIZE * TILE_SIZE) as usize;
 pub struct TileTexels<T>(Vec<T>);
 
 impl<T: Clone> TileTexels<T> {
+    /// The same value for all texels.
     pub fn filled(value: T) -> Self {
         Self(vec![value; TEXELS])
     }

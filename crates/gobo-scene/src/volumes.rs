@@ -353,7 +353,7 @@ impl Loader<'_> {
         let is_sequence = numbered(&path, 0).is_some();
         let content = FileContent::new(path.clone(), given);
         let Some([first, last]) = given.frames else {
-            if is_sequence && !path.exists() {
+            if is_sequence && !read::is_file(&path) {
                 let help = "add `frames = [first, last]`";
                 return Err(self.error(span, "file", "a sequence of files without frames", help));
             }

@@ -51,4 +51,7 @@ class OutOfMemoryError(GoboError, MemoryError):
 
 
 class GoboWarning(UserWarning):
-    """Inputs left out or not read. ``warnings.simplefilter("error", GoboWarning)`` makes it an error."""
+    """Inputs left out, not read, or copied from a GPU.
+
+    ``warnings.simplefilter("error", GoboWarning)`` makes it an error.
+    """

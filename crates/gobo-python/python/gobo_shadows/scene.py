@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -81,12 +81,21 @@ class Scene(Contents):
             raise InputError(f"the time is {seconds!r}", "give seconds from the start")
         self._native.set_time(seconds)
 
-    def render(self, camera: CameraLike = None, *, size: Sequence[int] | None = None, **keys: Any) -> Image:
+    def render(
+        self,
+        camera: CameraLike = None,
+        *,
+        size: Sequence[int] | None = None,
+        progress: Callable[[float], object] | None = None,
+        **keys: Any,
+    ) -> Image:
         """The lit picture.
 
         Args:
             camera: default: the scene's own, or one that sees everything.
             size: width and height [pixels], instead of the camera's.
+            progress: called with the share that is done, 0 to 1, after the maps and each sample, in a thread of its own; an
+                exception that it raises ends the work and is raised here.
             keys: of a ``[camera]`` table of docs/scene.md: ``samples`` per pixel (default 4), ``exposure``
                 [stops], ``tone``, ``occlusion``, ``bloom``, ``lens`` [m], ``focus`` [m].
 
@@ -99,7 +108,7 @@ class Scene(Contents):
         if seconds is not None and seconds > LONG:
             remedy = "fewer samples, smaller pictures and maps take less"
             warnings.warn(f"the CPU reference will take about {seconds:.0f} s: {remedy}", GoboWarning, stacklevel=2)
-        light, srgb, messages = self._native.render(look)
+        light, srgb, messages = self._native.render(look, progress)
         for message in messages:
             warnings.warn(message, GoboWarning, stacklevel=2)
         if camera is not None and camera.crop is not None and size is None:

@@ -22,6 +22,7 @@ pub struct Hit {
     pub depth: f32,
     /// Ramp of the hit in a curve, in light depth: behind its end, the whole hit is in front.
     pub start: f32,
+    /// Light depth from which on the whole hit is in front.
     pub end: f32,
 }
 
@@ -49,6 +50,7 @@ pub struct Crossing {
 }
 
 impl SurfaceCrossing {
+    /// The face's part in the sums of a ray.
     pub fn crossing(&self) -> Crossing {
         let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
         Crossing { tau, leaves: self.leaves }

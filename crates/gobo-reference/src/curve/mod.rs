@@ -68,11 +68,14 @@ fn fixed(depth: f32) -> u32 {
 /// Affine transfer of a segment of a ray: `L` becomes `L * scale + added`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {
+    /// Factor of the light.
     pub scale: Vec3,
+    /// Light that is added behind it.
     pub added: Vec3,
 }
 
 impl Affine {
+    /// The transfer of no hit.
     pub const NONE: Self = Self { scale: Vec3::ONE, added: Vec3::ZERO };
 
     /// This transfer followed by `next`.

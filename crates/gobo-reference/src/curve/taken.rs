@@ -13,6 +13,7 @@ pub struct Taken {
 }
 
 impl Taken {
+    /// No hit.
     pub const NONE: Self = Self { anchor: 0.0, light: 0.0, sum: 0.0, square: 0.0, is_some: false };
 
     /// Empty moments of a node that begins at `anchor`.

@@ -64,11 +64,13 @@ impl CurveModes {
 /// A texel after its tile was walked.
 #[derive(Clone, Debug)]
 pub struct CurveTexel {
+    /// Its curve, front to back.
     pub nodes: Vec<PackedNode>,
     /// Transmittance of all hits.
     pub passed: Vec3,
     /// Nearest depth `D`.
     pub nearest: f32,
+    /// Hits that came after one behind them, which are counted.
     pub disordered: u32,
 }
 

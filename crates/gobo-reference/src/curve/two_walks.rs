@@ -38,6 +38,7 @@ pub const LEAST_GAP: f32 = 1.0 / 256.0;
 pub struct RayHit {
     /// Depths at which the hit begins to take light and has taken all \[light depth\].
     pub start: f32,
+    /// Light depth at which it has taken all.
     pub end: f32,
     /// 1 - transmittance, per channel.
     pub absorbed: Vec3,

@@ -9,8 +9,11 @@ const TRACE: f32 = 1.0 / 65536.0;
 /// A ramp: light falls from `start` to `end` by the factor `light`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
+    /// Light depth at which it begins.
     pub start: f32,
+    /// Light depth at which it ends.
     pub end: f32,
+    /// Factor of the light behind it, per channel.
     pub light: Vec3,
 }
 
@@ -21,10 +24,12 @@ pub struct Inside {
     pub density: Vec3,
     /// Light depth of the last face.
     pub last: f32,
+    /// Volumes that were left and not entered.
     pub unentered: Unentered,
     /// Sums over all faces, as in nearest-depth mode: optical depth modulo 2^32, and number of volumes left
     /// minus entered.
     pub tau: IVec3,
+    /// Volumes left minus entered, over all faces.
     pub leaves: i32,
 }
 
@@ -37,6 +42,7 @@ pub struct Unentered {
     pub tau: Vec3,
     /// Light depths of the first and the last face at which one was left.
     pub first: f32,
+    /// Light depth of the last such place.
     pub last: f32,
 }
 

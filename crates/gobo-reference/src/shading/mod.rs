@@ -46,6 +46,7 @@ pub struct Lighting<'a> {
 /// send to the eye.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
+    /// Which rules of a receiver hold for it.
     pub kind: PointKind,
     /// Position, world space \[m\].
     pub position: Vec3,
@@ -59,10 +60,13 @@ pub struct Point {
     pub to_eye: Vec3,
     /// Largest distance of the point's own caster in the map, added to the bias \[m\].
     pub reach: f32,
+    /// Which casters tint it.
     pub receiver: Receiver,
     /// Scattered share of the light.
     pub albedo: Vec3,
+    /// Roughness of its highlights, 0 to 1.
     pub roughness: f32,
+    /// Share of the light that it mirrors.
     pub gloss: Gloss,
     /// Emitted light, and light mirrored from the environment.
     pub emission: Vec3,
@@ -113,6 +117,7 @@ impl Receiver {
     pub const AIR: Self =
         Self { receives: Receives::Curve, tag: 0, solid: false, leaf: false, turn: Vec2::X };
 
+    /// The receiver of a material; `id`: of its object.
     pub fn new(material: &Material, id: u32) -> Self {
         Self { receives: material.receives, tag: owner_tag(id), ..Self::AIR }
     }
@@ -123,6 +128,7 @@ impl Receiver {
         Self { turn: taps::turn(pixel), ..self }
     }
 
+    /// The receiver as a point of a kind.
     #[must_use]
     pub fn of_kind(self, kind: PointKind) -> Self {
         Self { solid: kind == PointKind::Solid, leaf: kind == PointKind::Leaf, ..self }
@@ -132,12 +138,14 @@ impl Receiver {
 /// Mirrored share of light: the reflectivity, and a glass coating of the rest by polish.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss {
+    /// Share that is mirrored in full, 0 to 1.
     pub reflectivity: f32,
     /// 1 for glass, 0 for a surface of no coverage.
     pub polish: f32,
 }
 
 impl Gloss {
+    /// Of an opaque surface.
     pub const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
 
     /// `cosine` of the angle between the eye and the normal; `head_on`: reflectance at 0 degrees.
@@ -191,6 +199,7 @@ impl<'a> Lighting<'a> {
         self.maps.iter().any(|map| map.curve.is_some())
     }
 
+    /// Records of the lights.
     pub fn lights(&self) -> &[GpuLight] {
         &self.lights
     }

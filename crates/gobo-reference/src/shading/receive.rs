@@ -1,6 +1,9 @@
 //! CPU reference of `wgsl/shade/receive.wgsl`: share of a light that the shadow maps let through to a point.
 use super::{
-    Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline, thrown::with_thrown,
+    Lighting, Receiver, incoming,
+    seen_plane::seen_normal,
+    taps::{beyond_spline, wide_lift},
+    thrown::with_thrown,
 };
 use crate::receive::{MapTexel, light_by_channel, receive, receive_curve};
 use glam::{Vec2, Vec3};
@@ -176,16 +179,22 @@ impl Lighting<'_> {
         let view = &self.views[index];
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
-        let reach = light.normal_bias + 0.5 + beyond_spline(light);
-        // The bias is a part of the normal bias, so edges of shadows move with the point.
-        let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
+        // Where the filter is wide, the slope that depths in the view have, along its axes.
+        let slope = view.view_from_world.transform_vector3(surface.normal).truncate();
+        let (sine, reach) = if beyond_spline(light) > 0.0 {
+            (slope.length(), wide_lift(light, slope))
+        } else {
+            (slant.sine, (light.normal_bias + 0.5) * slant.sine)
+        };
+        // The bias is a part of the normal bias: edges of shadows move with the point.
+        let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         let has_normal = surface.normal != Vec3::ZERO;
-        let sine = if has_normal { slant.sine } else { 0.0 };
+        let own_sine = if has_normal { sine } else { 0.0 };
         let least = if slant.reach > 0.0 { CASTER_BIAS } else { 0.0 };
-        let bias = light.depth_bias(view, texel, sine, least);
-        let part = (bias * cosine).min(light.normal_bias * slant.sine * texel);
+        let bias = light.depth_bias(view, texel, own_sine, least);
+        let part = (bias * cosine).min(light.normal_bias * sine * texel);
         let is_soft = is_soft(light, receiver);
-        let lift = if is_soft { 0.0 } else { reach * slant.sine * texel - part };
+        let lift = if is_soft { 0.0 } else { reach * texel - part };
         let point = surface.point + surface.normal * lift;
         let added = slant.reach.max(0.0) + light.slope_bias * slant.tangent * texel;
         if slant.reach < 0.0 {

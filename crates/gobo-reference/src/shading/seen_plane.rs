@@ -5,7 +5,9 @@ use gobo::records::{GpuView, ViewMaps};
 
 /// Distances from the point of the rings of samples, nearest first \[texels\].
 pub const FIRST_RING: f32 = 2.0;
+/// Largest distance from the point of texels that are asked \[texels\].
 pub const LAST_RING: f32 = 54.0;
+/// Each distance over the one before.
 pub const NEXT_RING: f32 = 3.0;
 /// Directions of a ring's samples.
 const AROUND: [Vec2; 8] = [
