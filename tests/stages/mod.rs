@@ -9,6 +9,7 @@ mod cluster;
 mod cull;
 mod cull_bound;
 mod dither;
+mod edges;
 mod gaussian_tiles;
 mod host_shader;
 mod inexact;
