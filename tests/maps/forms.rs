@@ -7,6 +7,7 @@ use gobo::{
     records::ViewMaps,
     stage::{
         bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+        buckets::BUCKET_PAIRS,
         sort::Shape,
     },
 };
@@ -18,6 +19,7 @@ fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     renderer.configure(|config| {
         config.profile.columns = columns;
         config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
+        config.profile.bucket_pairs = if columns { 0 } else { BUCKET_PAIRS };
     });
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let frame = renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"));

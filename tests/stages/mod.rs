@@ -4,6 +4,7 @@ mod bin;
 mod blockers;
 mod blur;
 mod blur_alone;
+mod buckets;
 mod by_hand;
 mod cluster;
 mod cull;

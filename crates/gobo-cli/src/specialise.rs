@@ -1,5 +1,8 @@
 //! Overrides that stay open: names of SPIR-V's specialisation constants, which naga does not write.
-use gobo::stage::{bin::WIDE_DISC_SEGMENT, features::Features, profile::Profile, sort::Shape};
+use gobo::stage::{
+    bin::WIDE_DISC_SEGMENT, buckets::BUCKET_PAIRS, features::Features, profile::Profile,
+    sort::Shape,
+};
 use std::collections::{BTreeMap, HashMap};
 
 /// Overrides that are no flags: their values are written.
@@ -10,11 +13,11 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
     let profile = Profile {
         shape: Shape::Wide,
         disc_segment: WIDE_DISC_SEGMENT,
+        bucket_pairs: BUCKET_PAIRS,
         scatter_tiny: true,
         columns: false,
         kinds_apart: false,
         wide: true,
-        ballots: true,
         queued: false,
         interleaved: false,
         loaded: false,
