@@ -190,9 +190,10 @@ results: setup
 native: setup
 	cargo bench --quiet -p gobo-benches --bench native
 
-# The figures of docs/dither.md.
+# The figures of docs/dither.md, and what a frame of many views asks of a GPU (benches/NOTES.md).
 tables: setup
 	cargo run --release --quiet --example dither_tables
+	cargo run --release --quiet --example view_tables
 
 # The figures of docs/curves.md.
 quality: setup

@@ -148,6 +148,11 @@ impl Commands {
         (0..self.0.len()).filter(|&i| begins(i)).count()
     }
 
+    /// Dispatches, also those whose workgroups only the device knows.
+    pub fn dispatch_count(&self) -> usize {
+        self.0.iter().filter_map(Command::dispatches).map(<[Dispatch]>::len).sum()
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

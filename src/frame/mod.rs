@@ -7,6 +7,7 @@ mod commands;
 mod dispatch;
 mod kernels;
 mod sort;
+mod waits;
 
 pub use commands::{Command, Commands};
 pub use dispatch::{Bound, Dispatch, HostBindings, Work};

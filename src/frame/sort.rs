@@ -30,8 +30,9 @@ pub enum SortCount<'a> {
 /// The dispatches of a sort, and its scratch.
 #[derive(Debug)]
 pub struct Sort {
-    /// Three for each digit.
+    /// Two or three for each digit.
     pub dispatches: Vec<Dispatch>,
+    digit_passes: usize,
     scratch_size: u64,
 }
 
@@ -69,8 +70,8 @@ impl Sort {
             view_formats: &[],
         });
         let digit_bits = partition.digit_bits(capacity, bits.clone());
-        let [count, scan, scatter] = kernels(partition, digit_bits);
-        let mut dispatches = Vec::new();
+        let (count, scan, scatter) = kernels(partition, digit_bits, partitions);
+        let (mut dispatches, mut digit_passes) = (Vec::new(), 0);
         for (at, digit) in digits(bits, digit_bits).enumerate().filter(|_| partitions > 0) {
             let digit_count = 1 << digit.len();
             let pass = SortPass { shift: digit.start, digit_count, capacity, count_index };
@@ -83,18 +84,20 @@ impl Sort {
                 .with("sorted_pairs", pairs[1 - at % 2]);
             let [by_partition, by_digit] =
                 [partitions, digit_count].map(|n| [n.div_ceil(partition.lanes()), 1, 1]);
-            for (desc, groups) in [(count, by_partition), (scan, by_digit), (scatter, by_partition)]
-            {
+            let scan = scan.map(|scan| (scan, by_digit));
+            let last = Some((scatter, by_partition));
+            for (desc, groups) in std::iter::once((count, by_partition)).chain(scan).chain(last) {
                 dispatches.push(kernels_of.dispatch(desc, Features::NONE, &resources, groups)?);
             }
+            digit_passes += 1;
         }
         let scratch_size = if is_first { u64::from(width) * u64::from(height) * 4 } else { 0 };
-        Ok(Self { dispatches, scratch_size })
+        Ok(Self { dispatches, digit_passes, scratch_size })
     }
 
     /// Index of the pair texture that holds the sorted pairs.
     pub fn result(&self) -> usize {
-        self.dispatches.len() / 3 % 2
+        self.digit_passes % 2
     }
 
     /// Size of the histograms \[bytes\]; 0 if an earlier sort of the frame has them.

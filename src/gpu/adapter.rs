@@ -1,5 +1,5 @@
 //! Choice of the adapter and the tier.
-use super::tier::Tier;
+use super::tier::{MAX_LANES, Tier};
 use crate::error::Error;
 use wgpu::{DeviceType, Features, Limits, TextureFormat, TextureUsages};
 
@@ -65,7 +65,8 @@ impl TierChoice {
         } else if tier == most {
             asked.to_owned()
         } else {
-            format!("the adapter lacks {}", lacking(available, &adapter.limits()))
+            let lanes = adapter.get_info().subgroup_max_size;
+            format!("the adapter lacks {}", lacking(available, &adapter.limits(), lanes))
         };
         let (features, limits) = match tier {
             Tier::Core => (Features::empty(), Limits::default()),
@@ -95,14 +96,17 @@ fn highest(selection: &Selection) -> (Tier, &'static str) {
 }
 
 /// Features and limits that an adapter lacks for the best tier.
-fn lacking(features: Features, limits: &Limits) -> String {
-    let mut lacking = names(Tier::Native.features() - features);
+fn lacking(features: Features, limits: &Limits, lanes: u32) -> String {
     let need = Tier::Native.storage_textures();
-    if limits.max_storage_textures_per_shader_stage < need {
-        let comma = if lacking.is_empty() { "" } else { ", " };
-        lacking += &format!("{comma}{need} storage textures a stage");
-    }
-    lacking
+    let has_few = limits.max_storage_textures_per_shader_stage < need;
+    let lacking = [
+        (!Tier::Native.features().difference(features).is_empty())
+            .then(|| names(Tier::Native.features() - features)),
+        has_few.then(|| format!("{need} storage textures a stage")),
+        (lanes > MAX_LANES)
+            .then(|| format!("subgroups of at most {MAX_LANES} lanes: its have up to {lanes}")),
+    ];
+    lacking.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 fn fetch_features(adapter: &wgpu::Adapter) -> Features {

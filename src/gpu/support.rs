@@ -1,5 +1,5 @@
 //! Features and limits that a device must be opened with, and those that it lacks: none can be added later.
-use super::{Tier, adapter::FETCH_FEATURES};
+use super::{Tier, adapter::FETCH_FEATURES, tier::MAX_LANES};
 use crate::{
     error::Error,
     model::{ShadowSettings, TILE_SIZE, tiles_of},
@@ -40,13 +40,13 @@ pub struct Missing {
 pub enum Requirement {
     /// One feature.
     Feature(Features),
-    /// A limit, by the name of its field in [`wgpu::Limits`].
+    /// A limit, by the name of its field in [`wgpu::Limits`] or [`wgpu::AdapterInfo`].
     Limit {
         /// The field's name.
         name: &'static str,
         /// Value that the device was opened with.
         have: u64,
-        /// Least value needed; for an alignment, the greatest.
+        /// Least value needed; for an alignment and the lanes of a subgroup, the greatest.
         need: u64,
     },
 }
@@ -160,6 +160,12 @@ pub(crate) fn missing(device: &Device, tier: Tier) -> Vec<Missing> {
         let requirement = Requirement::Limit { name, have, need };
         all.push(Missing { requirement, needed_for: Need::Core });
     });
+    let lanes = device.adapter_info().subgroup_max_size;
+    if tier.has_subgroups() && lanes > MAX_LANES {
+        let (have, need) = (lanes.into(), MAX_LANES.into());
+        let requirement = Requirement::Limit { name: "subgroup_max_size", have, need };
+        all.push(Missing { requirement, needed_for: Need::Subgroups });
+    }
     for feature in (tier.features() - features(device)).iter() {
         let requirement = Requirement::Feature(feature);
         let is_subgroups = Tier::Subgroups.features().contains(feature);

@@ -1,6 +1,9 @@
 //! Tiers of kernels.
 use wgpu::{Features, Limits};
 
+/// Most lanes of a subgroup: kernels read as many of a ballot.
+pub(crate) const MAX_LANES: u32 = 64;
+
 /// Set of device features that kernels use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tier {
@@ -25,13 +28,15 @@ impl Tier {
 
     /// The best tier that a device of `adapter` can be opened for.
     pub fn of(adapter: &wgpu::Adapter) -> Self {
-        Self::with(adapter.features(), &adapter.limits())
+        let lanes = adapter.get_info().subgroup_max_size;
+        Self::with(adapter.features(), &adapter.limits(), lanes)
     }
 
-    /// The best tier for these features and limits.
-    fn with(features: Features, limits: &Limits) -> Self {
+    /// The best tier for these features and limits, and subgroups of so many lanes at most.
+    fn with(features: Features, limits: &Limits, lanes: u32) -> Self {
         let can = |tier: Self| {
             features.contains(tier.features())
+                && (!tier.has_subgroups() || lanes <= MAX_LANES)
                 && tier.storage_textures() <= limits.max_storage_textures_per_shader_stage
         };
         Self::best(can).unwrap_or_default()
@@ -96,14 +101,16 @@ mod tests {
             max_storage_textures_per_shader_stage,
             ..Limits::default()
         });
-        for (features, limits, tier) in [
-            (Features::empty(), &many, Tier::Core),
-            (Features::TEXTURE_ATOMIC, &many, Tier::Core),
-            (Features::SUBGROUP, &many, Tier::Subgroups),
-            (Tier::Native.features(), &few, Tier::Subgroups),
-            (Tier::Native.features(), &many, Tier::Native),
+        for (features, limits, lanes, tier) in [
+            (Features::empty(), &many, 32, Tier::Core),
+            (Features::TEXTURE_ATOMIC, &many, 32, Tier::Core),
+            (Features::SUBGROUP, &many, 4, Tier::Subgroups),
+            (Features::SUBGROUP, &many, 128, Tier::Core),
+            (Tier::Native.features(), &few, 32, Tier::Subgroups),
+            (Tier::Native.features(), &many, 64, Tier::Native),
+            (Tier::Native.features(), &many, 128, Tier::Core),
         ] {
-            assert_eq!(Tier::with(features, limits), tier, "{features:?}");
+            assert_eq!(Tier::with(features, limits, lanes), tier, "{features:?}, {lanes} lanes");
         }
     }
 }

@@ -10,12 +10,14 @@ pub struct PairCapacity {
     pub budget: u32,
     /// Most pairs that a frame needed; `None` before any was counted.
     seen: Option<u32>,
+    /// Number of uploaded casters of the last frames that were counted, and the most pairs that these needed.
+    counted: Option<(u64, u32)>,
 }
 
 impl PairCapacity {
     /// Room for pairs within a budget.
     pub fn new(budget: u32) -> Self {
-        Self { pairs: None, budget, seen: None }
+        Self { pairs: None, budget, seen: None, counted: None }
     }
 
     /// Grows to the number that a frame needed and a quarter more. Returns whether the frame should be
@@ -44,8 +46,21 @@ impl PairCapacity {
         }
     }
 
-    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so
-    /// far.
+    /// Takes note of a frame of uploaded casters.
+    pub fn count(&mut self, counters: &Counters) {
+        let &Counters { casters, pairs_needed, pair_capacity, overflowed, .. } = counters;
+        let is_crowded = overflowed > 0 && pairs_needed <= pair_capacity;
+        let needed = if is_crowded { u32::MAX } else { pairs_needed };
+        let before = self.counted.filter(|&(count, _)| count == casters);
+        self.counted = Some((casters, before.map_or(needed, |(_, most)| most.max(needed))));
+    }
+
+    /// Pairs that frames of so many uploaded casters are expected to need at most, if the last that were counted had as many.
+    pub fn expected_of(&self, casters: u64) -> Option<u32> {
+        self.counted.filter(|&(count, _)| count == casters).map(|(_, most)| roomy(most))
+    }
+
+    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so far.
     pub fn expected(&self) -> Option<u32> {
         self.seen.map(roomy)
     }
@@ -72,6 +87,24 @@ mod tests {
         let mut capacity = PairCapacity::new(5000);
         assert!(capacity.grow(1000, 500) && !capacity.grow(1200, 1250));
         assert_eq!(capacity.pairs, Some(1250));
+    }
+
+    #[test]
+    fn as_many_uploaded_casters_are_expected_to_need_as_much() {
+        let mut capacity = PairCapacity::new(5000);
+        for (casters, pairs_needed, overflowed, expected) in
+            [(7, 800, 0, 1000), (7, 400, 0, 1000), (8, 400, 0, 500), (8, 400, 1, u32::MAX)]
+        {
+            capacity.count(&Counters {
+                casters,
+                pairs_needed,
+                pair_capacity: 900,
+                overflowed,
+                ..Counters::default()
+            });
+            assert_eq!(capacity.expected_of(casters), Some(expected));
+            assert_eq!(capacity.expected_of(casters + 2), None);
+        }
     }
 
     #[test]

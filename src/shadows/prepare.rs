@@ -92,6 +92,8 @@ pub(super) struct Request<'a> {
     pub pairs: Option<u32>,
     /// Pairs that casters of the host are expected to need at most, by earlier frames.
     pub expected: Option<u32>,
+    /// The same of as many uploaded casters.
+    pub expected_uploaded: Option<u32>,
     /// The host's depth maps by view; empty if there are none.
     pub depths: &'a [Option<DepthInput>],
     /// Number of the last frame that was prepared.
@@ -182,8 +184,10 @@ impl<'a> Request<'a> {
         });
         let mut plans =
             batch_plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
-        let hosts = plans.iter_mut().flat_map(|plan| &mut plan.lists);
-        hosts.filter_map(|list| list.host.as_mut()).for_each(|host| host.expected = self.expected);
+        for list in plans.iter_mut().flat_map(|plan| &mut plan.lists) {
+            list.expected =
+                if list.host.is_some() { self.expected } else { self.expected_uploaded };
+        }
         let culled = culled_count(casters, cache.pending.len(), &plans);
         let former = reuse.scratch.as_ref().map(|(scratch, _)| Arc::clone(scratch));
         let scratch = self.scratch(reuse.scratch, &mut plans)?;

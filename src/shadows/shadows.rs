@@ -223,6 +223,7 @@ impl Shadows {
             views,
             pairs: self.capacity.pairs,
             expected: self.capacity.expected(),
+            expected_uploaded: self.capacity.expected_of(casters.count() + set.emitted_count()),
             depths: &depths,
             last: &self.frame,
         };
@@ -300,6 +301,8 @@ impl Shadows {
         let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity);
         if self.casters.as_ref().is_some_and(|set| set.host().is_some()) {
             self.capacity.see(counters);
+        } else {
+            self.capacity.count(counters);
         }
         if let Some(maps) = self.maps.as_mut().filter(|_| grows) {
             maps.cache.forget();

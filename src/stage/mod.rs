@@ -5,6 +5,7 @@
 pub mod accumulate;
 pub mod bin;
 pub mod blur;
+pub mod buckets;
 pub mod caustics;
 pub mod colored;
 pub mod curve;
@@ -50,6 +51,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &sort::WIDE_COUNT,
     &sort::WIDE_SCAN,
     &sort::WIDE_SCATTER,
+    &sort::WIDE_FEW_COUNT,
+    &sort::WIDE_FEW_SCATTER,
     &bin::CLEAR,
     &bin::COUNT,
     &bin::WIDE_COUNT,
@@ -57,6 +60,10 @@ pub const KERNELS: &[&KernelDesc] = &[
     &bin::EMIT,
     &bin::WIDE_EMIT,
     &bin::TILES,
+    &buckets::COUNT,
+    &buckets::PLACE,
+    &buckets::EMIT,
+    &buckets::SORT,
     &bin::PART_COUNT,
     &bin::PART_CLEAR,
     &bin::PART_PLAN,

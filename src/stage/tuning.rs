@@ -3,8 +3,9 @@
 //! lost.
 use super::{
     bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+    buckets::BUCKET_PAIRS,
     llvmpipe,
-    sort::{Partition, SHARED_RANKS},
+    sort::Partition,
 };
 use crate::gpu::{Choice, Constant, KernelDesc};
 
@@ -16,8 +17,10 @@ pub struct Tuning {
     pub partition: Partition,
     /// Pairs of a segment of soft discs.
     pub disc_segment: u32,
-    /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose atomics
-    /// cost more than their sort.
+    /// Most pairs of a list that is binned by buckets, without a sort; none on software adapters, whose atomics cost more.
+    pub bucket_pairs: u32,
+    /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
+    /// atomics cost more than their sort.
     pub scatter_tiny: bool,
     /// Whether invocations hold columns of four or eight texels, with the nodes of their curves and the
     /// values that look-ups lay aside in registers, and all loops over them unrolled. On llvmpipe, which
@@ -29,8 +32,6 @@ pub struct Tuning {
     pub kinds_apart: bool,
     /// Whether subgroups may have more than 32 lanes.
     pub wide: bool,
-    /// Whether the sort ranks by ballots where there are subgroups: the kernel reads their first 64 lanes.
-    pub ballots: bool,
     /// Whether soft discs are collected in batches of eight, one for each lane of a subgroup. On software
     /// adapters with such subgroups, on the native tier, if the device has
     /// [`FETCH_FEATURES`](crate::gpu::FETCH_FEATURES).
@@ -52,11 +53,11 @@ impl Tuning {
         Self {
             partition: if is_software { Partition::Serial } else { Partition::Wide },
             disc_segment: if is_software { DISC_SEGMENT } else { WIDE_DISC_SEGMENT },
+            bucket_pairs: if is_software { 0 } else { BUCKET_PAIRS },
             scatter_tiny: !is_software,
             columns: is_software && !is_swiftshader,
             kinds_apart: is_software,
             wide: adapter.subgroup_max_size > 32,
-            ballots: adapter.subgroup_max_size <= 64,
             queued: is_software && lanes == [8, 8],
             interleaved: is_software,
             loaded: is_software,
@@ -88,8 +89,7 @@ impl Tuning {
     /// Choices that replace a kernel's own.
     pub fn choices(&self) -> Vec<Choice> {
         let chosen = [
-            (!self.ballots, &[SHARED_RANKS][..]),
-            (self.interleaved, &[llvmpipe::INTERLEAVED]),
+            (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
             (self.loaded, &[llvmpipe::LOADED]),
             (self.columns, &llvmpipe::COLUMNS),
         ];

@@ -228,3 +228,34 @@ fn kernels_have_times_and_results_are_compared() {
     assert!(errors.contains("nodes"), "{errors}");
     [json, changed].iter().for_each(|path| std::fs::remove_file(path).unwrap());
 }
+
+/// Each choice that a profile leaves open is measured beside the adapter's own.
+#[test]
+fn choices_of_the_profile_are_measured() {
+    let json = temporary("tune.json");
+    let output = bench(&[
+        "--tune",
+        "--case",
+        "300x4",
+        "--size",
+        "32",
+        "--runs",
+        "1",
+        "--json",
+        json.to_str().unwrap(),
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    std::fs::remove_file(json).unwrap();
+    let rows = value["rows"].as_array().unwrap();
+    for field in ["disc_segment", "shape", "bucket_pairs", "scatter_tiny", "columns"] {
+        assert!(rows.iter().any(|row| row["field"] == field), "{field}");
+    }
+    for row in rows {
+        let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
+        assert!((number("compute_ms") / number("own_ms") / number("ratio") - 1.0).abs() < 1e-9);
+    }
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.lines().last().unwrap().starts_with("Profile: "), "{table}");
+    assert_eq!(table.lines().count(), rows.len() + 2, "{table}");
+}

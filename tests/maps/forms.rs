@@ -8,6 +8,7 @@ use gobo::{
     records::ViewMaps,
     stage::{
         bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+        buckets::BUCKET_PAIRS,
         sort::Partition,
     },
 };
@@ -19,6 +20,7 @@ fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     renderer.configure(|config| {
         config.tuning.columns = columns;
         config.tuning.partition = if columns { Partition::Serial } else { Partition::Wide };
+        config.tuning.bucket_pairs = if columns { 0 } else { BUCKET_PAIRS };
     });
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let frame = renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"));

@@ -8,7 +8,7 @@ import package::bind::loaded::triangles;
 import package::bind::read::chunks;
 import package::bind::uniform::{project_params, views};
 import package::features::unrolled;
-import package::hit::triangle_edges::{edge_line, owns_edge};
+import package::hit::triangle_edges::{edge_line, edge_products, is_inside, owns_edge};
 import package::records::dispatch::workgroup_number;
 import package::records::opaque_depth::opaque_bits;
 import package::records::record::{TRIANGLE_TEXELS, record_texel};
@@ -85,14 +85,13 @@ fn occlude_small(
     var span = row_span(y, lo.x, hi.x);
     var x = span.x;
     while y <= last_y {
-        let e = vec3(
-            edges[0].z * (y + 0.5 - edges[0].y) - edges[0].w * (x + 0.5 - edges[0].x),
-            edges[1].z * (y + 0.5 - edges[1].y) - edges[1].w * (x + 0.5 - edges[1].x),
-            edges[2].z * (y + 0.5 - edges[2].y) - edges[2].w * (x + 0.5 - edges[2].x),
-        );
+        let a = edge_products(edges[0], vec2(x, y) + 0.5);
+        let b = edge_products(edges[1], vec2(x, y) + 0.5);
+        let c = edge_products(edges[2], vec2(x, y) + 0.5);
+        let e = vec3(a.x - a.y, b.x - b.y, c.x - c.y);
         let weighted = e * weights;
         let depth = dot(weighted, depths) / (weighted.x + weighted.y + weighted.z);
-        let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & owned)) && x <= span.y;
+        let inside = is_inside(a, b, c, owned) && x <= span.y;
         if inside && depth >= 0.0 && depth <= 1.0 {
             let texel = first_texel + u32(y) * row_texels + u32(x);
             atomicMin(&small_depths[texel], opaque_bits(depth, false));

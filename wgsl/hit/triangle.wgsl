@@ -5,6 +5,7 @@ import package::bind::uniform::{materials, picture_params};
 import package::features::{HAS_FRESNEL, HAS_TEXTURES, HAS_VERTEX_COLORS};
 import package::hit::hit::{Hit, absorption, transmittance};
 import package::hit::texture::{Sampled, sample_area, sample_texture};
+import package::hit::triangle_edges::{edge_products, is_inside};
 import package::records::material::{MAX_GAIN, NO_TEXTURE, TRANSFER_CUTOUT, TRANSFER_GAIN, shows_clear};
 import package::records::setup::setup_texel;
 
@@ -12,19 +13,22 @@ import package::records::setup::setup_texel;
 override FILTERS_IMAGES: bool = false;
 
 fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
-    let line = bitcast<vec4<f32>>(setup_texel(setup, i));
-    return line.z * (texel.y - line.y) - line.w * (texel.x - line.x);
+    let products = edge_products(edge_of(setup, i), texel);
+    return products.x - products.y;
+}
+
+fn edge_of(setup: u32, i: u32) -> vec4<f32> {
+    return bitcast<vec4<f32>>(setup_texel(setup, i));
 }
 
 // Barycentric weights of the corners, and light depth; depth -1 outside.
 fn triangle_weights(setup: u32, texel: vec2<f32>) -> vec4<f32> {
     let weights_ties = setup_texel(setup, 3u);
-    let a = edge(setup, 0u, texel);
-    let b = edge(setup, 1u, texel);
-    let c = edge(setup, 2u, texel);
-    let e = vec3(a, b, c);
-    let tie = (vec3(weights_ties.w) & vec3(1u, 2u, 4u)) != vec3(0u);
-    let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & tie));
+    let a = edge_products(edge_of(setup, 0u), texel);
+    let b = edge_products(edge_of(setup, 1u), texel);
+    let c = edge_products(edge_of(setup, 2u), texel);
+    let e = vec3(a.x - a.y, b.x - b.y, c.x - c.y);
+    let inside = is_inside(a, b, c, (vec3(weights_ties.w) & vec3(1u, 2u, 4u)) != vec3(0u));
     let weighted = e * bitcast<vec3<f32>>(weights_ties.xyz);
     let sum = weighted.x + weighted.y + weighted.z;
     let barycentric = weighted / sum;

@@ -36,3 +36,16 @@ fn edge_plane(a: vec3<f32>, b: vec3<f32>, turn: f32) -> vec4<f32> {
     let is_far = max(abs(along.x), abs(along.y)) <= abs(constant);
     return select(vec4(foot, along), vec4(0.0, -FAR_EDGE, constant, 0.0), is_far);
 }
+
+// The two products whose difference is an edge's function.
+fn edge_products(line: vec4<f32>, texel: vec2<f32>) -> vec2<f32> {
+    return vec2(line.z * (texel.y - line.y), line.w * (texel.x - line.x));
+}
+
+// Whether a texel is inside of all edges, by their products. These are compared, not subtracted: of a difference a compiler
+// may round one product only, another one in the triangle on the other side (tests/stages/edges.rs).
+fn is_inside(a: vec2<f32>, b: vec2<f32>, c: vec2<f32>, ties: vec3<bool>) -> bool {
+    let first = vec3(a.x, b.x, c.x);
+    let second = vec3(a.y, b.y, c.y);
+    return all((first > second) | ((first == second) & ties));
+}

@@ -60,6 +60,7 @@ fn wide_lift(light: GpuLight, slope: vec2<f32>) -> f32 {
     let reach = select(length(slope), along, filter_of(light).kind == FILTER_BOX);
     return (light.normal_bias + 0.5) * length(slope) + beyond_spline(light) * reach;
 }
+
 // Whether the light has penumbrae on the receiver. Levels hold all casters, so receivers that only some
 // casters tint read the map.
 fn is_soft(light: GpuLight) -> bool {

@@ -1,5 +1,8 @@
 //! Overrides that stay open: names of SPIR-V's specialisation constants, which naga does not write.
-use gobo::stage::{bin::WIDE_DISC_SEGMENT, features::Features, sort::Partition, tuning::Tuning};
+use gobo::stage::{
+    bin::WIDE_DISC_SEGMENT, buckets::BUCKET_PAIRS, features::Features, sort::Partition,
+    tuning::Tuning,
+};
 use std::collections::{BTreeMap, HashMap};
 
 /// Overrides that are numbers and not flags: their values are resolved.
@@ -10,11 +13,11 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
     let tuning = Tuning {
         partition: Partition::Wide,
         disc_segment: WIDE_DISC_SEGMENT,
+        bucket_pairs: BUCKET_PAIRS,
         scatter_tiny: true,
         columns: false,
         kinds_apart: false,
         wide: true,
-        ballots: true,
         queued: false,
         interleaved: false,
         loaded: false,

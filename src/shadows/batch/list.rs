@@ -9,6 +9,7 @@ use crate::{
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams},
+        buckets,
         features::{Features, Flags},
     },
 };
@@ -85,7 +86,9 @@ impl List {
         );
         let params = context.listed_uniform("bin_params", &values, plan.host.is_some());
         let chunks = Chunks::new(context, plan, &params)?;
-        let sorts = (plan.footprint_count > 0)
+        let bucketed =
+            context.pair_capacity(plan) > 0 && scratch.has_buckets(plan, &context.config.tuning);
+        let sorts = (plan.footprint_count > 0 && !bucketed)
             .then(|| sorts(context, plan, [&params, &counters], tile_count))
             .transpose()?;
         let features = Features::NONE.with(plan.features.flags & KINDS, true);
@@ -99,10 +102,12 @@ impl List {
         let (mut project, mut sort) = (Commands::new(), Commands::new());
         let (mut pairs, mut of_tiles) = (Commands::new(), Vec::new());
         let mut sorted = [0; 2];
-        if let Some([depths, tiles]) = sorts {
-            sorted = [depths.result(), tiles.result()];
+        if plan.footprint_count > 0 {
             let projected = resources.clone().with("keys", &scratch.keys[0]);
             project = chunks.project(context.kernels, features, &projected)?;
+        }
+        if let Some([depths, tiles]) = sorts {
+            sorted = [depths.result(), tiles.result()];
             sort.pass("gobo sort", depths.dispatches);
             let footprints = resources.clone().with("sorted", &scratch.keys[sorted[0]]);
             pairs.pass("gobo bin", bin_pairs(context, features, &footprints, &values)?);
@@ -113,7 +118,14 @@ impl List {
         let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources =
             resources.with("pairs", &scratch.pairs[sorted[1]]).with("scattered_tiles", scattered);
-        of_tiles.push(context.kernels.dispatch(&bin::TILES, features, &resources, by_tile)?);
+        if bucketed {
+            let resources = resources.clone().with("keys", &scratch.keys[0]);
+            let [count, place, emit, order] = buckets(context, features, &resources, &values)?;
+            pairs.pass("gobo bin", [count, place]);
+            of_tiles.extend([emit, order]);
+        } else {
+            of_tiles.push(context.kernels.dispatch(&bin::TILES, features, &resources, by_tile)?);
+        }
         let mut tiles = Commands::new();
         tiles.pass("gobo bin", of_tiles);
         let parts = Parts::new(context, plan, &values, &resources, sorted[0])?;
@@ -164,6 +176,25 @@ fn sorts(
     let bytes = by_depth.scratch_size() + by_tile.scratch_size();
     context.allocator.memory.add("histograms", bytes);
     Ok([by_depth, by_tile])
+}
+
+/// The kernels from footprints to each tile's pairs, front to back.
+fn buckets(
+    context: &Context<'_, '_>,
+    features: Features,
+    resources: &Resources,
+    values: &BinParams,
+) -> Result<[Dispatch; 4], Error> {
+    let resources = resources.clone().with("rects", &context.scratch.rects);
+    let run = |desc, groups: [u32; 3]| context.kernels.dispatch(desc, features, &resources, groups);
+    let footprints = [values.footprint_count.div_ceil(buckets::BUCKET_LANES), 1, 1];
+    let tiles = [values.tile_count.div_ceil(buckets::BUCKET_LANES), 1, 1];
+    Ok([
+        run(&buckets::COUNT, footprints)?,
+        run(&buckets::PLACE, tiles)?,
+        run(&buckets::EMIT, footprints)?,
+        run(&buckets::SORT, bin::tile_grid(values.tile_count))?,
+    ])
 }
 
 /// The kernels from sorted footprints to their pairs, in depth order.

@@ -11,6 +11,7 @@ use crate::{
     },
     stage::{
         bin::{self, SEGMENT_LENGTH},
+        buckets::BUCKET_TILE,
         features::{Features, Flags},
         light_points::ROUND_LENGTH,
         project::Chunk,
@@ -43,6 +44,8 @@ pub struct ListPlan {
     pub first_setup: u32,
     /// Upper bound of its pairs.
     pub bound: PairBound,
+    /// Pairs that it is expected to need at most, by earlier frames.
+    pub(crate) expected: Option<u32>,
 }
 
 impl ListPlan {
@@ -85,6 +88,7 @@ impl ListPlan {
             gaussian_count,
             first_setup: gaussian_count + particle_count,
             bound: PairBound::default(),
+            expected: None,
         }
     }
 
@@ -144,7 +148,7 @@ impl ListPlan {
             (
                 (list.filters, list.camera, list.features, chunk_counts),
                 (list.footprint_count, list.gaussian_count, list.first_setup),
-                list.has_segments(tuning),
+                (list.has_segments(tuning), scratch.has_buckets(list, tuning)),
                 (list.may_overflow(partition, capacity), list.may_part(partition, capacity)),
                 list.most_parts(scratch.part_room, tile_count),
                 list.host.as_ref().map(HostList::shape),
@@ -181,6 +185,15 @@ impl ListPlan {
         self.bound.of_tile > self.segment_length(tuning)
     }
 
+    /// Pairs of the buckets that it may be binned by; 0 if it may not.
+    pub(crate) fn bucket_room(&self, tuning: &Tuning, capacity: u32) -> u64 {
+        let bound = &self.bound;
+        let is_few = bound.pairs <= u64::from(tuning.bucket_pairs.min(capacity))
+            && bound.of_tile <= BUCKET_TILE
+            && tuning.partition == Partition::Wide;
+        if is_few && !self.camera && self.host.is_none() { bound.pairs } else { 0 }
+    }
+
     /// Whether some footprints' pairs may not fit.
     pub(crate) fn may_overflow(&self, partition: Partition, capacity: u32) -> bool {
         let of_caster = u64::from(self.bound.of_caster);
@@ -193,12 +206,12 @@ impl ListPlan {
     }
 
     /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
-    /// scatter casters that do not fit, which changes no bit, and the picture is binned in parts of its own.
-    /// The pairs of the host's casters have no useful bound, and each part is recorded, needed or not: with
-    /// them, a list has no parts while the pairs of earlier frames fit with room to spare.
+    /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
+    /// Neither while those of earlier frames fit with room to spare: each part is recorded, needed or not. But lists that
+    /// are composed go through parts, because scattered casters are out of order.
     pub(crate) fn may_part(&self, partition: Partition, capacity: u32) -> bool {
-        let expected = self.host.as_ref().and_then(|host| host.expected);
-        let fits = expected.is_some_and(|pairs| pairs <= capacity);
+        let may_scatter = self.host.is_some() || !self.is_composed();
+        let fits = may_scatter && self.expected.is_some_and(|pairs| pairs <= capacity);
         self.filters && !self.camera && !fits && self.may_overflow(partition, capacity)
     }
 
@@ -268,7 +281,6 @@ impl ListPlan {
             planes: planes(views, span.kinds),
             first_footprint: self.footprint_count,
             capacity: span.capacity,
-            expected: None,
         });
         self.footprint_count += span.capacity * views.len() as u32;
         // The casters may be anywhere, and of any size.
@@ -299,8 +311,6 @@ pub(crate) struct HostList {
     pub first_footprint: u32,
     /// Most casters that a view may see.
     pub capacity: u32,
-    /// Most pairs that the list is expected to need, by earlier frames.
-    pub expected: Option<u32>,
 }
 
 impl HostList {

@@ -14,6 +14,7 @@ use crate::{
         curve::{partial_bytes, partial_count},
         features::Flags,
         sort::{PAIR_FORMAT, pair_limit},
+        tuning::Tuning,
     },
 };
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages, TextureView};
@@ -65,6 +66,8 @@ struct ScratchSizes {
     small_tiles: u64,
     pairs: u32,
     part_room: u32,
+    /// Pairs of lists that are binned by buckets.
+    bucket_room: u64,
     /// Tiles of batches whose pairs may not fit.
     part_tiles: u64,
     /// Nodes of the curves (K), 0 for none.
@@ -122,6 +125,7 @@ impl ScratchSizes {
             pairs.unwrap_or(guess).min(config.settings.pair_budget).clamp(least.min(limit), limit);
         let parts = |list: &&ListPlan| list.may_part(config.tuning.partition, pairs);
         let room = lists().filter(parts).map(ListPlan::part_room).max().unwrap_or(0);
+        let buckets = lists().map(|list| list.bucket_room(&config.tuning, pairs));
         let with_parts = plans.iter().filter(|plan| plan.lists.iter().any(|list| parts(&list)));
         Self {
             footprints,
@@ -131,6 +135,7 @@ impl ScratchSizes {
             small_tiles: with_small.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             pairs,
             part_room: u32::try_from(room).unwrap_or(u32::MAX).clamp(pairs, limit),
+            bucket_room: buckets.max().unwrap_or(0),
             part_tiles: with_parts.map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
             segment_bytes,
             segment,
@@ -238,6 +243,7 @@ impl Scratch {
         let merged_tiles = words("merged_tiles", sizes.tiles)?;
         let run_offsets = words("run_offsets", bin::max_offsets(partition).into())?;
         let overflow = words("overflow", sizes.footprints)?;
+        let tile_cursors = words("tile_cursors", sizes.tiles * sizes.bucket_room.min(1))?;
         let curves = u64::from(nodes > 0);
         let nothing_scattered = words("nothing_scattered", curves * sizes.tiles)?;
         let parts = (sizes.part_tiles > 0)
@@ -247,6 +253,7 @@ impl Scratch {
         let segments = u64::from(sizes.part_room / shortest) + sizes.tiles;
         let partials =
             curves * partial_count(sizes.part_room, sizes.segment) * sizes.segment_bytes / 16;
+        let bucketed = allocator.storage::<[u32; 2]>("bucketed", sizes.bucket_room, none)?;
         let segments = allocator.storage::<Segment>("segments", segments, none)?;
         let dispatches = allocator.storage::<[u32; 4]>(
             "dispatches",
@@ -266,6 +273,8 @@ impl Scratch {
             .with("segments", &segments)
             .with("run_offsets", &run_offsets)
             .with("overflow", &overflow)
+            .with("tile_cursors", &tile_cursors)
+            .with("bucketed", &bucketed)
             .with("dispatches", &dispatches)
             .with("partials", &partials)
             .with("small_depths", &small.depths);
@@ -288,6 +297,12 @@ impl Scratch {
         })
     }
 
+    /// Whether a list is binned by buckets.
+    pub(crate) fn has_buckets(&self, list: &ListPlan, tuning: &Tuning) -> bool {
+        let room = list.bucket_room(tuning, self.pair_capacity);
+        list.footprint_count > 0 && (1..=self.sizes.bucket_room).contains(&room)
+    }
+
     /// Whether it is large enough for other plans, with no more pairs than the budget allows.
     pub(crate) fn fits(
         &self,
@@ -306,6 +321,7 @@ impl Scratch {
             && need.small_tiles <= sizes.small_tiles
             && need.part_room <= sizes.part_room
             && need.part_tiles <= sizes.part_tiles
+            && need.bucket_room <= sizes.bucket_room
             && need.nodes == sizes.nodes
             && need.segment_bytes <= sizes.segment_bytes
             && need.segment >= sizes.segment

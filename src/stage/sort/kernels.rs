@@ -13,8 +13,6 @@ const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
 /// Ranking of pairs by workgroups, on GPUs.
 const RANKS: Choice =
     Choice::by_tier("ranks", "sort/ranks_shared.wgsl", Tier::Subgroups, "sort/ranks_subgroup.wgsl");
-/// Replaces `RANKS` where subgroups have more lanes than that reads.
-pub const SHARED_RANKS: Choice = Choice::new("ranks", "sort/ranks_shared.wgsl");
 /// Histogram of the digits of each run. One invocation per run.
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
@@ -68,4 +66,15 @@ pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     constants: WIDE_CONSTANTS,
     tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("sort_wide_scatter", "sort/sort_wide_scatter.wgsl")
+};
+
+/// [`WIDE_COUNT`] for [`WIDE_FEW_SCATTER`].
+pub const WIDE_FEW_COUNT: KernelDesc =
+    KernelDesc { name: "sort_few_count", constants: &[("FEW_BLOCKS", 1.0)], ..WIDE_COUNT };
+
+/// Replaces [`WIDE_SCAN`] and [`WIDE_SCATTER`] where blocks are few: each sums up the others' counts.
+pub const WIDE_FEW_SCATTER: KernelDesc = KernelDesc {
+    name: "sort_few_scatter",
+    constants: &[("SCAN_LANES", 256.0), ("FEW_BLOCKS", 1.0)],
+    ..WIDE_SCATTER
 };

@@ -11,13 +11,14 @@
 //! pairs       texel (i % 4096, i / 4096) = (key, value) of pair i
 //! histograms  texel (p, d) = digits d in partition p, then in the partitions before p
 //!             texel (d, 256) = digits d in all partitions
+//!             of at most 256 blocks instead: texel (d, p) = digits d in block p
 //! ```
 mod kernels;
 
 use crate::{gpu::KernelDesc, model::MAX_PAIRS};
 pub use kernels::{
-    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, SHARED_RANKS, WIDE_COUNT,
-    WIDE_SCAN, WIDE_SCATTER,
+    LONG_COUNT, LONG_SCATTER, SERIAL_COUNT, SERIAL_SCAN, SERIAL_SCATTER, WIDE_COUNT,
+    WIDE_FEW_COUNT, WIDE_FEW_SCATTER, WIDE_SCAN, WIDE_SCATTER,
 };
 use std::ops::Range;
 use wgpu::TextureFormat::Rg32Uint;
@@ -130,12 +131,22 @@ impl Partition {
     }
 }
 
-/// Kernels that count, scan and scatter a digit of `digit_bits` bits.
-pub fn kernels(partition: Partition, digit_bits: u32) -> [&'static KernelDesc; 3] {
+/// Most blocks that sum up each other's counts: a kilobyte each, read by each.
+const FEW_BLOCKS: u32 = 256;
+
+/// Kernels that count and scatter a digit of so many bits, in so many partitions, and the one in between that scans, if any.
+pub fn kernels(
+    partition: Partition,
+    digit_bits: u32,
+    partitions: u32,
+) -> (&'static KernelDesc, Option<&'static KernelDesc>, &'static KernelDesc) {
     match (partition, digit_bits) {
-        (Partition::Serial, FEW_BITS) => [&SERIAL_COUNT, &SERIAL_SCAN, &SERIAL_SCATTER],
-        (Partition::Serial, _) => [&LONG_COUNT, &SERIAL_SCAN, &LONG_SCATTER],
-        (Partition::Wide, _) => [&WIDE_COUNT, &WIDE_SCAN, &WIDE_SCATTER],
+        (Partition::Serial, FEW_BITS) => (&SERIAL_COUNT, Some(&SERIAL_SCAN), &SERIAL_SCATTER),
+        (Partition::Serial, _) => (&LONG_COUNT, Some(&SERIAL_SCAN), &LONG_SCATTER),
+        (Partition::Wide, _) if partitions <= FEW_BLOCKS => {
+            (&WIDE_FEW_COUNT, None, &WIDE_FEW_SCATTER)
+        }
+        (Partition::Wide, _) => (&WIDE_COUNT, Some(&WIDE_SCAN), &WIDE_SCATTER),
     }
 }
 

@@ -6,8 +6,8 @@ use super::{
 use gobo::{
     glam::{Mat3, Mat4, Quat, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Gaussian, Material, Particle, Projection, Shape, TILE_SIZE, Triangle, View, ViewRole,
-        reach_squared,
+        Casters, Gaussian, Material, Particle, Projection, Shape, TILE_SIZE, Triangle, View,
+        ViewRole, reach_squared,
     },
 };
 use gobo_scene::generate::Chance;
@@ -97,6 +97,15 @@ pub(super) fn cases_of_file(arguments: &BenchArguments, splats: &mut [Gaussian])
         }
     }
     cases
+}
+
+/// The casters of a case, of the first of `materials`.
+pub(super) fn casters_of<'a>(inputs: &'a Inputs, materials: &'a [Material]) -> Casters<'a> {
+    let none = Casters { materials, ..Casters::default() };
+    match inputs {
+        Inputs::Discs(discs) => Casters { particles: discs, ..none },
+        Inputs::Splats(splats) => Casters { gaussians: splats, ..none },
+    }
 }
 
 impl Case {

@@ -1,5 +1,5 @@
 //! `gobo bench --stage mask`: shadows through masks, compared with PCF of 5 x 5 in shading.
-use super::{arguments::BenchArguments, measure::Times};
+use super::{arguments::BenchArguments, clock::Times};
 use crate::{failure::Failure, files, output};
 use gobo::{
     Camera, Light, LightKind, Material, ShadowSettings, Transfer, Triangle,

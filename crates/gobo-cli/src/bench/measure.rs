@@ -2,9 +2,9 @@
 //! turns.
 use super::{
     arguments::{BenchArguments, ReceiverName},
-    case::Case,
+    case::{Case, casters_of},
     check::check,
-    clock::Clock,
+    clock::{Clock, Times},
     raster::{
         Geometry, Inputs, Precision, Raster, Recipe,
         agree::{Difference, Map, Rounding, agree},
@@ -21,27 +21,6 @@ use gobo::{
 use half::f16;
 use serde::Serialize;
 use tracing::debug_span;
-
-/// Median, least and largest [ms].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Times {
-    pub(super) median: f64,
-    pub(super) min: f64,
-    pub(super) max: f64,
-}
-
-impl Times {
-    pub(super) fn new(mut times: Vec<f64>) -> Self {
-        times.sort_by(f64::total_cmp);
-        let middle = times.len() / 2;
-        let median = if times.len() % 2 == 1 {
-            times[middle]
-        } else {
-            (times[middle - 1] + times[middle]) * 0.5
-        };
-        Self { median, min: times[0], max: times[times.len() - 1] }
-    }
-}
 
 /// Results of a case.
 #[derive(Clone, Debug, Serialize)]
@@ -130,6 +109,8 @@ pub(super) struct Bench {
     pub(super) clock: Clock,
     pub(super) settings: ShadowSettings,
     pub(super) kernels: bool,
+    /// Of the maps that are measured.
+    pub(super) config: Config,
     runs: u32,
 }
 
@@ -148,7 +129,8 @@ impl Bench {
             settings.nodes = arguments.nodes;
         }
         let (runs, kernels) = (arguments.runs, arguments.kernels);
-        Self { clock: Clock::new(&gpu), gpu, settings, kernels, runs }
+        let config = Config::new(gpu.tier, &gpu.adapter);
+        Self { clock: Clock::new(&gpu), gpu, settings, kernels, config, runs }
     }
 
     pub(super) fn run(
@@ -158,11 +140,7 @@ impl Bench {
         with_raster: bool,
     ) -> Result<Row, Failure> {
         let (views, materials) = (case.views(), [case.material()]);
-        let mut casters = Casters { materials: &materials, ..Casters::default() };
-        match inputs {
-            Inputs::Discs(discs) => casters.particles = discs,
-            Inputs::Splats(splats) => casters.gaussians = splats,
-        }
+        let casters = casters_of(inputs, &materials);
         let prepared = self.prepare(&casters, &views)?;
         let maps = self.read(&prepared, &case)?;
         let comparing = debug_span!("compare").entered();
@@ -267,21 +245,21 @@ impl Bench {
         views: &[View],
     ) -> Result<Prepared, Failure> {
         let _preparing = debug_span!("prepare").entered();
-        let config = Config::new(self.gpu.tier, &self.gpu.adapter);
         let mut known: Option<Counters> = None;
         loop {
             let Gpu { device, queue, kernels, .. } = &self.gpu;
             // New maps each time: reused ones are cleared by a kernel.
-            let mut shadows = Shadows::sharing(device, queue, config, kernels.clone())?;
+            let mut shadows = Shadows::sharing(device, queue, self.config, kernels.clone())?;
             if let Some(counters) = &known {
                 shadows.grow_from(counters);
             }
             let prepared = shadows.prepare(casters, views, &self.settings)?;
             self.compute(&prepared)?;
             let counters = prepared.counters()?;
-            if !shadows.grow_from(&counters) {
+            if !shadows.grow_from(&counters) && known.is_some() {
                 return Ok(prepared);
             }
+            // The next knows what it needs, as later frames do.
             known = Some(counters);
         }
     }

@@ -12,6 +12,7 @@ mod raster;
 mod report;
 mod scene;
 mod shares;
+mod tune;
 
 pub(crate) use arguments::BenchArguments;
 
@@ -51,6 +52,9 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
     let mut bench = Bench::new(Gpu::new(&selection)?, arguments);
     if let Some(path) = &arguments.scene {
         return scene::run(arguments, bench, path, clock, earlier.as_ref());
+    }
+    if arguments.tune {
+        return tune::run(arguments, bench);
     }
     let mut report = Report::new(&bench, arguments);
     files::print(&report.heading())?;

@@ -117,7 +117,7 @@ fn means(splats: &[Gaussian]) -> (serde_json::Value, [Vec<Texel>; 2]) {
 
 /// A codebook of the numbers of vectors, and a texel for each vector.
 fn coded(vectors: &[Vec3], alpha: impl Fn(usize) -> u8) -> ([f32; 256], Vec<Texel>) {
-    let numbers: Vec<f32> = vectors.iter().flat_map(|v| v.to_array()).collect();
+    let numbers: Vec<f32> = vectors.iter().flat_map(Vec3::to_array).collect();
     let book = book_of_numbers(&numbers);
     let texel = |(i, v): (usize, &Vec3)| {
         let [r, g, b] = v.to_array().map(|number| nearest(&book, number));
