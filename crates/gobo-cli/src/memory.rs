@@ -30,7 +30,7 @@ impl Needs {
         self.missing(scene).map_or(Ok(()), |bytes| Err(Failure::Memory(bytes)))
     }
 
-    /// The needed bytes, if the host cannot allocate them \[bytes\].
+    /// The needed memory, if the host cannot allocate it \[bytes\].
     pub fn missing(&self, scene: &Scene) -> Option<u64> {
         let bytes = self.bytes(scene);
         let mut probe = Vec::<u8>::new();

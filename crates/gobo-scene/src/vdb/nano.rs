@@ -39,7 +39,7 @@ pub(super) struct Head {
     length: usize,
 }
 
-/// Whether the first bytes are those of a NanoVDB file.
+/// Whether the first bytes are those of a `NanoVDB` file.
 pub(super) fn is(head: &[u8]) -> bool {
     head.starts_with(&MAGIC)
 }
