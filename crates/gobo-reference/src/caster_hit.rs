@@ -24,11 +24,11 @@ use gobo::{
     },
 };
 
-/// Records that the hit tests of one view read.
 mod hit;
 
 pub use hit::{Crossing, Face, Hit, metres_per_depth};
 
+/// Records that the hit tests of one view read.
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
     pub view: &'a GpuView,
