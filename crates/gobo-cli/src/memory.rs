@@ -105,7 +105,8 @@ impl Needs {
         bytes
     }
 
-    /// Light and shown light of the mean, one sample, and the CPU reference's layers, masks and air.
+    /// Linear and displayed light of the mean picture, one sample, and the CPU reference's layers, masks and
+    /// air.
     fn of_picture(&self, scene: &Scene) -> u64 {
         let size = scene.camera.size;
         let pixels = u64::from(size.x) * u64::from(size.y);
