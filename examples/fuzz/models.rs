@@ -76,7 +76,8 @@ fn rig() -> Vec<u8> {
 "targets":[{{"POSITION":{up}}},{{"POSITION":{side}}}]}}],"weights":[0.25,0]}}],
 "animations":[{{"channels":[{{"sampler":0,"target":{{"node":1,"path":"rotation"}}}},
 {{"sampler":1,"target":{{"node":2,"path":"weights"}}}}],
-"samplers":[{{"input":{times},"output":{turns},"interpolation":"LINEAR"}},{{"input":{times},"output":{amounts}}}]}}]"#
+"samplers":[{{"input":{times},"output":{turns},"interpolation":"LINEAR"}},{{"input":{times},
+"output":{amounts}}}]}}]"#
     );
     file.finished(&scene)
 }
@@ -88,8 +89,10 @@ pub(super) fn textured(image: &str) -> Vec<u8> {
     let places = file.floats("VEC3", 3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], bounds);
     let coordinates = file.floats("VEC2", 3, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0], "");
     let scene = format!(
-        r#""scene":0,"scenes":[{{"nodes":[0]}}],"extensionsUsed":["KHR_texture_basisu"],"nodes":[{{"mesh":0}}],
-"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{places},"TEXCOORD_0":{coordinates}}},"material":0}}]}}],
+        r#""scene":0,"scenes":[{{"nodes":[0]}}],"extensionsUsed":["KHR_texture_basisu"],
+        "nodes":[{{"mesh":0}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{places},"TEXCOORD_0":{coordinates}}},
+"material":0}}]}}],
 "materials":[{{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
 "textures":[{{"extensions":{{"KHR_texture_basisu":{{"source":0}}}}}}],"images":[{{"uri":"{image}"}}]"#
     );
@@ -136,7 +139,8 @@ fn instances() -> Vec<u8> {
     let which = file.view([2, 0]);
     let values = file.view([0.5_f32, 2.0, 0.0].into_iter().flat_map(f32::to_le_bytes));
     let sparse = format!(
-        r#","min":[0,0,0],"max":[1,2,0],"sparse":{{"count":1,"indices":{{"bufferView":{which},"componentType":5123}},"values":{{"bufferView":{values}}}}}"#
+        r#","min":[0,0,0],"max":[1,2,0],"sparse":{{"count":1,"indices":{{"bufferView":{which},
+        "componentType":5123}},"values":{{"bufferView":{values}}}}}"#
     );
     let places = file.floats("VEC3", 3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], &sparse);
     let moved = [0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, -2.0];

@@ -124,7 +124,7 @@ fn splats_shade_each_other_where_the_scene_places_them() {
     let ball = Stored { sigma: [0.2; 3], opacity: 0.6, ..SPLATS[0] };
     let lower = Stored { center: [0.0, 0.0, 3.0], ..ball };
     let before = put(&folder, &[ball, lower]);
-    // As they are, side by side.
+    // Unchanged, side by side.
     let after = relit(&folder, SUN, "out.ply", &[]);
     assert_colors(&after, |i| before.splats[i].color, 1e-6);
     // Turned about x, the second is 3 m below.

@@ -50,7 +50,7 @@ fn assert_spent(line: &Value, phases: &[&str]) {
 
 #[test]
 fn all_samples_of_a_picture_add_up_to_the_wall_clock() {
-    // So many samples that other tests' use of the cores does not hide them.
+    // Enough samples that other tests' use of the cores does not hide their time.
     let lines = assert_adds_up("clock-still", "panes.toml", &["--set", "camera.samples=32"]);
     let phases = ["device", "read", "prepare", "compile", "kernels", "read_back", "write"];
     assert_spent(&lines[0], &phases);

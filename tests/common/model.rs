@@ -90,7 +90,11 @@ impl Glb {
         let indices: Vec<u8> = [0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()).collect();
         let indices = self.items((USHORT, "SCALAR", 6), &indices, json!({}));
         let material = self.push("materials", material);
-        json!({ "attributes": { "POSITION": position, "TEXCOORD_0": uv }, "indices": indices, "material": material })
+        json!({
+            "attributes": { "POSITION": position, "TEXCOORD_0": uv },
+            "indices": indices,
+            "material": material
+        })
     }
 
     /// A node of the scene.

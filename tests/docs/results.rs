@@ -81,8 +81,8 @@ fn row(page: &str, table: &str, method: &str) -> Vec<String> {
     row.split('|').map(|column| column.trim().to_owned()).collect()
 }
 
-/// Mean errors of curves of 8 nodes are below a limit, and half of those of the best technique of each kind
-/// that takes as many bytes or more.
+/// Mean errors of curves of 8 nodes are below a limit, and at most half of those of the best technique of
+/// each kind that takes as many bytes or more.
 #[test]
 fn tables_hold_what_is_asked_of_curves() {
     for (page, table, rival, most) in [

@@ -62,8 +62,8 @@ fn density(place: DVec3) -> f64 {
     rises.min(falls).clamp(DVec3::ZERO, DVec3::ONE).element_product()
 }
 
-/// Integral of density from a position along a way of a voxel's length, by so many steps of an eighth of a
-/// voxel that it ends outside.
+/// Integral of density along a ray from a position, in steps of an eighth of a voxel, until it is surely
+/// outside; `way`: a voxel's length.
 fn shade(place: DVec3, way: DVec3) -> f64 {
     (0..160).map(|i| density(place + way * ((f64::from(i) + 0.5) / 8.0)) / 8.0).sum()
 }

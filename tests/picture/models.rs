@@ -65,7 +65,10 @@ fn what_is_unlit_shows_its_colour() {
             "alphaMode": blend,
             "extensions": { "KHR_materials_unlit": {} },
             "emissiveFactor": [1, 1, 1],
-            "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.4, 0.6, 0.75], "baseColorTexture": { "index": texture } },
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [0.5, 0.4, 0.6, 0.75],
+                "baseColorTexture": { "index": texture }
+            },
         }));
         let corners = model.floats("VEC4", &[1.0, 0.25, 1.0, 1.0].repeat(4));
         square["attributes"]["COLOR_0"] = corners.into();

@@ -221,9 +221,11 @@ fn model(boxes: &[[Vec3; 2]], camera: Option<Vec3>) -> String {
     let names = if camera.is_some() { "0,1" } else { "0" };
     let length = bytes.len();
     format!(
-        r#"{{"asset":{{"version":"2.0"}},{cameras}"scenes":[{{"nodes":[{names}]}}],"nodes":[{{"mesh":0}}{nodes}],
+        r#"{{"asset":{{"version":"2.0"}},{cameras}"scenes":[{{"nodes":[{names}]}}],
+        "nodes":[{{"mesh":0}}{nodes}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},
+        "type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}}],
         "bufferViews":[{{"buffer":0,"byteLength":{length}}}],
         "buffers":[{{"byteLength":{length},"uri":"data:application/octet-stream;base64,{uri}"}}]}}"#
     )

@@ -118,11 +118,13 @@ fn steps_that_make_nothing_are_counted() {
     let load = |nodes: usize, node: &str, mesh: &str| {
         let (all, nodes) = (vec![node; nodes].join(","), (0..nodes).collect::<Vec<_>>());
         let text = format!(
-            r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{{"nodes":{nodes:?}}}],
+            r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["EXT_mesh_gpu_instancing"],
+            "scenes":[{{"nodes":{nodes:?}}}],
             "nodes":[{all}],"meshes":[{{"primitives":[{mesh}]}}],
             "accessors":[{{"bufferView":0,"componentType":5126,"count":500000,"type":"VEC3"}},
               {{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[0,0,0]}}],
-            "bufferViews":[{{"buffer":0,"byteLength":6000000}}],"buffers":[{{"byteLength":6000000,"uri":"zeros.bin"}}]}}"#
+            "bufferViews":[{{"buffer":0,"byteLength":6000000}}],
+            "buffers":[{{"byteLength":6000000,"uri":"zeros.bin"}}]}}"#
         );
         load_model(&folder.write("many.gltf", text), Mat4::IDENTITY)
     };
@@ -181,10 +183,12 @@ fn instances_are_numbers() {
     let load = |instance: f32| {
         let corners = [0f32, 0., 0., 1., 0., 0., 0., 1., 0., instance, 0., 0.];
         folder.write("at.bin", corners.map(f32::to_le_bytes).concat());
-        let text = r#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{"nodes":[0]}],
+        let text = r#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing"],
+        "scenes":[{"nodes":[0]}],
             "nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1}}}}],
             "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
+            "max":[1,1,0]},
               {"bufferView":1,"componentType":5126,"count":1,"type":"VEC3"}],
             "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":12}],
             "buffers":[{"byteLength":48,"uri":"at.bin"}]}"#;
@@ -205,7 +209,8 @@ fn accessors_may_lack_bytes() {
         let text = format!(
             r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
             "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-            "accessors":[{{"componentType":5126,"count":{count},"type":"VEC3","min":[0,0,0],"max":[0,0,0]}}]}}"#
+            "accessors":[{{"componentType":5126,"count":{count},"type":"VEC3","min":[0,0,0],
+            "max":[0,0,0]}}]}}"#
         );
         load_model(&folder.write("zeros.gltf", text), Mat4::IDENTITY)
     };

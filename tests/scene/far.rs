@@ -110,10 +110,13 @@ fn still_at(away: [f32; 3]) -> Scene {
         r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["KHR_lights_punctual"],
         "extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","intensity":5}}]}}}},
         "scenes":[{{"nodes":[0]}}],"nodes":[{{"translation":{},"children":[1]}},{{"mesh":0,
-          "rotation":[0.6,0,0,0.8],"translation":[0.3,0.1,0],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
+          "rotation":[0.6,0,0,0.8],"translation":[0.3,0.1,0],
+          "extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1.3,0.7,0.1]}}],
-        "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36,"uri":"corners.bin"}}]}}"#,
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
+        "max":[1.3,0.7,0.1]}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],
+        "buffers":[{{"byteLength":36,"uri":"corners.bin"}}]}}"#,
         at(0.5, 1.0, 0.5),
     );
     let place = format!("material = \"gel\"\ntranslation = {}\n", at(0.0, 1.0, 0.0));

@@ -202,9 +202,12 @@ fn emissive_textures_are_read() {
 fn glass_bends_and_blurs_by_ior_and_roughness() {
     let dense = "\"extensions\": {\"KHR_materials_ior\": {\"ior\": 1.25},";
     let text = document("").replacen(
-        "\"extensions\": {\n            \"KHR_materials_transmission\": {\"transmissionFactor\": 1},\n            \"KHR_materials_volume\"",
-        &format!("{dense} \"KHR_materials_transmission\": {{\"transmissionFactor\": 1}}, \
-            \"KHR_materials_volume\""),
+        "\"extensions\": {\n            \"KHR_materials_transmission\": \
+         {\"transmissionFactor\": 1},\n            \"KHR_materials_volume\"",
+        &format!(
+            "{dense} \"KHR_materials_transmission\": {{\"transmissionFactor\": 1}}, \
+            \"KHR_materials_volume\""
+        ),
         1,
     );
     for (text, ior, frost) in [(document(""), 1.5, 1.0), (text, 1.25, 0.5)] {

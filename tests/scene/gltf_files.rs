@@ -355,35 +355,28 @@ fn images_of_other_kinds_are_named() {
 #[test]
 fn colours_of_vertices_are_read() {
     let of = |kind: &str, component: u32, normalized: bool| {
+        let length = if component == 5121 { 12 } else { 36 };
         document("corners.bin", "")
             .replace("\"POSITION\": 0", "\"POSITION\": 0, \"COLOR_0\": 1")
             .replace(
                 "\"bufferViews\": [",
-                &format!(
-                    "\"bufferViews\": [{{\"buffer\": 1, \"byteLength\": \
-                    {}}},",
-                    if component == 5121 { 12 } else { 36 }
-                ),
+                &format!("\"bufferViews\": [{{\"buffer\": 1, \"byteLength\": {length}}},"),
             )
             .replace(
                 "\"bufferView\": 0, \"componentType\": 5126",
-                "\"bufferView\": 1, \
-                \"componentType\": 5126",
+                "\"bufferView\": 1, \"componentType\": 5126",
             )
             .replace(
                 "\"max\": [1, 1, 0]}",
                 &format!(
                     "\"max\": [1, 1, 0]}}, {{\"bufferView\": 0, \"componentType\": {component}, \
-                     \"count\": 3, \
-                     \"type\": \"{kind}\", \"normalized\": {normalized}}}"
+                     \"count\": 3, \"type\": \"{kind}\", \"normalized\": {normalized}}}"
                 ),
             )
             .replace(
                 "\"corners.bin\"}]",
                 &format!(
-                    "\"corners.bin\"}}, {{\"byteLength\": {}, \"uri\": \
-                \"colors.bin\"}}]",
-                    if component == 5121 { 12 } else { 36 }
+                    "\"corners.bin\"}}, {{\"byteLength\": {length}, \"uri\": \"colors.bin\"}}]"
                 ),
             )
     };

@@ -118,7 +118,9 @@ fn lights_have_cones_and_ranges() {
 fn texture_transforms_and_sets_are_followed() {
     let mut model = Glb::new();
     let texture = model.texture(1, 1, &[255; 4]);
-    let transform = json!({ "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2, 3], "texCoord": 1 });
+    let transform = json!({
+        "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2, 3], "texCoord": 1
+    });
     let used = json!({ "index": texture, "extensions": { "KHR_texture_transform": transform } });
     let mut square = model.square(json!({ "emissiveFactor": [1, 1, 1], "emissiveTexture": used }));
     // Normalised integers: u is 0 or 1, v a fifth or 1.
@@ -177,7 +179,11 @@ fn accessors_of_all_kinds_are_read() {
         let (indices, values) =
             (model.view(&[1, 0, 2, 0]), model.view(&floats(&[7.0, 0.0, 0.0, 0.0, 0.0, -7.0])));
         let accessor = &mut model.json["accessors"][base];
-        accessor["sparse"] = json!({ "count": 2, "indices": { "bufferView": indices, "componentType": 5123 }, "values": { "bufferView": values } });
+        accessor["sparse"] = json!({
+            "count": 2,
+            "indices": { "bufferView": indices, "componentType": 5123 },
+            "values": { "bufferView": values }
+        });
         if !has_base {
             accessor.as_object_mut().unwrap().remove("bufferView");
         }
@@ -204,7 +210,9 @@ fn corners_keep_their_colours_when_bodies_are_turned() {
     let mut model = Glb::new();
     let glass = json!({
         "KHR_materials_transmission": { "transmissionFactor": 1 },
-        "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [0.5, 0.5, 0.5] },
+        "KHR_materials_volume": {
+            "thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [0.5, 0.5, 0.5]
+        },
     });
     let mut body = model
         .square(json!({ "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": glass }));

@@ -88,7 +88,11 @@ fn metal_transmits_nothing() {
     let mut model = Glb::new();
     let left = [[0, 0, 255, 255].repeat(8), [0, 0, 0, 255].repeat(8)].concat();
     let lead = model.texture(16, 1, &left);
-    let by_texture = |factor: f32| json!({ "metallicFactor": factor, "metallicRoughnessTexture": { "index": lead } });
+    let by_texture = |factor: f32| {
+        json!({
+            "metallicFactor": factor, "metallicRoughnessTexture": { "index": lead }
+        })
+    };
     let materials = [
         (json!({}), [0.0; 3], [0.0; 3]),
         (
@@ -120,7 +124,11 @@ fn metal_transmits_nothing() {
 fn sheets_and_bodies_take_their_tint_once() {
     let mut model = Glb::new();
     let texture = model.texture(1, 1, &[188, 255, 137, 255]);
-    let surface = json!({ "metallicFactor": 0, "baseColorFactor": [0.04, 0.25, 1, 1], "baseColorTexture": { "index": texture } });
+    let surface = json!({
+        "metallicFactor": 0,
+        "baseColorFactor": [0.04, 0.25, 1, 1],
+        "baseColorTexture": { "index": texture }
+    });
     let material = |volume: Value| {
         let material = glass(json!({ "pbrMetallicRoughness": surface.clone() }));
         let mut material = material;
@@ -207,9 +215,12 @@ fn leaves_pass_light_diffusely() {
         material.as_object_mut().unwrap().extend(more);
         material
     };
-    let plainly = json!({ "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.4, 0.8, 1] });
+    let plainly = json!({
+        "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.4, 0.8, 1]
+    });
     let textured = json!({ "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [1, 0.8, 1],
-        "diffuseTransmissionTexture": { "index": share }, "diffuseTransmissionColorTexture": { "index": tint } });
+        "diffuseTransmissionTexture": { "index": share },
+        "diffuseTransmissionColorTexture": { "index": tint } });
     let cut = |texture: usize| {
         json!({ "alphaMode": "MASK", "pbrMetallicRoughness":
             { "metallicFactor": 0, "baseColorTexture": { "index": texture } } })

@@ -233,7 +233,8 @@ fn shared(nodes: &str, more: &str) -> String {
     let length = 400_000 * 4;
     format!(
         r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],{more}
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":100000,"type":"SCALAR","min":[0],"max":[1]}},
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":100000,"type":"SCALAR","min":[0],
+        "max":[1]}},
         {{"bufferView":0,"componentType":5126,"count":100000,"type":"VEC3"}},
         {{"bufferView":0,"componentType":5126,"count":3000,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}}],
         "bufferViews":[{{"buffer":0,"byteLength":{length}}}],

@@ -167,7 +167,7 @@ fn no_visible_triangle_is_culled() {
         for (group, triangle) in (0..).zip(&triangles) {
             let record = TriangleRecord::new(triangle);
             let (projected, setup) = project_triangle(&view, 0, &record, 0, 0, PARAMS);
-            // Beyond the far plane only volumes count, and they are listed wherever they are.
+            // Beyond the far plane only volumes count, and they are listed at any distance.
             let is_within = setup.depths.min_element() <= 1.0;
             if projected.rect != TileRect::EMPTY && is_within {
                 assert!(visible.contains(&group), "{triangle:?} in {view:?}");

@@ -137,8 +137,7 @@ fn contact_under_another_penumbra() {
     let points: Vec<_> =
         (0..60 * 60).map(|i| ReceiverPoint { position: floor(i), normal: Vec3::Y }).collect();
     assert_eq!(scene.lights[0].viewpoints, 4);
-    // The posts under bars: a map of one viewpoint, the lamp's middle, does not contain casters hidden by
-    // them.
+    // With one viewpoint, the lamp's middle, the map lacks the posts that bars hide from it.
     for (viewpoints, limits) in [(4, [0.01, 0.05, 0.2]), (1, [0.0135, 0.1, 0.56])] {
         scene.lights[0].viewpoints = viewpoints;
         let all = truths_and_errors(&scene, &points, 64);

@@ -6,7 +6,7 @@ use super::{
 use gobo_picture::{RenderOptions, Renderer, Surface};
 use gobo_scene::Scene;
 
-/// Depth where there is no surface [m], as Blender writes it.
+/// Depth without a surface [m], as Blender writes it.
 const NO_SURFACE: f32 = 1e10;
 
 /// Names of the lights, which name their layers: other layers avoid them.

@@ -30,7 +30,7 @@ impl Needs {
         self.missing(scene).map_or(Ok(()), |bytes| Err(Failure::Memory(bytes)))
     }
 
-    /// The needed bytes, if the host cannot allocate them \[bytes\].
+    /// The needed memory, if the host cannot allocate it \[bytes\].
     pub fn missing(&self, scene: &Scene) -> Option<u64> {
         let bytes = self.bytes(scene);
         let mut probe = Vec::<u8>::new();
@@ -105,7 +105,8 @@ impl Needs {
         bytes
     }
 
-    /// Light and shown light of the mean, one sample, and the CPU reference's layers, masks and air.
+    /// Linear and displayed light of the mean picture, one sample, and the CPU reference's layers, masks and
+    /// air.
     fn of_picture(&self, scene: &Scene) -> u64 {
         let size = scene.camera.size;
         let pixels = u64::from(size.x) * u64::from(size.y);

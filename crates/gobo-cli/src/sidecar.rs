@@ -88,7 +88,7 @@ impl Sidecar {
     }
 }
 
-/// The files of a frame as they are written, for its sidecar.
+/// Records the files of a frame while they are written, for its sidecar.
 #[derive(Debug)]
 pub(super) struct FrameFiles<'a> {
     dir: &'a Path,

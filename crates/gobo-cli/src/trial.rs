@@ -13,7 +13,7 @@ const LIGHT: f32 = 4e-3;
 const DEPTH: f32 = 1e-3;
 /// The same for a picture's channels [of 255].
 const STEPS: f32 = 6.0;
-/// One texel in so many may differ by rounding, at an edge.
+/// Rounding may decide one in this many texels otherwise, at an edge.
 const DECIDED: usize = 500;
 /// Depths at which curves are compared.
 const DEPTHS: u8 = 16;

@@ -2,10 +2,10 @@
 //!
 //! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the
 //! length in local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight
-//! through the axis meets the opacity `a`. Where the cone is thinner than a texel at its place closest to the
+//! through the axis meets the opacity `a`. Where the cone is thinner than a texel at its point closest to the
 //! ray, it becomes a texel wide, and the ray's path through the whole cone, of `S` diameters, covers the
-//! texel by the ratio of the radii: `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both are products over
-//! the pieces of a divided strand.
+//! texel by the ratio of radii: `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both multiply over the
+//! pieces of a strand.
 use super::{
     caster_hit::Hit,
     gaussian::ENDLESS,
@@ -239,8 +239,7 @@ fn tau_of(absorbed: f32) -> f32 {
     if absorbed < 0.5 { -(-absorbed).ln_1p() } else { -(1.0 - absorbed).max(LEAST_PASSED).ln() }
 }
 
-/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`. `color`: colour times tint, and
-/// alpha.
+/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`. `color`: tinted, with alpha.
 pub fn capsule_hit(
     view: &GpuView,
     setup: &CapsuleSetup,

@@ -44,7 +44,7 @@ pub struct Displaced {
     pub material: u32,
 }
 
-/// Duration whose frames show the spheres' edges \[s\].
+/// Time span in which an endless motion is sampled \[s\].
 const CHANGED: f64 = 4.0;
 const OCTAVES: usize = 4;
 /// Amplitude of an octave over that of the one before; low, so that the surface looks like lumps and not like

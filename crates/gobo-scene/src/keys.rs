@@ -36,7 +36,7 @@ pub(super) struct Keys<'a> {
     place: String,
     table: &'a DeTable<'a>,
     span: Range<usize>,
-    /// Keys that were asked for.
+    /// Keys that readers requested.
     known: RefCell<Vec<&'a str>>,
 }
 

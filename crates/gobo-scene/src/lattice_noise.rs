@@ -55,7 +55,7 @@ impl LatticeNoise {
 
     fn gradient(&self, point: UVec3) -> Vec3 {
         let hash = pcg(point.x ^ pcg(point.y ^ pcg(point.z ^ self.seed)));
-        // Two perpendicular axes, in whose plane the gradient rotates in either direction.
+        // Two perpendicular axes: the gradient rotates in their plane, in either direction.
         let unit = |bits: u32| (bits & 0xffff) as f32 / 32767.5 - 1.0;
         let (bits, more) = (pcg(hash), pcg(hash ^ 0x9e37_79b9));
         let first = Vec3::new(unit(bits), unit(bits >> 16), unit(more)).normalize_or(Vec3::X);

@@ -22,7 +22,7 @@ pub(super) struct SceneText<'a> {
     file_length: usize,
     set: &'a [(String, String)],
     tree: DeTable<'a>,
-    /// Keys that the reader asked for, if they are recorded.
+    /// Keys that readers requested, if they are recorded.
     asked: Option<RefCell<Vec<String>>>,
 }
 
@@ -71,7 +71,7 @@ impl<'a> SceneText<'a> {
         self.asked.unwrap_or_default().into_inner()
     }
 
-    /// Records that a key of a table is asked for.
+    /// Records a request for a table's key.
     pub(super) fn ask(&self, table: &str, key: &str) {
         if let Some(asked) = &self.asked {
             asked.borrow_mut().push(dotted(table, key));

@@ -221,7 +221,7 @@ export class GoboView extends HTMLElement {
             // After a lost device its requests fail, too: `#lost` opens another.
             await soon(500);
             if (run === this.#run) {
-                // The present picture vanishes with its scene.
+                // The former scene's picture is gone: no loop may go on drawing it.
                 this.#run += 1;
                 this.#fail(error);
             }

@@ -119,8 +119,8 @@ impl Gobo {
 
     /// Makes files the scene: one of any kind that the program renders, and those that it names beside it.
     ///
-    /// @param files Contents by name: an object of `Uint8Array`s. @returns {string} The name of the scene's
-    /// file.
+    /// @param files Contents by name: an object of `Uint8Array`s.
+    /// @returns {string} The name of the scene's file.
     pub fn open(&mut self, files: &js_sys::Object) -> Result<String, JsError> {
         let dropped = Dropped::new(files)?;
         let path = dropped.scene()?;

@@ -26,7 +26,8 @@ void made.open([new File([], "a.ply")]);
 void made.gobo?.tier;
 void maps();
 
-// Wrong calls must be refused. @ts-expect-error no such tier
+// Wrong calls must be refused.
+// @ts-expect-error no such tier
 void Gobo.create("fast");
 // @ts-expect-error maps are made by `create` alone
 new Gobo();

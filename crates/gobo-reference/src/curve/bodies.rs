@@ -4,7 +4,7 @@
 //! Ramps are linear. While a curve has a free node, its most bent ramp is split in two, with the light at the
 //! middle of the body between them; no other node changes. Exact nodes stay exact, and repeated halving
 //! approaches the exponential: n equal ramps of a body of transmittance T are off by at most `(1 - T^(1/n))^2
-//! / 2`, in the middle of the brightest one.
+//! / 2`, near the middle of the brightest one.
 use super::{MAX_NODES, Node, Streaming};
 use glam::Vec3;
 

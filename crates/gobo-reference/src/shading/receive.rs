@@ -200,7 +200,7 @@ impl Lighting<'_> {
         if slant.reach < 0.0 {
             return (point, Bias { solid: added, tint: added });
         }
-        // A point without a normal is on no translucent caster that could tint it.
+        // A point without a normal is on no caster, so none of its own can tint it.
         let is_on_caster = has_normal || slant.reach > 0.0;
         let tint = if is_on_caster { bias } else { light.depth_bias(view, 0.0, 0.0, 0.0) };
         (point, Bias { solid: bias + added, tint: tint + added })

@@ -9,7 +9,7 @@
 //! | `.sog` 2 (`PlayCanvas`), folders, levels | unchanged, like its source `.ply` | 8 bits | logarithm |
 //! | `.ksplat` 0.1 (mkkellogg) | unchanged | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
-//! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
+//! | `.ply` of volumetric primitives (Condor et al. 2024) | unchanged | extinction | logarithm |
 mod bare;
 mod cloud;
 mod clusters;

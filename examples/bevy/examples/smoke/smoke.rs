@@ -32,7 +32,7 @@ pub struct Smoke {
     read: wgpu::BindGroup,
 }
 
-/// The particles, for whoever draws them.
+/// Buffer of the particles, also for their draw.
 pub fn particles(device: &wgpu::Device) -> wgpu::Buffer {
     buffer(device, "smoke", u64::from(CAPACITY) * STRIDE, BufferUsages::STORAGE)
 }
