@@ -1,5 +1,5 @@
 // Features of a batch and of its device, to which kernels are specialised. Rust: values from `Features` in
-// src/stage/features.rs and `Profile` in src/stage/profile.rs.
+// src/stage/features.rs and `Tuning` in src/stage/tuning.rs.
 
 override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;

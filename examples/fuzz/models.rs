@@ -4,7 +4,7 @@ use gobo::glam::{Mat4, Quat, Vec3};
 use serde_json::Value;
 use std::{fmt::Write as _, io};
 
-/// A glTF document that is put together from accessors.
+/// A glTF document made of accessors.
 #[derive(Default)]
 struct Document {
     bytes: Vec<u8>,
@@ -47,7 +47,7 @@ impl Document {
     }
 }
 
-/// A triangle on two joints with two morph targets, all of which keys move.
+/// A triangle on two joints with two morph targets, all moved by keys.
 fn rig() -> Vec<u8> {
     let mut file = Document::default();
     let bounds = r#","min":[0,0,0],"max":[2,1,0]"#;
@@ -81,7 +81,7 @@ fn rig() -> Vec<u8> {
     file.finished(&scene)
 }
 
-/// A triangle with a texture that Basis Universal or KTX2 holds.
+/// A triangle with a texture in Basis Universal or KTX2.
 pub(super) fn textured(image: &str) -> Vec<u8> {
     let mut file = Document::default();
     let bounds = r#","min":[0,0,0],"max":[1,1,0]"#;
@@ -96,7 +96,7 @@ pub(super) fn textured(image: &str) -> Vec<u8> {
     file.finished(&scene)
 }
 
-/// Meshes that Draco compressed, in a container: what changes there are the compressed bytes.
+/// Meshes compressed by Draco, in a container: changes there hit the compressed bytes.
 pub(super) fn draco() -> io::Result<Vec<Vec<u8>>> {
     let texts = [
         include_str!("../../tests/scene/wave_draco.gltf"),
@@ -105,7 +105,7 @@ pub(super) fn draco() -> io::Result<Vec<Vec<u8>>> {
     texts.iter().map(|text| in_container(text)).collect()
 }
 
-/// A glTF whose one buffer is in its text, as a `.glb`.
+/// A glTF whose one buffer is in its text, turned into a `.glb`.
 fn in_container(text: &str) -> io::Result<Vec<u8>> {
     let mut document: Value = serde_json::from_str(text)?;
     let buffer = document["buffers"][0].as_object_mut().expect("a buffer");
@@ -130,7 +130,7 @@ fn in_container(text: &str) -> io::Result<Vec<u8>> {
     Ok(parts.concat())
 }
 
-/// Three instances of a triangle, one of whose corners is another by a sparse accessor.
+/// Three instances of a triangle; a sparse accessor replaces one of its corners.
 fn instances() -> Vec<u8> {
     let mut file = Document::default();
     let which = file.view([2, 0]);

@@ -5,21 +5,22 @@ use gobo::glam::Vec3;
 use gobo_scene::{load_harmonics, load_splats, splats::SplatCloud};
 use std::fs;
 
-/// The sun alone, and no light from around.
+/// The sun alone, without ambient light.
 const SUN: &str = "[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 128\n\
     [[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0, -1, 0]\n";
 
-/// A pane above the origin; half of it covers, by (1, 0.2, 0.1).
+/// A pane above the origin that covers half, with (1, 0.2, 0.1).
 const GLASS: &str = "[[material]]\nname = 'glass'\ntint = [1, 0.2, 0.1, 0.5]\n\
-    [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 3, 0]\nrotation = [90, 0, 0]\nscale = [4, 4, 1]\n";
+    [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 3, 0]\nrotation = [90, 0, 0]\n\
+    scale = [4, 4, 1]\n";
 
-/// What is left of light behind it.
+/// Light left behind it.
 const BEHIND: Vec3 = Vec3::new(1.0, 0.6, 0.55);
 
-/// Light in 12 bits, of two hits.
+/// Tolerance of light in 12 bits, after two hits.
 const LIGHT: f32 = 1e-3;
 
-/// Needles, pancakes and a ball, turned to all sides.
+/// Needles, pancakes and a ball, rotated in all directions.
 fn shapes() -> Vec<Stored> {
     let sigmas = [[0.5, 0.01, 0.01], [0.3, 0.3, 0.005], [0.1, 0.1, 0.1], [0.001, 0.4, 0.02]];
     let turns = [[0.9, 0.3, 0.2, -0.2], [0.5, -0.5, 0.6, 0.3], [0.1, 0.9, 0.1, 0.4]];
@@ -79,12 +80,13 @@ fn glass_and_walls_colour_splats() {
         let after = relit(&folder, &scene, out, &[]);
         assert_colors(&after, |i| before.splats[i].color * share(i), most);
     }
-    // As much light from around as from the sun, for a particle: half of the share.
+    // As much ambient light as sunlight, for a particle: half of the share.
     let around = ["--set", "environment.ambient=[0.2387325, 0.2387325, 0.2387325]"];
     let after = relit(&folder, &scene, "out.ply", &around);
     assert_colors(&after, |i| before.splats[i].color * (share(i) + 1.0) * 0.5, LIGHT);
-    // A second lamp, red, which no glass shades: red light is two thirds the sun's.
-    let lamp = "[[light]]\nname = 'red'\nkind = 'directional'\ndirection = [0, 1, 0]\ncolor = [0, 1, 0]\nintensity = 1.5\n";
+    // A second lamp, red, which no glass shades: two thirds of red light are the sun's.
+    let lamp = "[[light]]\nname = 'red'\nkind = 'directional'\ndirection = [0, 1, 0]\n\
+        color = [0, 1, 0]\nintensity = 1.5\n";
     let after = relit(&folder, &(SUN.to_owned() + lamp + GLASS), "out.ply", &[]);
     let mixed = |i: usize| Vec3::new(share(i).x, (share(i).y * 2.0 + 1.0) / 3.0, share(i).z);
     assert_colors(&after, |i| before.splats[i].color * mixed(i), LIGHT);
@@ -115,7 +117,7 @@ fn harmonics_are_lit_with_the_colour() {
     }
 }
 
-/// A splat above another one shades it by its alpha; the scene places both.
+/// A splat shades one below it by its alpha; the scene places both.
 #[test]
 fn splats_shade_each_other_where_the_scene_places_them() {
     let folder = Folder::new("relight-self");
@@ -132,7 +134,7 @@ fn splats_shade_each_other_where_the_scene_places_them() {
     let wanted = |i: usize| before.splats[i].color * if i == 1 { 0.4 } else { 1.0 };
     assert_colors(&after, wanted, 0.01);
     assert_eq!(after.splats[1].center, before.splats[1].center, "written as in the file");
-    // It casts nothing: nothing shades.
+    // Splats that cast nothing shade nothing.
     let silent = table.replace("rotation", "cast = 'none'\nrotation");
     let after = relit(&folder, &format!("{SUN}{silent}"), "out.ply", &[]);
     assert_colors(&after, |i| before.splats[i].color, 1e-6);

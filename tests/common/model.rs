@@ -1,7 +1,7 @@
 //! glTF models, made by tests.
 use serde_json::{Value, json};
 
-/// A `.glb` whose buffer grows with what it is given.
+/// A `.glb` whose buffer grows with its contents.
 pub(crate) struct Glb {
     pub(crate) json: Value,
     bytes: Vec<u8>,
@@ -23,7 +23,7 @@ impl Glb {
         Self { json, bytes: Vec::new() }
     }
 
-    /// Appends to a list of the document; the item's index.
+    /// Appends to a list of the document; returns the item's index.
     pub(crate) fn push(&mut self, key: &str, item: Value) -> usize {
         let list = self.json.as_object_mut().unwrap().entry(key).or_insert_with(|| json!([]));
         let list = list.as_array_mut().unwrap();

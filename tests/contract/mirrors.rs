@@ -1,5 +1,5 @@
-//! Constants that Rust and WGSL share are equal, and every constant of the WGSL is known: it has a mirror,
-//! or belongs to the kernels alone.
+//! Constants shared by Rust and WGSL are equal, and every WGSL constant is known: it has a mirror, or belongs
+//! to the kernels alone.
 use gobo::{
     model::{
         BRICK_SIZE, BRICK_VALUES, LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape,
@@ -53,7 +53,7 @@ mod kernels_alone;
 use kernels_alone::KERNELS_ALONE;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Value in Rust, by name in WGSL.
+/// Value in Rust by the name in WGSL.
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
@@ -367,7 +367,7 @@ fn numbers_of_both_sides_are_the_same() {
     let items = gobo_picture::stage::library().unwrap().items();
     for item in items.filter(|item| item.keyword == "const") {
         let place = format!("wgsl/{}:{} {}", item.file, item.line, item.name);
-        // Blocks of the sort are as long as the product of two of the kernels' own.
+        // Blocks of the sort are as long as the product of two kernel constants.
         if item.name == "BLOCK" {
             assert_eq!(WIDE_BLOCK, 256 * 16);
         } else if item.name == "DIGITS" {
@@ -376,7 +376,7 @@ fn numbers_of_both_sides_are_the_same() {
         } else if let Some(&mirror) = mirrors.get(item.name) {
             assert_eq!(value(item.text), Some(mirror), "{place}");
         } else {
-            // Slots of what look-ups lay aside.
+            // Slots of look-ups' saved values.
             let is_own = KERNELS_ALONE.contains(&item.name) || item.name.starts_with("ASIDE_");
             assert!(is_own, "{place}: what is it in Rust?");
         }

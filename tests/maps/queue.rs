@@ -1,5 +1,5 @@
-//! Queues that lavapipe collects discs in change no bit of a map, nor do columns of four texels instead of
-//! eight, and pairs sorted and binned by workgroups, as on GPUs.
+//! Queues in which lavapipe collects discs change no bit of a map; nor do columns of four texels instead of
+//! eight, or pairs sorted and binned by workgroups, as on GPUs.
 use super::pipeline::lights;
 use crate::common::{
     gpu,
@@ -24,7 +24,7 @@ fn opaque() -> Triangle {
     triangle([Vec3::new(-1.0, 0.1, -1.5), Vec3::new(1.5, 0.0, -0.5), Vec3::Z], 1)
 }
 
-/// `count` discs, of radii times `size` and opacities times `opacity`.
+/// `count` discs, with radii multiplied by `size` and opacities by `opacity`.
 fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f32, opacity: f32) {
     scene.particles = random_discs(count, 5);
     for particle in &mut scene.particles {
@@ -69,12 +69,11 @@ fn a_queue_of_discs_changes_no_bit() {
     }
 }
 
-/// Nodes that texels share beside each texel's own: mean of the differences of light, over depths and
-/// channels.
+/// Mean difference of light, over depths and channels, between nodes that texels share and each texel's own.
 const SHARED: f64 = 2e-3;
 
 /// Crowded tiles of curves, in orthographic and perspective views: black texels, tiles of several segments,
-/// and pairs that do not fit. Texels of few hits have a node for each.
+/// and pairs that do not fit. Texels with few hits have a node for each.
 #[test]
 fn a_queue_of_discs_ends_nodes_together() {
     let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();

@@ -1,5 +1,5 @@
-//! What look-ups of area lights lay aside, in workgroup memory as on a GPU and in registers as on software
-//! adapters: the same bits.
+//! Saved values of area lights' look-ups, in workgroup memory as on GPUs and in registers as on software
+//! adapters, give the same bits.
 use super::{air::AIR, masks};
 use crate::common::{TIERS, gpu};
 use gobo::{
@@ -34,7 +34,7 @@ fn asides_change_no_bit() {
         assert!(!laid.light.is_empty() && laid.rgb.len() == kept.rgb.len());
         let pixels = laid.light.iter().zip(&kept.light);
         assert_eq!(pixels.filter(|(a, b)| a != b).count(), 0, "{mask:?}");
-        // Some of it is in penumbrae.
+        // Part of it is in penumbrae.
         let shades: std::collections::HashSet<_> = laid.rgb.iter().collect();
         assert!(shades.len() > 100, "{} colours", shades.len());
     }

@@ -1,4 +1,4 @@
-//! Work and numbers that are bounded before anything is made of them.
+//! Work and counts that are bounded before anything is allocated.
 use super::emitters::emitting;
 use crate::common::files::{Folder, read};
 use gobo::glam::Mat4;
@@ -22,11 +22,12 @@ const MATERIAL: &str = "[[material]]\nname = \"m\"\n";
 
 #[test]
 fn lights_with_a_source_are_as_many_as_devices_evaluate() {
-    let lamp = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nsource = { kind = \"sphere\", radius = 0.1 }\n";
+    let lamp = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\n\
+        source = { kind = \"sphere\", radius = 0.1 }\n";
     let (line, message) = refused(&lamp.repeat(65));
     assert_eq!(line, 64 * 4 + 4, "{message}");
     assert!(message.contains("65 viewpoints of sources") && message.contains("64"), "{message}");
-    // Without shadows, or without a size, a source is none.
+    // A light without shadows or without a size has no source.
     let others = [lamp.replace("0.1", "0"), lamp.to_owned() + "casts = false\n"].concat();
     assert_eq!(read(&(lamp.repeat(64) + &others.repeat(2))).unwrap().lights.len(), 68);
 }
@@ -41,13 +42,14 @@ fn steps_of_all_emitters_are_summed_up() {
     let fits = folder.write("one.toml", format!("{MATERIAL}{camera}{emitter}"));
     let steps = gobo_scene::Summary::of(&scene::check(&fits).unwrap()).steps;
     assert!((2_150_000_000..2_180_000_000).contains(&steps), "{steps}");
-    // Also where the camera would be placed by what it sees.
+    // Even if the camera would be placed to frame the contents.
     scene::check(&folder.write("unplaced.toml", format!("{MATERIAL}{emitter}"))).unwrap();
     let (line, message) = refused(&format!("{MATERIAL}{}", emitter.repeat(2)));
     assert_eq!(line, 2 + 5 + 4, "{message}");
     assert!(message.contains("steps of particles"), "{message}");
-    // A fluid takes many neighbours a step, from its start on.
-    let fluid = "[[emitter]]\nmaterial = \"m\"\nrate = 900\nlifetime = 10\nstart = -600\nfluid = { spacing = 0.1 }\n";
+    // A fluid visits many neighbours per step, from its start on.
+    let fluid = "[[emitter]]\nmaterial = \"m\"\nrate = 900\nlifetime = 10\nstart = -600\n\
+        fluid = { spacing = 0.1 }\n";
     let (line, message) = refused(&format!("{MATERIAL}{fluid}"));
     assert_eq!(line, 2 + 4, "{message}");
     read(&format!("{MATERIAL}{camera}{}", fluid.replace("-600", "-1"))).unwrap();

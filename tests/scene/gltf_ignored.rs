@@ -1,4 +1,4 @@
-//! What of a glTF file is not read is named once, and what is valid is never refused.
+//! Ignored parts of a glTF file are named once, and valid files are never refused.
 use crate::common::{
     files::Folder,
     model::{BYTE, Glb, SHORT, UBYTE, USHORT, floats},
@@ -78,7 +78,7 @@ fn corners_follow_eight_joints() {
     let mut square = model.square(json!({}));
     let (first, second) = ([0u8; 16], [1u8; 16]);
     for (set, joints) in [(0, first), (1, second)] {
-        // Of a sum of 2, to be scaled.
+        // Weights with the sum 2, to be scaled.
         let weights = model.floats("VEC4", &[0.25; 16]);
         let joints = model.items((UBYTE, "VEC4", 4), &joints, json!({}));
         square["attributes"][format!("JOINTS_{set}")] = joints.into();
@@ -113,7 +113,7 @@ fn lights_have_cones_and_ranges() {
     assert_eq!((point.inner_angle, point.end), (None, Some(3.0)));
 }
 
-/// Texture coordinates of the second set, moved, scaled and turned; of the texture alone.
+/// Texture coordinates of the second set, moved, scaled and rotated, for the texture alone.
 #[test]
 fn texture_transforms_and_sets_are_followed() {
     let mut model = Glb::new();
@@ -121,7 +121,7 @@ fn texture_transforms_and_sets_are_followed() {
     let transform = json!({ "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2, 3], "texCoord": 1 });
     let used = json!({ "index": texture, "extensions": { "KHR_texture_transform": transform } });
     let mut square = model.square(json!({ "emissiveFactor": [1, 1, 1], "emissiveTexture": used }));
-    // Normalized integers: of u the ends, of v a fifth and all.
+    // Normalised integers: u is 0 or 1, v a fifth or 1.
     let shorts = [[0u16, 65535], [65535, 13107], [0, 0], [65535, 65535]];
     let bytes: Vec<u8> = shorts.as_flattened().iter().flat_map(|i| i.to_le_bytes()).collect();
     let second = model.items((USHORT, "VEC2", 4), &bytes, json!({ "normalized": true }));
@@ -198,7 +198,7 @@ fn accessors_of_all_kinds_are_read() {
     assert_eq!(corners(4), [[0.0, 0.0, 0.0], [7.0, 0.0, 0.0], [0.0, 0.0, -7.0]].map(Vec3::from));
 }
 
-/// A body whose faces look inwards is turned, with all that its corners have.
+/// A body whose faces point inwards is reversed, with all attributes of its corners.
 #[test]
 fn corners_keep_their_colours_when_bodies_are_turned() {
     let mut model = Glb::new();
@@ -226,8 +226,8 @@ fn corners_keep_their_colours_when_bodies_are_turned() {
     }
 }
 
-/// Containers of plain bytes, as `toktx` and `ktx create` write them: rgb and rgba, by Zstandard, by zlib or
-/// as they are.
+/// Containers of plain bytes, as `toktx` and `ktx create` write them: rgb and rgba, with Zstandard, zlib or
+/// uncompressed.
 #[test]
 fn plain_ktx2_is_read() {
     use std::io::Write as _;
@@ -276,7 +276,7 @@ fn plain_ktx2_is_read() {
                     "{format} {scheme}"
                 );
             }
-            // Damage is named, and never a panic.
+            // Damage gives an error that names it, and never a panic.
             for at in (0..file.len()).step_by(7) {
                 let mut changed = file.clone();
                 changed[at] ^= 0xff;

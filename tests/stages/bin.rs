@@ -72,7 +72,7 @@ fn a_scattered_caster_has_no_tiles() {
     assert!(!TileRect::EMPTY.is_scattered());
 }
 
-/// Initial words of pairs and lists, to show what a kernel does not write.
+/// Initial words of pairs and lists, to show words that a kernel does not write.
 const POISON: u32 = 0xdead_beef;
 
 /// Footprints of up to 3x3 tiles of either view, some without a tile.
@@ -169,7 +169,7 @@ fn emitted(
     (gpu.read_texture(&pairs), gpu.read(&overflow), gpu.read::<BatchCounters>(&counters)[0])
 }
 
-/// Compares pairs and overflow on both shapes with the reference's.
+/// Compares pairs and overflow of both shapes with the reference's.
 fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capacity: u32) {
     let gpu = gpu(Tier::Subgroups);
     let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
@@ -179,7 +179,7 @@ fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capaci
         let (pairs, mut overflow, counters) =
             emitted(&gpu, way, &sorted, rects, views, &[], capacity);
         let name = format!("{} footprints, {way:?}", rects.len());
-        // A stable sort by tile, like the stage that follows.
+        // A stable sort by tile, like the next stage.
         let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
         found.sort_by_key(|pair| pair.key);
         let cpu = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
@@ -195,7 +195,7 @@ fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capaci
     }
 }
 
-/// On counts that leave lanes and runs unfilled.
+/// Counts that leave lanes and runs unfilled.
 #[test]
 fn both_shapes_emit_what_the_reference_emits() {
     for (count, capacity) in [(1, 64), (7, 64), (700, 1 << 12), (70_001, 1 << 19), (5000, 9000)] {
@@ -203,7 +203,7 @@ fn both_shapes_emit_what_the_reference_emits() {
     }
 }
 
-/// Among footprints of a tile or two, some that cover up to the whole map, and what these leave no room for.
+/// Among footprints of a tile or two, some that cover up to the whole map, and others that no longer fit.
 #[test]
 fn both_shapes_emit_large_rectangles() {
     let views = [0, 4096].map(|first| flat_view(1024, 1.0).to_gpu(first, UVec2::ZERO, 0));
@@ -237,7 +237,7 @@ fn ellipse(chance: &mut Chance) -> Ellipse {
     Ellipse { middle, half, lean: wide * aslant, width, open: 1.0 }
 }
 
-/// Count and emit take the tiles of an outline as the reference does, integer by integer.
+/// Count and emit find the same tiles of an outline as the reference, integer by integer.
 #[test]
 fn both_shapes_emit_the_tiles_of_outlines() {
     let gpu = gpu(Tier::Subgroups);

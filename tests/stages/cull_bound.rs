@@ -13,7 +13,7 @@ use std::collections::HashMap;
 /// Parameters without the scatter path: every caster has tiles.
 const TILES: ProjectParams = ProjectParams { scatter: false, ..PARAMS };
 
-/// Pairs that the rectangles of one list make.
+/// Pairs of the rectangles of one list.
 fn counted(rects: impl IntoIterator<Item = TileRect>) -> PairBound {
     let mut of_tile: HashMap<(u32, u32), u32> = HashMap::new();
     let (mut pairs, mut of_caster) = (0, 0);
@@ -148,7 +148,7 @@ fn one_large_caster_among_small_ones_counts_once() {
     assert!(found > 0 && bounds < 8 * found, "{bounds} for {found}");
 }
 
-/// Without valid numbers all tiles may be touched.
+/// With NaN all tiles may be touched.
 #[test]
 fn what_is_no_number_may_touch_all_tiles() {
     let mut chance = Chance::new(24);

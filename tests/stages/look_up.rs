@@ -104,7 +104,7 @@ fn edges_are_as_paper_says_in_black_and_in_colour() {
                     renderer.light_points(&scene, &points).unwrap()
                 });
                 let (_, places, end) = across(&edge(Transfer::Opaque, filter, receiver));
-                // A disc's texels are whole, and none is in two places.
+                // A disc's texels count entirely, and none is in two places.
                 let slack = if filter == DISC { 0.09 } else { ROUNDING };
                 for (i, place) in places.iter().enumerate() {
                     let black = f64::from(shares[0][i][0]);
@@ -116,7 +116,7 @@ fn edges_are_as_paper_says_in_black_and_in_colour() {
                         apart <= slack || is_border,
                         "{filter:?} {place} {black} {expected} {device}"
                     );
-                    // The same texels count as much for the colour.
+                    // The same texels have the same weights for the colour.
                     let tinted = GLASS + (Vec3::ONE - GLASS) * shares[0][i][0];
                     let apart = (Vec3::from(shares[1][i]) - tinted).abs().max_element();
                     assert!(
@@ -187,7 +187,7 @@ fn kernels_ask_the_texels_of_the_reference() {
     }
 }
 
-/// Discs are turned from pixel to pixel, and in every frame alike.
+/// Discs are rotated from pixel to pixel, in the same way in every frame.
 #[test]
 fn pictures_turn_discs_as_the_reference_does() {
     let mut scene = crowd(Receiver::Nearest);
@@ -237,7 +237,7 @@ fn biases_cover_what_the_slope_hides() {
         };
         for filter in [ShadowFilter::Spline, wide] {
             assert!(darkest(filter, 1e-4, 0.0, 0.0) < 0.9, "{filter:?}: nothing to cover");
-            // Weights sum up to 1 but for rounding.
+            // Weights sum up to 1, up to rounding.
             assert!(darkest(filter, 1e-4, 0.0, 1.5) > 0.9999, "{filter:?}: normal");
             assert!(darkest(filter, 1e-4, 1.5, 0.0) > 0.9999, "{filter:?}: slope");
             assert!(darkest(filter, 0.4, 0.0, 0.0) > 0.9999, "{filter:?}: constant");

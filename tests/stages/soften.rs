@@ -138,7 +138,7 @@ fn gpu_matches_reference() {
                         !(light && nearest && (a.opaque[i] - b.opaque[i]).abs() < 2e-6)
                     })
                     .count();
-                // A texel on a disc's edge is seen through a whole window.
+                // Texels within a window of a disc's edge depend on it.
                 assert!(apart as f32 <= 0.002 * a.filter.len() as f32, "{pattern:?} {apart}");
             }
         }

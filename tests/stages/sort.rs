@@ -35,7 +35,7 @@ fn with_keys(count: u32, key: impl Fn(u32) -> u32) -> Vec<Pair> {
     (0..count).map(|value| Pair { key: key(value), value }).collect()
 }
 
-/// The comparison every test here relies on: the first difference, or that `tail` was written.
+/// The comparison of all tests here: the first difference, or that `tail` was written.
 fn compare(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
     let (sorted, tail) = found.split_at(expected.len());
     if let Some(at) = (0..expected.len()).find(|&at| sorted[at] != expected[at]) {
@@ -72,7 +72,7 @@ fn kernels(gpu: &Gpu, (shape, tier): (Partition, Tier)) -> Kernels {
     Kernels::new(&gpu.device, tier, tuning, gpu.kernels.clone())
 }
 
-/// Sorts the first `count` of `pairs`; all texels of the result.
+/// Sorts the first `count` of `pairs`; returns all texels of the result.
 fn sort_on(
     gpu: &Gpu,
     way: (Partition, Tier),
@@ -174,8 +174,8 @@ fn count_may_stay_below_the_capacity() {
     }
 }
 
-/// Dispatches and histograms are sized by the capacity, and fewer pairs may make more runs: 131,072
-/// make 512 runs of 256, 131,073 make 505 of 260.
+/// The capacity sets the size of dispatches and histograms, but fewer pairs may make more runs: 131,072 make
+/// 512 runs of 256, 131,073 make 505 of 260.
 #[test]
 fn partitions_of_the_capacity_hold_those_of_any_count() {
     let run_length = |count: u32| {
@@ -206,7 +206,7 @@ fn count_past_the_capacity_is_the_capacity() {
     for way in WAYS {
         let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 2000 };
         let found = sort_on(&gpu, way, &pairs, counted, 0..12);
-        // Two passes: the result lies where the pairs were, with the unsorted ones behind.
+        // Two passes: the result is where the pairs were, followed by the unsorted ones.
         assert_eq!(found[2000..3000], pairs[2000..]);
         compare(&found[..2000], &expected).unwrap();
     }

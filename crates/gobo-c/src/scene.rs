@@ -126,7 +126,8 @@ pub(crate) unsafe extern "C" fn gobo_scene_set_camera(
         let is_cone = given.fov_y > 0.0 && given.fov_y < std::f32::consts::PI;
         let has_pixels = size.min_element() > 0 && size.max_element() <= 16_384;
         if !(is_near(eye) && is_near(target) && up.is_finite() && looks && is_cone && has_pixels) {
-            let message = "the camera's numbers must be finite and within 1e7 m; it must look somewhere, not along up, \
+            let message = "the camera's numbers must be finite and within 1e7 m; it must look \
+                           somewhere, not along up, \
                            with a field of view between 0 and pi and 1 to 16384 pixels a side";
             return Err(Fault::input(message));
         }

@@ -103,7 +103,8 @@ fn run(command: Command, clock: &WallClock) -> Result<(), Failure> {
         Command::View(arguments) => view::run(&arguments),
         #[cfg(not(feature = "view"))]
         Command::View(_) => {
-            let message = "this program was built without a window: `cargo install --path crates/gobo-cli --features view` \
+            let message = "this program was built without a window: `cargo install --path \
+                           crates/gobo-cli --features view` \
                            in a checkout builds one that has it";
             Err(Failure::Usage(message.to_owned()))
         }

@@ -23,7 +23,7 @@ pub(super) struct LookUp {
 
 const PREFIX: &str = "gobo_";
 
-/// Uses every function, so that none is removed. Around it stands what a compiler needs for a whole shader.
+/// Uses every function, so that none is removed. Parts that only a whole shader needs are around it.
 const PROBE: &str = "
 @compute @workgroup_size(1)
 fn gobo_probe(@builtin(global_invocation_id) id: vec3<u32>) {

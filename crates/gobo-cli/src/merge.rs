@@ -56,7 +56,8 @@ fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
     let [_, count] = parts.values().next().map_or([0, 0], |part| part.head.share);
     if let Some(missing) = (0..count).find(|index| !parts.contains_key(index)) {
         let message = format!(
-            "share {missing}/{count} is missing: name its part too, or write it by `gobo maps --casters {missing}/{count}`"
+            "share {missing}/{count} is missing: name its part too, or write it by `gobo maps --casters \
+             {missing}/{count}`"
         );
         return Err(Failure::Usage(message));
     }

@@ -222,7 +222,8 @@ impl Job<'_> {
                 _ => format!("{:.0} h", estimate / 3600.0),
             };
             tracing::warn!(
-                "the CPU reference will take about {time} a frame: fewer samples, smaller maps and lights without a \
+                "the CPU reference will take about {time} a frame: fewer samples, smaller maps and \
+                 lights without a \
                  source take less"
             );
         }

@@ -111,7 +111,8 @@ pub(super) fn run(device: &DeviceArguments, json: bool) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Wrong(format!(
-        "{} cannot be trusted: try a newer driver, another --adapter, or GOBO_TIER=core; --backend cpu needs none",
+        "{} cannot be trusted: try a newer driver, another --adapter, or GOBO_TIER=core; --backend cpu \
+         needs none",
         report.adapter
     )))
 }

@@ -83,7 +83,7 @@ pub(crate) fn run<T: Send + 'static>(
     let thread = std::thread::Builder::new().name("gobo".to_owned());
     let spawned = thread.spawn(move || {
         let result = catch_unwind(AssertUnwindSafe(|| work(&ended)));
-        // Of nobody, if the call was interrupted.
+        // Nobody receives it if the call was interrupted.
         let _ = sender.send(result.unwrap_or(Err(Fault::Panicked)));
         drop(job);
     });
@@ -91,7 +91,7 @@ pub(crate) fn run<T: Send + 'static>(
         let message = format!("no thread could be started: {error}");
         return Err(Fault::input(message, "end other threads").raised(py));
     }
-    // A channel's end is for one thread alone, which the compiler cannot see of this one.
+    // Only one thread may use a channel's end; the mutex shows the compiler that this is so.
     let receiver = Mutex::new(receiver);
     loop {
         let received = py

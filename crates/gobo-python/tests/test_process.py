@@ -82,7 +82,7 @@ import os, signal, sys, threading, time
 import numpy as np
 import gobo_shadows as gobo
 
-# What a shell starts in the background ignores it.
+# A shell makes programs in the background ignore it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 gobo.use_adapter("cpu")
 rng = np.random.default_rng(1)

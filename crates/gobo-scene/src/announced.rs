@@ -37,7 +37,7 @@ impl Claim {
 }
 
 impl Loader<'_> {
-    /// Checks that what all tables announce is within the limits.
+    /// Checks that the sums over all tables are within the limits.
     pub(super) fn check_announced(&self, document: &Document) -> Result<(), SceneError> {
         self.check_sum(Limit::Particles, &self.particles_announced(document))?;
         self.check_sum(Limit::Bricks, &self.bricks_announced(document))?;

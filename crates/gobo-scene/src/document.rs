@@ -99,6 +99,7 @@ pub(super) struct MaterialTable {
 pub(super) struct ParticlesTable {
     pub file: Option<PathBuf>,
     pub generate: Option<Generate>,
+    pub point_budget: Option<u64>,
     pub material: String,
 }
 
@@ -107,6 +108,7 @@ impl ParticlesTable {
         Ok(Self {
             file: keys.given("file")?,
             generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
+            point_budget: keys.given("point_budget")?,
             material: keys.required("material")?,
         })
     }

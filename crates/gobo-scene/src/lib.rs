@@ -103,7 +103,13 @@ pub fn load_particles(
 ) -> Result<ParticleFile, SceneError> {
     if let Some(kind) = points::kind_of_file(path) {
         let radius = default_radius;
-        let wanted = points::PointsWanted { material: material_id, radius, first_id, earlier: 0 };
+        let wanted = points::PointsWanted {
+            material: material_id,
+            radius,
+            first_id,
+            earlier: 0,
+            budget: None,
+        };
         return points::load(path, kind, wanted, &mut None);
     }
     particles::load(path, material, material_id, default_radius, first_id, 0)

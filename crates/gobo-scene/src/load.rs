@@ -321,8 +321,8 @@ impl Loader<'_> {
                 self.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
                 if self.leaves_splats { self.splats_alone(path, None) } else { Ok(()) }
             }
-            "ply" | "csv" => self.particle_file(path, 0),
-            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0),
+            "ply" | "csv" => self.particle_file(path, 0, None),
+            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0, None),
             _ => Ok(()),
         }
     }

@@ -25,18 +25,23 @@ pub(super) const MAX_SIDE: u32 = 8192;
 
 impl Loader<'_> {
     pub(super) fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
-        let ParticlesTable { file, generate, material } = table.get_ref();
+        let ParticlesTable { file, generate, point_budget, material } = table.get_ref();
         let id = self.material_of_grains(&table.span(), material)?;
         if self.scene.materials[id as usize].is_volume() {
             let help = "use shape = \"puff\", and no attenuation";
             let message = "particles have no volume";
             return Err(self.error(&table.span(), "material", message, help));
         }
-        match (file, generate) {
-            (Some(file), None) => {
-                let path = self.folder.join(file);
-                self.particle_file(&path, id).map_err(|e| self.named_by(&table.span(), "file", e))
-            }
+        let path = file.as_ref().map(|file| self.folder.join(file));
+        if point_budget.is_some() && !path.as_deref().is_some_and(points::is_cloud) {
+            let message = "a budget of particles that are no cloud of points";
+            let help = "remove it; clouds are LAS, LAZ, PCD and E57 files";
+            return Err(self.error(&table.span(), "point_budget", message, help));
+        }
+        match (path, generate) {
+            (Some(path), None) => self
+                .particle_file(&path, id, *point_budget)
+                .map_err(|e| self.named_by(&table.span(), "file", e)),
             (None, Some(generate)) => self.generated(&table.span(), generate, id),
             _ => {
                 let message = "particles need either a file or generate";
@@ -127,14 +132,20 @@ impl Loader<'_> {
         self.share.filter(|_| Class::FILTERING.contains(&class))
     }
 
-    pub(super) fn particle_file(&mut self, path: &Path, id: u32) -> Result<(), SceneError> {
+    pub(super) fn particle_file(
+        &mut self,
+        path: &Path,
+        id: u32,
+        budget: Option<u64>,
+    ) -> Result<(), SceneError> {
         let material = &self.scene.materials[id as usize];
         let earlier = self.scene.particles.len() as u64;
         let radius = self.radii[id as usize];
         let mut file = match points::kind_of_file(path) {
             Some(kind) => {
+                let first_id = self.next_id;
                 let wanted =
-                    points::PointsWanted { material: id, radius, first_id: self.next_id, earlier };
+                    points::PointsWanted { material: id, radius, first_id, earlier, budget };
                 points::load(path, kind, wanted, &mut self.points_origin)?
             }
             None => particles::load(path, material, id, radius, self.next_id, earlier)?,

@@ -4,7 +4,7 @@ use super::{
     error::Fault,
     gltf::splats,
     read,
-    splats::{Harmonics, SplatCloud, SplatKind, files, harmonics, kind_of, read_kind},
+    splats::{Harmonics, SplatCloud, SplatKind, files, kind_of, read_harmonics, read_kind},
 };
 use std::{
     borrow::Cow,
@@ -31,7 +31,7 @@ pub fn load_harmonics(path: &Path) -> Result<Option<Harmonics>, SceneError> {
         return Ok(None);
     };
     let of_file = |(message, help): Fault| SceneError::invalid(path, message, help);
-    harmonics::read(kind, path, &bytes).map_err(of_file)
+    read_harmonics(kind, path, &bytes).map_err(of_file)
 }
 
 /// Like [`load_splats`], at a level of detail; 0 is the finest, `None` the usual one.
@@ -51,7 +51,8 @@ pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, Sc
             splats::read(path)
         }
         None => {
-            let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the folder of a SOG";
+            let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the \
+                folder of a SOG";
             Err(of_file(("holds no splats of a known kind".to_owned(), help)))
         }
     }

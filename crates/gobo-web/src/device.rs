@@ -5,7 +5,8 @@ use gobo::wgpu::{self, BufferUsages, util::DeviceExt as _};
 /// Error of a scene that this device cannot show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the {what} take {} MiB, and a buffer of this browser's device holds {} MiB: show a smaller file, or render it with the \
+    "the {what} take {} MiB, and a buffer of this browser's device holds {} MiB: show a smaller file, \
+     or render it with the \
      program", bytes >> 20, most >> 20
 )]
 pub struct TooLarge {

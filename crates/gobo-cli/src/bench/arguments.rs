@@ -18,10 +18,23 @@ pub(crate) struct BenchArguments {
     #[arg(long, default_value = "disc", conflicts_with = "occlude")]
     pub(super) shape: ShapeName,
     /// The splats of a file instead, scaled to fill the map
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "occlude", "casters", "footprint", "opacity", "cases", "layout"])]
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = [
+            "shape", "occlude", "casters", "footprint", "opacity", "cases", "layout",
+        ]
+    )]
     pub(super) splats: Option<PathBuf>,
     /// The maps of a scene's first frame instead, with its own settings
-    #[arg(long, value_name = "SCENE", conflicts_with_all = ["casters", "footprint", "opacity", "shape", "splats", "cases", "layout", "lights", "size", "vs", "occlude", "stage", "receiver", "nodes", "html"])]
+    #[arg(
+        long,
+        value_name = "SCENE",
+        conflicts_with_all = [
+            "casters", "footprint", "opacity", "shape", "splats", "cases", "layout", "lights",
+            "size", "vs", "occlude", "stage", "receiver", "nodes", "html",
+        ]
+    )]
     pub(super) scene: Option<PathBuf>,
     /// Replace a value of that scene file: light.sun.size=512
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value, requires = "scene")]
@@ -53,7 +66,13 @@ pub(crate) struct BenchArguments {
     pub(super) occlude: bool,
     /// Shadow masks of pictures at 1280 x 720 and 1920 x 1080 instead, beside PCF of 5 x 5 in shading; of 1,
     /// 4, 16 and 64 lights where --lights is not given
-    #[arg(long, conflicts_with_all = ["vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size", "receiver", "pair_budget", "html", "shape", "splats"])]
+    #[arg(
+        long,
+        conflicts_with_all = [
+            "vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size",
+            "receiver", "pair_budget", "html", "shape", "splats",
+        ]
+    )]
     pub(super) stage: Option<StageName>,
     /// Contents of the maps: nearest depth and filter, or curves as well
     #[arg(long, default_value = "nearest", conflicts_with_all = ["vs", "occlude"])]

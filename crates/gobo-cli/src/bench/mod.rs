@@ -69,7 +69,8 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
     for case in cases {
         if arguments.vs.is_some() && case.opacity < MIN_RASTER_OPACITY {
             let message = format!(
-                "{case}: fp16 products of the raster pipeline do not change at all below an opacity of {MIN_RASTER_OPACITY}: leave --vs out"
+                "{case}: fp16 products of the raster pipeline do not change at all below an opacity of \
+                 {MIN_RASTER_OPACITY}: leave --vs out"
             );
             return Err(Failure::Usage(message));
         }
@@ -81,7 +82,8 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
                 || arguments.kernels
             {
                 let message = format!(
-                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, --occlude, --kernels and curves"
+                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, \
+                     --occlude, --kernels and curves"
                 );
                 return Err(Failure::Usage(message));
             }

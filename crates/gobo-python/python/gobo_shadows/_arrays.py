@@ -1,4 +1,4 @@
-"""Arrays of callers, checked and in the types that the compiled part reads."""
+"""Arrays of callers, checked and converted to the types of the compiled part."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _READABLE = (1, 3, 11)
 
 
 def as_array(value: Any, name: str) -> np.ndarray:
-    """Any array as one of numpy, without a copy where it is one already."""
+    """Any array as a numpy array, without a copy if it is one already."""
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} is masked", "pass filled() of it")
     if isinstance(value, np.ndarray):
@@ -39,7 +39,7 @@ def as_array(value: Any, name: str) -> np.ndarray:
 
 
 def as_numbers(value: Any, name: str, dtype: Any = np.float32) -> np.ndarray:
-    """A contiguous array of `dtype`: the caller's own where it is one."""
+    """A contiguous array of `dtype`: the caller's own if it is one."""
     array = as_array(value, name)
     if array.dtype.kind not in "fiu":
         if array.size or array.dtype.kind != "O":

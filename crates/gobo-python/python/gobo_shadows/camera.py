@@ -40,9 +40,9 @@ class Camera:
     up: tuple[float, float, float]
     fov: float
     size: tuple[int, int]
-    #: Part of the rendered picture that is kept: first column and row, width and height [pixels]. ``None``: all.
+    #: Kept part of the rendered picture: first column and row, width and height [pixels]. ``None``: all.
     crop: tuple[int, int, int, int] | None
-    #: How far right of and below its middle the axis meets the rendered picture [pixels], at most half a pixel.
+    #: Offset right and down from the rendered picture's middle to the axis [pixels], at most half a pixel.
     shift: tuple[float, float]
 
     def __init__(
@@ -80,14 +80,14 @@ class Camera:
         """The camera of a pose and a focal length.
 
         Args:
-            world_from_camera: (4, 4) or (3, 4): columns are the camera's axes and its position, world space [m]. A
-                rotation and a uniform scale at most.
+            world_from_camera: (4, 4) or (3, 4): columns are the camera's axes and its position, world space
+                [m]; at most a rotation and a uniform scale.
             focal: focal length [pixels], or two that are equal, along x and y.
             size: width and height of the picture [pixels].
-            center: principal point [pixels], (0, 0) at the upper left corner of the picture. Default: the middle. More than half
-                a pixel off it a larger picture is rendered and cut.
-            convention: ``"opengl"``: the camera looks along -z with +y up (nerfstudio, Blender); ``"opencv"``: along
-                +z with +y down (COLMAP, gsplat).
+            center: principal point [pixels], (0, 0) at the upper left corner of the picture. Default: the
+                middle. If it is more than half a pixel off, a larger picture is rendered and cropped.
+            convention: ``"opengl"``: the camera looks along -z with +y up (nerfstudio, Blender);
+                ``"opencv"``: along +z with +y down (COLMAP, gsplat).
         """
         matrix = as_numbers(world_from_camera, "world_from_camera", np.float64)
         if matrix.shape not in ((4, 4), (3, 4)):
@@ -137,12 +137,12 @@ class Camera:
         """A camera of nerfstudio's, or instant-ngp's, ``transforms.json``.
 
         Args:
-            transforms: the file, or what it holds.
+            transforms: the file, or its contents.
             frame: number of the frame, or (the end of) its ``file_path``.
             scale: size of the picture as a share of the image's.
 
-        Lens distortion is not rendered: a warning says so. The camera stands in the space of the file's matrices: for splats that
-        nerfstudio exported, apply its ``dataparser_transforms.json`` first.
+        Lens distortion is not rendered: a warning says so. The camera stands in the space of the file's
+        matrices: for splats that nerfstudio exported, apply its ``dataparser_transforms.json`` first.
         """
         path: str | None = None
         if not isinstance(transforms, Mapping):

@@ -6,7 +6,7 @@
 //! | `.nrrd`, `.nhdr` (teem) | the fastest is x; by `space`, if that is of a body | `space units` |
 //! | `.vti` (VTK) | x right, y, z as they are | none |
 //! | `.nii`, `.nii.gz`, `.hdr` (NIfTI-1) | of a body | `xyzt_units` |
-//! | `.mhd`, `.mha` (`MetaImage`) | of a body where `AnatomicalOrientation` stands | `DistanceUnits`, mm of a body |
+//! | `.mhd`, `.mha` (`MetaImage`) | of a body, by `AnatomicalOrientation` | `DistanceUnits`, mm of a body |
 //! | `.tif`, `.tiff` (TIFF 6.0, pages are slices) | rows go down, pages back | of `ImageJ`'s description |
 mod array;
 mod bricks;

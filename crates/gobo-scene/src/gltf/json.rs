@@ -208,7 +208,8 @@ fn source_of(texture: &Map<String, Value>, extension: &str) -> Option<Value> {
 }
 
 /// A PNG of one white texel.
-const WHITE: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
+const WHITE: &str = "data:image/png;base64,\
+    iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
 
 /// Indices of the accessors that `EXT_mesh_gpu_instancing` gives a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,15 @@
 //! LAS 1.0 to 1.4 (ASPRS), and LAZ with its compressed records.
-use super::{DAMAGED, Fault, Point, Points, classes::is_noise, linear};
+use super::{
+    DAMAGED, Fault, Point, Points, Room,
+    classes::is_noise,
+    copc::{self, OctreeNode},
+    linear,
+};
 use glam::{DVec3, Vec3};
-use laz::{LasZipDecompressor, LazVlr};
+use laz::{
+    LasZipDecompressor, LazVlr,
+    record::{LayeredPointRecordDecompressor, RecordDecompressor},
+};
 use std::io::{Cursor, Seek as _, SeekFrom};
 
 /// Least length of a header, and length of one of version 1.4 \[bytes\].
@@ -94,9 +102,10 @@ impl LasHeader {
     }
 }
 
-/// Number of points that a header announces; `None` if the file is too short for them.
+/// Number of points that a header announces; `None` if the file is too short for them, or has an octree, of
+/// which a part may be read.
 pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
-    let header = LasHeader::parse(head).ok()?;
+    let header = LasHeader::parse(head).ok().filter(|_| !copc::has_octree(head))?;
     let bytes = header.count.checked_mul(header.size.into())?.checked_add(header.start)?;
     (header.is_packed || bytes <= length).then_some(header.count)
 }
@@ -114,23 +123,31 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
         ("box in the file", format!("{least:?} to {most:?}")),
         ("colour", (if header.color().is_some() { "yes" } else { "no" }).to_owned()),
         ("compressed", (if header.is_packed { "yes" } else { "no" }).to_owned()),
+        ("octree", (if copc::has_octree(head) { "yes (COPC)" } else { "no" }).to_owned()),
     ]
 }
 
-pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
+pub(super) fn read(bytes: &[u8], room: Room) -> Result<Points, Fault> {
     let header = LasHeader::parse(bytes)?;
-    if header.count > most {
-        let help = "thin the cloud out, for example by PDAL or CloudCompare";
-        return Err((format!("{} points, but a scene has room for {most}", header.count), help));
-    }
+    let count = header.count;
     let mut reader = Reader { points: Points::default(), header, brightest: 0 };
-    reader.points.reserve(reader.header.count as usize)?;
+    if count > room.most() && reader.header.is_packed && copc::has_octree(bytes) {
+        reader.levels(bytes, room.most())?;
+        return Ok(reader.finish());
+    }
+    room.check(count)?;
+    reader.points.reserve(count as usize)?;
     if reader.header.is_packed {
         reader.packed(bytes)?;
     } else {
         reader.plain(bytes)?;
     }
     Ok(reader.finish())
+}
+
+/// Says why compressed points cannot be read.
+fn bad(error: &dyn std::fmt::Display) -> Fault {
+    (format!("its compressed points cannot be read: {error}"), DAMAGED)
 }
 
 struct Reader {
@@ -153,29 +170,77 @@ impl Reader {
         Ok(())
     }
 
-    fn packed(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        let bad = |error: &dyn std::fmt::Display| {
-            (format!("its compressed points cannot be read: {error}"), DAMAGED)
-        };
+    /// The parameters of the compression.
+    fn laz_vlr(&self, bytes: &[u8]) -> Result<LazVlr, Fault> {
         let vlr = self.laz_record(bytes).ok_or_else(|| bad(&"it has no record of LASzip"))?;
         let vlr = LazVlr::from_buffer(vlr).map_err(|error| bad(&error))?;
-        let size = u64::from(self.header.size);
-        if vlr.items_size() != size {
-            return Err(bad(&"sizes of points differ"));
+        if vlr.items_size() == u64::from(self.header.size) {
+            Ok(vlr)
+        } else {
+            Err(bad(&"sizes of points differ"))
         }
+    }
+
+    /// Reads the finest levels of an octree with at most `most` points.
+    fn levels(&mut self, bytes: &[u8], most: u64) -> Result<(), Fault> {
+        let nodes = copc::nodes(bytes)?;
+        let Some(levels) = copc::levels(&nodes, most) else {
+            let message = format!("level 0 of its octree has more than {most} points");
+            return Err((message, "allow more points, or thin the cloud out"));
+        };
+        let deepest = nodes.iter().map(|node| node.level).max().unwrap_or_default();
+        let nodes: Vec<_> = nodes.iter().filter(|node| levels.contains(&node.level)).collect();
+        let count: u64 = nodes.iter().map(|node| node.count).sum();
+        self.points.reserve(count as usize)?;
+        let vlr = self.laz_vlr(bytes)?;
+        for node in nodes {
+            self.node(bytes, &vlr, node)?;
+        }
+        self.points.notes.push(format!(
+            "levels 0 to {} of {deepest} of its octree are read: {count} of {} points",
+            levels.end(),
+            self.header.count
+        ));
+        Ok(())
+    }
+
+    /// Reads a node, which is compressed by itself.
+    fn node(&mut self, bytes: &[u8], vlr: &LazVlr, node: &OctreeNode) -> Result<(), Fault> {
+        if self.header.format < 6 {
+            return Err(bad(&"points of an octree have format 6, 7 or 8"));
+        }
+        let chunk = copc::part(bytes, node.offset, node.size).unwrap_or_default();
+        let mut unpacked = LayeredPointRecordDecompressor::new(Cursor::new(chunk));
+        unpacked.set_fields_from(vlr.items()).map_err(|error| bad(&error))?;
+        self.batches(node.count, |part| unpacked.decompress_many(part).map_err(|error| bad(&error)))
+    }
+
+    /// Adds points that `unpack` writes, some at a time.
+    fn batches(
+        &mut self,
+        count: u64,
+        mut unpack: impl FnMut(&mut [u8]) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let size = usize::from(self.header.size);
+        let mut batch = vec![0; size * BATCH.min(count) as usize];
+        let mut left = count;
+        while left > 0 {
+            let part = &mut batch[..size * left.min(BATCH) as usize];
+            unpack(part)?;
+            part.chunks_exact(size).for_each(|record| self.push(record));
+            left -= left.min(BATCH);
+        }
+        Ok(())
+    }
+
+    fn packed(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        let vlr = self.laz_vlr(bytes)?;
         check_chunks(bytes, self.header.start).map_err(|what| bad(&what))?;
         let mut source = Cursor::new(bytes);
         source.seek(SeekFrom::Start(self.header.start)).map_err(|error| bad(&error))?;
         let mut unpacked = LasZipDecompressor::new(source, vlr).map_err(|error| bad(&error))?;
-        let mut batch = vec![0; (size * BATCH.min(self.header.count)) as usize];
-        let mut left = self.header.count;
-        while left > 0 {
-            let part = &mut batch[..(size * left.min(BATCH)) as usize];
-            unpacked.decompress_many(part).map_err(|error| bad(&error))?;
-            part.chunks_exact(size as usize).for_each(|record| self.push(record));
-            left -= left.min(BATCH);
-        }
-        Ok(())
+        let count = self.header.count;
+        self.batches(count, |part| unpacked.decompress_many(part).map_err(|error| bad(&error)))
     }
 
     /// The record about the compression of points.

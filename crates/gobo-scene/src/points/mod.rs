@@ -2,6 +2,7 @@
 //!
 //! Files have z up, as surveys and robots do: their (x, y, z) becomes (x, z, -y).
 mod classes;
+mod copc;
 mod e57;
 mod las;
 mod lzf;
@@ -49,6 +50,11 @@ pub(super) fn kind_of(start: &[u8]) -> Option<PointsKind> {
 pub(super) fn kind_of_file(path: &Path) -> Option<PointsKind> {
     let (head, _) = read::head(path, pcd_header::LONGEST).ok()?;
     kind_of(&head)
+}
+
+/// Whether a file is a cloud of points.
+pub(super) fn is_cloud(path: &Path) -> bool {
+    kind_of_file(path).is_some()
 }
 
 /// Number of points that a file's head announces.
@@ -148,6 +154,37 @@ pub(super) struct PointsWanted {
     pub(super) first_id: u32,
     /// Number of the scene's particles before this file.
     pub(super) earlier: u64,
+    /// Most points to read, of a file with levels of detail; `None`: as many as fit in the scene.
+    pub(super) budget: Option<u64>,
+}
+
+/// Number of points that may be read.
+#[derive(Clone, Copy, Debug)]
+struct Room {
+    of_scene: u64,
+    budget: Option<u64>,
+}
+
+impl Room {
+    fn most(self) -> u64 {
+        self.budget.map_or(self.of_scene, |budget| budget.min(self.of_scene))
+    }
+
+    /// Refuses more points, of a file without levels of detail.
+    fn check(self, count: u64) -> Result<(), Fault> {
+        if count > self.of_scene {
+            let help = "thin the cloud out, or write it with levels of detail, as COPC (by PDAL or untwine)";
+            return Err((
+                format!("{count} points, but a scene has room for {}", self.of_scene),
+                help,
+            ));
+        }
+        if self.budget.is_some_and(|budget| count > budget) {
+            let help = "remove point_budget, or write the cloud as COPC (by PDAL or untwine)";
+            return Err((format!("{count} points without levels of detail"), help));
+        }
+        Ok(())
+    }
 }
 
 /// Loads a file as discs. `origin`: offset subtracted from the coordinates of all files, set by the first far
@@ -163,12 +200,13 @@ pub(super) fn load(
         Limit::Particles.grown_in(path, wanted.earlier, count)?;
     }
     let bytes = read::bytes(path)?;
-    let most = Limit::Particles.most().saturating_sub(wanted.earlier);
+    let of_scene = Limit::Particles.most().saturating_sub(wanted.earlier);
+    let room = Room { of_scene, budget: wanted.budget };
     // The crates for these formats may panic on damaged files.
     let read = catch_unwind(AssertUnwindSafe(|| match kind {
-        PointsKind::Las => las::read(&bytes, most),
-        PointsKind::Pcd => pcd::read(&bytes, most),
-        PointsKind::E57 => e57::read(&bytes, most),
+        PointsKind::Las => las::read(&bytes, room),
+        PointsKind::Pcd => pcd::read(&bytes, room),
+        PointsKind::E57 => e57::read(&bytes, room),
     }));
     let read = read.unwrap_or_else(|_| Err(("its data are damaged".to_owned(), DAMAGED)));
     let points = read.map_err(invalid)?;

@@ -1,6 +1,6 @@
 //! PCD 0.7 (Point Cloud Library): rows of numbers as text or binary, or columns compressed by LZF.
 use super::{
-    DAMAGED, Fault, Point, Points, linear, lzf,
+    DAMAGED, Fault, Point, Points, Room, linear, lzf,
     pcd_header::{self, PcdEncoding, PcdField, PcdHeader},
     unread,
 };
@@ -86,7 +86,7 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
     ]
 }
 
-pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
+pub(super) fn read(bytes: &[u8], room: Room) -> Result<Points, Fault> {
     let header = pcd_header::parse(bytes)?;
     let columns = PointColumns::new(&header)?;
     let (count, fits) = (header.points, most_points(&header, bytes.len() as u64));
@@ -96,10 +96,7 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
         );
         return Err((message, DAMAGED));
     }
-    if count > most {
-        let help = "thin the cloud out, for example by PCL or CloudCompare";
-        return Err((format!("{count} points, but a scene has room for {most}"), help));
-    }
+    room.check(count)?;
     let mut points = Points::default();
     points.reserve(count as usize)?;
     let data = &bytes[header.length..];

@@ -1,14 +1,7 @@
 //! Higher spherical harmonics of splats' colours: read for those who write splats again.
-use super::{
-    SplatKind,
-    cloud::memory_for,
-    folder, packed, ply, sog,
-    sog_store::{Store, file_name},
-    spz::Spz,
-};
+use super::cloud::memory_for;
 use crate::{error::Fault, limits::Limit};
 use glam::Vec3;
-use std::path::Path;
 
 /// Coefficients of the spherical harmonics of degree 1 and more: a splat's colour is
 /// `0.5 + 0.282 c0 + sum of c_k Y_k(direction)`, and base colours hold the first two (Kerbl et al. 2023,
@@ -60,19 +53,4 @@ impl Harmonics {
 /// Degree of the harmonics with a number of coefficients per channel; `None` if no degree has it.
 pub(super) fn degree_of(count: usize) -> Option<u8> {
     (0..=4).find(|&degree| (usize::from(degree) + 1).pow(2) - 1 == count)
-}
-
-/// Reads the higher harmonics of a file, a row for each of its rows. `None` if gobo does not keep those of
-/// the kind.
-pub(crate) fn read(kind: SplatKind, path: &Path, bytes: &[u8]) -> Result<Option<Harmonics>, Fault> {
-    let read = match kind {
-        SplatKind::Ply => ply::harmonics(bytes),
-        SplatKind::Packed => packed::harmonics(bytes),
-        SplatKind::Bare => Ok(Harmonics::default()),
-        SplatKind::Spz => Spz::open_whole(bytes)?.all_harmonics(),
-        SplatKind::Sog => sog::harmonics(&mut Store::zip(bytes)?, sog::META),
-        SplatKind::SogFolder => sog::harmonics(&mut Store::folder(folder(path)), &file_name(path)),
-        SplatKind::SogLevels | SplatKind::Ksplat => return Ok(None),
-    };
-    read.map(Some)
 }

@@ -2,18 +2,18 @@
 //!
 //! | file | coordinates | opacity | scale |
 //! |---|---|---|---|
-//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged: the format has none | logit | logarithm |
+//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged (not specified) | logit | logarithm |
 //! | `.compressed.ply` (`PlayCanvas`) | unchanged, like its source `.ply` | 8 bits | logarithm |
 //! | `.splat` | unchanged | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | unchanged, like the source `.ply` | 8 bits | logarithm |
+//! | `.sog` 2 (`PlayCanvas`), folders, levels | unchanged, like its source `.ply` | 8 bits | logarithm |
 //! | `.ksplat` 0.1 (mkkellogg) | unchanged | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
 //! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
 mod bare;
 mod cloud;
 mod clusters;
-pub(super) mod harmonics;
+mod harmonics;
 mod kind;
 mod ksplat;
 mod packed;
@@ -99,6 +99,25 @@ pub fn read_kind(
         SplatKind::SogLevels => sog_levels::read(path, bytes, lod),
         SplatKind::Ksplat => ksplat::read(bytes),
     }
+}
+
+/// Reads the higher harmonics of a file, a row for each of its rows. `None` if gobo does not keep those of
+/// the kind.
+pub(crate) fn read_harmonics(
+    kind: SplatKind,
+    path: &Path,
+    bytes: &[u8],
+) -> Result<Option<Harmonics>, Fault> {
+    let read = match kind {
+        SplatKind::Ply => ply::harmonics(bytes),
+        SplatKind::Packed => packed::harmonics(bytes),
+        SplatKind::Bare => Ok(Harmonics::default()),
+        SplatKind::Spz => Spz::open_whole(bytes)?.all_harmonics(),
+        SplatKind::Sog => sog::harmonics(&mut Store::zip(bytes)?, sog::META),
+        SplatKind::SogFolder => sog::harmonics(&mut Store::folder(folder(path)), &file_name(path)),
+        SplatKind::SogLevels | SplatKind::Ksplat => return Ok(None),
+    };
+    read.map(Some)
 }
 
 /// Files beside one of a kind that are read with it.

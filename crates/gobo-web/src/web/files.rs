@@ -31,7 +31,8 @@ impl Dropped {
             })?;
             if u64::from(bytes.length()) > LARGEST {
                 let message = format!(
-                    "{name}: has {} MiB\n  help: a page reads files of up to {} MiB; the program reads larger ones",
+                    "{name}: has {} MiB\n  help: a page reads files of up to {} MiB; the program reads \
+                     larger ones",
                     bytes.length() >> 20,
                     LARGEST >> 20
                 );
