@@ -27,6 +27,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let scene = gobo_scene::load(&root.join(name))?;
         let views = shadow_views(&scene);
         write!(table, "| `{name}` | {} |", views.len())?;
+        // A frame is counted first, so that those after it are told of.
+        let mut first = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)?;
+        let prepared = first.prepare(&scene.casters(), &views, &scene.shadow)?;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        prepared.record_counts(&mut encoder)?;
+        gpu.queue.submit([encoder.finish()]);
+        let counted = prepared.counters()?;
         for (partition, bucket_pairs) in
             [(Partition::Wide, BUCKET_PAIRS), (Partition::Wide, 0), (Partition::Serial, 0)]
         {
@@ -36,6 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 config.tuning.bucket_pairs = bucket_pairs;
                 config.toggles.scatter_tiny = partition == Partition::Wide;
             });
+            shadows.grow_from(&counted);
             let inputs = Default::default();
             let prepared =
                 shadows.prepare_uncompiled(&scene.casters(), &views, &scene.shadow, &inputs)?;
