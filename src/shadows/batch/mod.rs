@@ -93,7 +93,7 @@ impl Batch {
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, tile_count);
         let (blocking, filtering) = (list(0)?, list(1)?);
         let (small, small_chunks) = small_triangles(context, plan, &views)?.unzip();
-        // Without opaque casters the opaque depth of new maps stays 1, as `Maps` initialised it.
+        // Without opaque casters the opaque depth of new maps stays 1: `prepare` has filled them.
         let has_old_depths = plan.kept && small.is_none();
         let by_channel = maps.colored.is_some() && small.is_some();
         let reads_blocking = blocking.footprint_count > 0 || has_old_depths || by_channel;
