@@ -139,26 +139,38 @@ impl Gpu {
         // A texture may exceed the largest buffer, and the remaining memory.
         const MOST: u64 = 64 << 20;
         let size = texture.size();
-        let row = size.width * texel_size(texture);
-        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let most = self.device.limits().max_buffer_size.min(MOST);
-        for (origin, part) in parts(size, most / u64::from(padded)) {
-            let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded),
-                rows_per_image: Some(part.height),
-            };
-            let bytes = self.read_back(rows * u64::from(padded), |encoder, buffer| {
-                let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
-                let to = wgpu::TexelCopyBufferInfo { buffer, layout };
-                encoder.copy_texture_to_buffer(from, to, part);
-            })?;
-            for line in bytes.chunks_exact(padded as usize) {
-                take(bytemuck::cast_slice(&line[..row as usize]));
-            }
+        for (origin, part) in parts(size, most / padded_row(texture, size.width)) {
+            self.read_part(texture, origin, part, |rows| rows.iter().for_each(|row| take(row)))?;
         }
         Ok(())
+    }
+
+    /// Gives the rows of texels of a part of a texture, at most as large as a buffer, layer by layer, after all commands
+    /// submitted before.
+    pub fn read_part<T: bytemuck::AnyBitPattern, R>(
+        &self,
+        texture: &wgpu::Texture,
+        origin: wgpu::Origin3d,
+        part: wgpu::Extent3d,
+        take: impl FnOnce(&[&[T]]) -> R,
+    ) -> Result<R, Error> {
+        let row = part.width as usize * texel_size(texture) as usize;
+        let padded = padded_row(texture, part.width);
+        let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(padded as u32),
+            rows_per_image: Some(part.height),
+        };
+        let bytes = self.read_back(rows * padded, |encoder, buffer| {
+            let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+            let to = wgpu::TexelCopyBufferInfo { buffer, layout };
+            encoder.copy_texture_to_buffer(from, to, part);
+        })?;
+        let lines = bytes.chunks_exact(padded as usize);
+        let rows: Vec<_> = lines.map(|line| bytemuck::cast_slice(&line[..row])).collect();
+        Ok(take(&rows))
     }
 
     fn read_back(
@@ -216,6 +228,12 @@ fn parts(size: wgpu::Extent3d, most: u64) -> Vec<(wgpu::Origin3d, wgpu::Extent3d
         }
     }
     parts
+}
+
+/// Size of a row of `width` texels in a buffer \[bytes\].
+fn padded_row(texture: &wgpu::Texture, width: u32) -> u64 {
+    u64::from(width * texel_size(texture))
+        .next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into())
 }
 
 /// Size of a texel \[bytes\].

@@ -92,13 +92,21 @@ impl CurveMap {
     /// Ramps of a texel, by their start: start and end \[light depth\], and the light behind each, the
     /// product of all ramps up to it.
     pub fn ramps(&self, texel: usize) -> impl Iterator<Item = (f32, f32, Vec3)> {
+        let mut ramps = Vec::new();
+        self.ramps_to(texel, &mut ramps);
+        ramps.into_iter()
+    }
+
+    /// [`Self::ramps`] in the place of what `ramps` held.
+    pub fn ramps_to(&self, texel: usize, ramps: &mut Vec<(f32, f32, Vec3)>) {
+        ramps.clear();
         let nodes = self.nodes_of(texel).iter().map(|&node| unpack(node, self.gain));
-        let mut used: Vec<_> = nodes.filter(|&(start, ..)| start > 0.0).collect();
-        used.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ramps.extend(nodes.filter(|&(start, ..)| start > 0.0));
+        ramps.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut light = Vec3::ONE;
-        used.into_iter().map(move |(start, length, passed)| {
-            light *= passed;
-            (start / DEPTHS, (start + length) / DEPTHS, light)
-        })
+        for (start, end, passed) in ramps {
+            light *= *passed;
+            (*start, *end, *passed) = (*start / DEPTHS, (*start + *end) / DEPTHS, light);
+        }
     }
 }

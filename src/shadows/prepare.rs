@@ -125,12 +125,12 @@ impl Reuse {
 
 impl MapSet {
     fn new(request: &Request<'_>) -> Result<Self, Error> {
-        let &Request { queue, views, config, .. } = request;
+        let &Request { views, config, .. } = request;
         let (window, colored) = (request.window(), request.colored());
         let mut memory = Memory::default();
         let device = request.kernels.device();
         let mut allocator = Allocator::new(device, &mut memory);
-        let mut maps = Maps::new(&mut allocator, queue, views, config, colored, window > 0)?;
+        let mut maps = Maps::new(&mut allocator, views, config, colored, window > 0)?;
         let blur = config.settings.blur;
         let mut soften = None;
         if window > 0 {
@@ -240,6 +240,9 @@ impl<'a> Request<'a> {
         memory.add_all(&scratch.1);
         if let Some(relocation) = relocation {
             relocation.count(&mut memory);
+        }
+        if !kept && !plans.iter().all(BatchPlan::has_depths) {
+            set.raw().fill_depths(queue);
         }
         if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
             set.raw().fill_clear(queue);
@@ -365,12 +368,12 @@ impl<'a> Request<'a> {
         plans: &[BatchPlan],
         pairs: Option<u32>,
     ) -> Result<(Arc<Scratch>, Memory), Error> {
-        let &Self { queue, config, .. } = self;
+        let &Self { config, .. } = self;
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
         let nodes = config.nodes();
         let scratch = allocated(allocator.device, || {
-            Scratch::new(&mut allocator, queue, config, plans, pairs, nodes)
+            Scratch::new(&mut allocator, config, plans, pairs, nodes)
         })?;
         Ok((Arc::new(scratch), memory))
     }

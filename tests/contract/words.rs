@@ -1,4 +1,4 @@
-//! Words of the sources: one type a name.
+//! Words of the sources: one type a name, comments that begin with their subject, lines that fit beside another file.
 use super::sources::{CRATES, files};
 use crate::common::ROOT;
 use std::{
@@ -7,6 +7,11 @@ use std::{
     path::{Path, PathBuf},
 };
 use syn::{Attribute, File, Ident, Item};
+
+/// Columns of a line that two editors side by side show.
+const COLUMNS: usize = 110;
+/// Words that stand for a noun which the reader has to look for.
+const PRONOUNS: [&str; 3] = ["What", "Of", "That"];
 
 /// Names of the types that a file declares outside of its tests, and whether a configuration chooses the declaration.
 fn types(items: &[Item]) -> Vec<(String, bool)> {
@@ -74,4 +79,47 @@ fn names_of_several_types_are_noticed() {
     assert_eq!(shared(["struct Kind;", "#[cfg(test)] mod tests { struct Kind; }"]), 0);
     assert_eq!(shared(["#[cfg(unix)] struct Id; #[cfg(not(unix))] struct Id;", ""]), 0);
     assert_eq!(shared(["#[cfg(unix)] struct Id;", "#[cfg(not(unix))] struct Id;"]), 1);
+}
+
+/// Text of a line's comment, if the line has nothing else.
+fn comment(line: &str) -> Option<&str> {
+    Some(line.trim_start().strip_prefix("//")?.trim_start_matches(['/', '!']).trim_start())
+}
+
+/// Problem of a line of a source.
+fn problem(line: &str) -> Option<&'static str> {
+    let first = comment(line).and_then(|text| text.split_whitespace().next());
+    if first.is_some_and(|word| PRONOUNS.contains(&word)) {
+        return Some("begins with a pronoun: name the subject");
+    }
+    // A link cannot be broken.
+    let is_link = line.split_whitespace().any(|word| word.contains("https://"));
+    (line.chars().count() > COLUMNS && !is_link).then_some("has more than 110 columns")
+}
+
+#[test]
+fn comments_name_their_subject_and_lines_are_short() {
+    let mut problems = Vec::new();
+    for folder in ["src", "wgsl", "tests", "examples", "benches", "crates"] {
+        let of_folder = with_extension(&Path::new(ROOT).join(folder), &["rs", "wgsl"]);
+        for (file, text) in of_folder.iter().filter(|(file, _)| !file.contains("/target/")) {
+            let lines = (1..).zip(text.lines());
+            let found = lines.filter_map(|(number, line)| Some((number, problem(line)?)));
+            problems.extend(found.map(|(number, problem)| format!("{file}:{number} {problem}")));
+        }
+    }
+    assert!(problems.is_empty(), "{} lines:\n{}", problems.len(), problems.join("\n"));
+}
+
+#[test]
+fn pronouns_and_long_lines_are_noticed() {
+    for line in ["/// What a texel sees.", "    // Of a light.", "//! That kind.", &"x".repeat(111)]
+    {
+        assert!(problem(line).is_some(), "{line}");
+    }
+    for line in
+        ["/// Whatever moves.", "let what = 1; // What", &"x".repeat(110), "/// Offset of it."]
+    {
+        assert!(problem(line).is_none(), "{line}");
+    }
 }

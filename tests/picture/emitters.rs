@@ -140,6 +140,7 @@ const OPTIONS: RenderOptions<'static> = RenderOptions {
     maps_of: None,
     sums: false,
     sample: None,
+    curves_stay: false,
     keep: true,
     light: true,
     debug: &[],

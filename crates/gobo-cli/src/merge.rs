@@ -1,5 +1,6 @@
 //! `gobo merge`: joins the maps of all shares of a scene's casters.
 use super::{
+    curves::{Curves, Take},
     failure::Failure,
     files, inputs,
     maps::Arrays,
@@ -109,13 +110,14 @@ fn merge(
     let colored = parts[0].read(view, Array::Colored, 0..texels)?;
     let colored = colored.chunks_exact(3).map(|texel| [0, 1, 2].map(|i| f32::from_bits(texel[i])));
     let curve = (head.nodes > 0).then(|| joined_curves(parts, view)).transpose()?;
+    let give = |take: Take<'_>| curve.as_ref().map_or(Ok(()), take);
     let arrays = Arrays {
         size: head.sizes[view],
         filter: &filter,
         nearest: &nearest,
         opaque: &opaque.into_iter().map(f32::from_bits).collect::<Vec<_>>(),
         colored: &colored.collect::<Vec<_>>(),
-        curve: curve.as_ref(),
+        curves: curve.as_ref().map(|curve| Curves { nodes: curve.nodes, give: &give }),
         caustics: Vec::new(),
     };
     arrays.write(write, &head.names[view])

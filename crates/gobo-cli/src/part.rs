@@ -159,7 +159,8 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("rendering with {}", renderer.device());
     let maps = rendered(&mut renderer, &scene)?;
-    let maps: Vec<_> = maps::of_lights(&maps, &scene.lights).cloned().collect();
+    let maps: Vec<_> =
+        maps::of_lights(&maps, &scene.lights).map(|(_, maps)| maps.clone()).collect();
     let names = maps::light_names(&scene.lights);
     let (names, views) = maps::described(&maps, &scene.lights, &names, scene.origin);
     let head = Head {

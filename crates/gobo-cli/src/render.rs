@@ -2,6 +2,7 @@
 use super::{
     arguments::RenderArguments,
     claim::{self, Claim},
+    curves::Take,
     exr::{self, Channel},
     failure::Failure,
     files, inputs, layers, maps,
@@ -47,6 +48,8 @@ pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), 
     let debug = arguments.debug();
     let options = RenderOptions {
         maps: arguments.maps,
+        // Layers are made of further maps.
+        curves_stay: !arguments.layers,
         keep: true,
         light: arguments.exr,
         debug: &debug,
@@ -298,7 +301,8 @@ impl Job<'_> {
             let write =
                 |name: &str, contents: Fill<'_>| files.fill(format!("{folder}/{name}"), contents);
             let scene = &self.scene;
-            maps::write(write, &frame.maps, &scene.lights, &self.light_names, scene.origin)?;
+            let left = |number, take: Take<'_>| self.renderer.read_curve(number, take);
+            maps::write(write, &frame.maps, left, &scene.lights, &self.light_names, scene.origin)?;
         }
         for (mode, image) in &frame.debug {
             files.write(format!("{stem}.{}.png", mode.name()), &maps::png(&image_of(image)))?;

@@ -2,7 +2,7 @@
 use super::{
     Frame, RenderOptions,
     emitters::DeviceEmitters,
-    read_maps::read_maps,
+    read_maps::{DeviceCurves, read_maps},
     watch::tell,
     work::{Stages, Work},
 };
@@ -37,6 +37,8 @@ pub(super) struct GpuEngine {
     has_counted: bool,
     /// State of the previous picture.
     kept: Kept,
+    /// Curves that stayed on the device.
+    pub(super) curves: Option<DeviceCurves>,
 }
 
 type Record = fn(&PreparedPicture, &mut wgpu::CommandEncoder, &mut Timeline);
@@ -64,7 +66,8 @@ impl GpuEngine {
         let work = Work::new(&gpu);
         let (emitters, kept) = (DeviceEmitters::default(), Kept::default());
         let (capacity, has_counted) = (None, false);
-        Ok(Self { gpu, shadows, work, emitters, capacity, drawn: 0, grown: 0, has_counted, kept })
+        let (drawn, grown, curves) = (0, 0, None);
+        Ok(Self { gpu, shadows, work, emitters, capacity, drawn, grown, has_counted, kept, curves })
     }
 
     /// First error that the device reported: without memory for a texture, a later error only says that it
@@ -86,6 +89,7 @@ impl GpuEngine {
         self.shadows.configure(|config| config.toggles.sums = options.sums);
         // Times of a frame that failed.
         self.work.take();
+        self.curves = None;
         let before = self.repeats();
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
@@ -106,7 +110,11 @@ impl GpuEngine {
         let maps = if options.maps {
             let owners = self.shadows.casters()?.owners;
             let caustics = prepared.caustics.as_ref();
-            read_maps(&self.gpu, prepared.maps(), &views, owners, caustics, options)?
+            let curves = DeviceCurves::of(prepared.maps(), &views, options);
+            let (maps, of_device) = (prepared.maps(), curves.as_ref());
+            let maps = read_maps(&self.gpu, maps, &views, owners, caustics, options, of_device)?;
+            self.curves = curves.filter(|_| options.curves_stay);
+            maps
         } else {
             Vec::new()
         };

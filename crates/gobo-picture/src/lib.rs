@@ -72,6 +72,9 @@ pub struct RenderOptions<'a> {
     /// Whether the maps read back are [`ViewMaps::sums`] and opaque depths only, to which sums of other
     /// casters can be added. The maps then have no filters, and no picture should be rendered.
     pub sums: bool,
+    /// Whether the device's curves are left there, for [`Renderer::read_curve`]: those of the frame's maps have no texels.
+    /// The CPU reference returns them all.
+    pub curves_stay: bool,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The CPU reference renders all views in any case.
     pub keep: bool,
@@ -223,6 +226,8 @@ impl Renderer {
             if !is_middle {
                 (sample_options.maps, sample_options.debug) = (false, &[]);
             }
+            // The next sample has its own.
+            sample_options.curves_stay = false;
             let mut frame = self.render(scene, &sample_options)?;
             add_all(&mut stages, std::mem::take(&mut frame.stages));
             add_all(&mut picture_stages, std::mem::take(&mut frame.picture_stages));
@@ -236,6 +241,25 @@ impl Renderer {
         let frame = shown.expect("some sample is in the middle");
         let _phase = tracing::debug_span!("read_back").entered();
         Ok(Frame { picture: mean.picture(), stages, picture_stages, ..frame })
+    }
+
+    /// Gives the texels of curves of the last frame that stayed on the device ([`RenderOptions::curves_stay`]) in turn, some
+    /// rows at a time; nothing where none stayed. `number`: that of the view in the frame's maps.
+    ///
+    /// # Errors
+    /// Those of `take`, and [`Error::Lost`] and [`Error::Memory`] of the device.
+    pub fn read_curve<E: From<Error>>(
+        &self,
+        number: usize,
+        take: impl FnMut(&CurveMap) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match &self.engine {
+            Engine::Gpu(engine) => engine
+                .curves
+                .as_ref()
+                .map_or(Ok(()), |curves| curves.read(&engine.gpu, number, take)),
+            Engine::Cpu => Ok(()),
+        }
     }
 
     /// Renders one frame.

@@ -131,6 +131,11 @@ fn bound(
 }
 
 impl BatchPlan {
+    /// Whether opaque casters are rendered, which write every texel's opaque depth.
+    pub(crate) fn has_depths(&self) -> bool {
+        self.lists[0].footprint_count > 0 || !self.small_chunks.is_empty()
+    }
+
     /// Combinations (caster, view) that are projected, without the host's.
     pub(crate) fn caster_count(&self) -> u64 {
         let uploaded = |list: &ListPlan| {

@@ -179,7 +179,10 @@ impl PartBuffers {
     }
 }
 
-/// Depths of a batch, one element per texel, and their initial values.
+/// Most bytes of initial depths, which are copied again and again: they stay in a core's cache.
+const FAR_BYTES: u64 = 1 << 20;
+
+/// Depths of a batch, one element per texel, and the initial values of some.
 #[derive(Debug)]
 pub(crate) struct SmallDepths {
     pub depths: Buffer,
@@ -188,16 +191,12 @@ pub(crate) struct SmallDepths {
 
 impl SmallDepths {
     /// `texels`: 0 if no batch has small triangles.
-    fn new(allocator: &mut Allocator<'_>, queue: &wgpu::Queue, texels: u64) -> Result<Self, Error> {
+    fn new(allocator: &mut Allocator<'_>, texels: u64) -> Result<Self, Error> {
         let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let depths = allocator.storage::<u32>("small_depths", texels, usage)?;
-        let far = if texels > 0 {
-            let far = allocator.storage::<u32>("far_depths", texels, usage)?;
-            queue.write_buffer(&far, 0, bytemuck::cast_slice(&vec![1.0_f32; texels as usize]));
-            Some(far)
-        } else {
-            None
-        };
+        let far_count = texels.min(FAR_BYTES / size_of::<f32>() as u64) as usize;
+        let far =
+            (texels > 0).then(|| allocator.filled("far_depths", &vec![1.0_f32; far_count], usage));
         Ok(Self { depths, far })
     }
 }
@@ -206,7 +205,6 @@ impl Scratch {
     /// Memory of batches.
     pub fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         config: &Config,
         plans: &[BatchPlan],
         pairs: Option<u32>,
@@ -262,7 +260,7 @@ impl Scratch {
         )?;
         let partials = allocator.storage::<[u32; 4]>("partials", partials, none)?;
         let sums = sums(allocator, config.tier, sizes.summed_tiles * TEXELS)?;
-        let small = SmallDepths::new(allocator, queue, sizes.small_tiles * TEXELS)?;
+        let small = SmallDepths::new(allocator, sizes.small_tiles * TEXELS)?;
         let resources = sums
             .with("footprints", &footprints)
             .with("rects", &rects)

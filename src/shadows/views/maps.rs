@@ -42,9 +42,9 @@ pub struct Maps {
 }
 
 impl Maps {
+    /// Their contents are undefined.
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         views: &[View],
         config: &Config,
         colored: bool,
@@ -69,7 +69,7 @@ impl Maps {
         let slots = atlas.slots;
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
-        let maps = allocated(allocator.device, || {
+        allocated(allocator.device, || {
             let mut texture = |name, format| allocator.texture(name, format, size, usage);
             let opaques = texture("opaques", R32Float)?;
             let nearests = texture("nearests", R32Float)?;
@@ -89,10 +89,13 @@ impl Maps {
                 gain: false,
                 slots,
             })
-        })?;
-        fill(queue, &maps.opaques, 1.0_f32);
-        maps.colored.iter().for_each(|colored| fill(queue, colored, [1.0_f32; 4]));
-        Ok(maps)
+        })
+    }
+
+    /// Fills the opaque depths with their values without opaque casters.
+    pub(in crate::shadows) fn fill_depths(&self, queue: &wgpu::Queue) {
+        fill(queue, &self.opaques, 1.0_f32);
+        self.colored.iter().for_each(|colored| fill(queue, colored, [1.0_f32; 4]));
     }
 
     /// Fills the maps with their values without translucent casters.

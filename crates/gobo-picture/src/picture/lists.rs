@@ -43,7 +43,7 @@ impl CameraList {
         let (queue, kernels) = (shadows.queue(), shadows.kernels());
         let config = shadows.config();
         let plans = std::slice::from_ref(plan);
-        let scratch = Arc::new(Scratch::new(allocator, queue, config, plans, pairs, 0)?);
+        let scratch = Arc::new(Scratch::new(allocator, config, plans, pairs, 0)?);
         let camera_list = &plan.lists[0];
         let is_clipped = parts.len() > 1 && camera_list.footprint_count > 0;
         let clipped = is_clipped
