@@ -1,6 +1,7 @@
 //! Stages alone: the CPU references on the CPU; sort, bin and accumulate on the device.
 //!
-//! `cargo bench -p gobo-benches --bench stages`, or `cargo bench -p gobo-benches --bench stages -- gpu/sort` for some of them.
+//! `cargo bench -p gobo-benches --bench stages`, or `cargo bench -p gobo-benches --bench stages -- gpu/sort`
+//! for some of them.
 mod common;
 
 use common::{mix, pairs, particles, stage_time, timeline, view};

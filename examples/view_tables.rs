@@ -1,4 +1,5 @@
-//! Writes the table of many views in `benches/NOTES.md`, `make tables`: what a frame of their maps asks of a GPU.
+//! Writes the table of many views in `benches/NOTES.md`, `make tables`: what a frame of their maps asks of a
+//! GPU.
 use gobo::{
     Shadows,
     gpu::Gpu,

@@ -1,7 +1,7 @@
 //! Kernels against loops for the CPU that do the same work on the same data, measured in turns.
 //!
-//! `cargo bench -p gobo-benches --bench native`, or `cargo bench -p gobo-benches --bench native -- sort` for one of the two tables.
-//! No time is printed before the results agree.
+//! `cargo bench -p gobo-benches --bench native`, or `cargo bench -p gobo-benches --bench native -- sort` for
+//! one of the two tables. No time is printed before the results agree.
 #[path = "../common/mod.rs"]
 mod common;
 

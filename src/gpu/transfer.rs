@@ -146,8 +146,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Gives the rows of texels of a part of a texture, at most as large as a buffer, layer by layer, after all commands
-    /// submitted before.
+    /// Gives the rows of texels of a part of a texture, at most as large as a buffer, layer by layer, after
+    /// all commands submitted before.
     pub fn read_part<T: bytemuck::AnyBitPattern, R>(
         &self,
         texture: &wgpu::Texture,

@@ -55,12 +55,14 @@ impl PairCapacity {
         self.counted = Some((casters, before.map_or(needed, |(_, most)| most.max(needed))));
     }
 
-    /// Pairs that frames of so many uploaded casters are expected to need at most, if the last that were counted had as many.
+    /// Pairs that frames of so many uploaded casters are expected to need at most, if the last that were
+    /// counted had as many.
     pub fn expected_of(&self, casters: u64) -> Option<u32> {
         self.counted.filter(|&(count, _)| count == casters).map(|(_, most)| roomy(most))
     }
 
-    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so far.
+    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so
+    /// far.
     pub fn expected(&self) -> Option<u32> {
         self.seen.map(roomy)
     }

@@ -17,7 +17,8 @@ pub struct Tuning {
     pub partition: Partition,
     /// Pairs of a segment of soft discs.
     pub disc_segment: u32,
-    /// Most pairs of a list that is binned by buckets, without a sort; none on software adapters, whose atomics cost more.
+    /// Most pairs of a list that is binned by buckets, without a sort; none on software adapters, whose
+    /// atomics cost more.
     pub bucket_pairs: u32,
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.

@@ -77,8 +77,8 @@ pub(crate) fn laz(format: u8, dots: &[Dot], offset: [f64; 3]) -> Vec<u8> {
     file.into_inner()
 }
 
-/// COPC of points of format 7: LAZ with a chunk and a node a level, the coarsest first. Level 1 and finer are in a
-/// page of their own.
+/// COPC of points of format 7: LAZ with a chunk and a node a level, the coarsest first. Level 1 and finer are
+/// in a page of their own.
 pub(crate) fn copc(levels: &[&[Dot]]) -> Vec<u8> {
     let items = LazItemRecordBuilder::default_for_point_format_id(7, 0).unwrap();
     let vlr = LazVlrBuilder::new(items).with_variable_chunk_size().build();

@@ -9,7 +9,9 @@ fn imports(text: &str) -> Vec<(String, String)> {
     imports
         .flat_map(|(name, items)| {
             let items = items.split([',', '{', '}']).map(str::trim);
-            items.filter(|item| !item.is_empty()).map(move |item| (name.to_owned(), item.to_owned()))
+            items
+                .filter(|item| !item.is_empty())
+                .map(move |item| (name.to_owned(), item.to_owned()))
         })
         .collect()
 }

@@ -70,7 +70,7 @@ fn parts_are_told_of_and_any_of_them_ends_the_work() {
             let (shares, frame) = told(&mut renderer, most, whole);
             assert!(matches!(frame, Err(Error::Stopped)), "{frame:?}");
             assert_eq!(shares, parts[..most]);
-            // What was stopped leaves nothing behind.
+            // A stopped picture leaves nothing behind.
             assert_eq!(told(&mut renderer, usize::MAX, whole).1.unwrap().picture.rgb, expected);
         }
     }

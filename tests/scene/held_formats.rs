@@ -1,4 +1,5 @@
-//! Each kind of file that is read, from a host's memory where there is no file: as the same bytes in the file system.
+//! Each kind of file that is read, from a host's memory where there is no file: as the same bytes in the file
+//! system.
 use crate::common::{
     arrays::{self, Kind, Vti},
     files::Folder,

@@ -164,7 +164,8 @@ fn written_harmonics_are_read_again() {
     assert!(splats::to_sog(&cloud.splats, &bright, &none).is_err());
 }
 
-/// Centres have 16 bits of the logarithm of their extent, deviations, colours and harmonics 8 bits of a codebook.
+/// Centres have 16 bits of the logarithm of their extent, deviations, colours and harmonics 8 bits of a
+/// codebook.
 #[test]
 fn written_sog_has_the_splats() {
     let folder = Folder::new();

@@ -247,8 +247,8 @@ fn biases_cover_what_the_slope_hides() {
     }
 }
 
-/// A plane has no shadow of its own, however wide the filter, where a lamp is off the view's axis and where the slope is along the
-/// corners of a box.
+/// A plane has no shadow of its own, however wide the filter, where a lamp is off the view's axis and where
+/// the slope is along the corners of a box.
 #[test]
 fn wide_filters_let_no_plane_shade_itself() {
     let lamp = LightKind::Point { position: Vec3::ZERO };

@@ -36,7 +36,7 @@ import package::records::tile::Segment;
 @group(0) @binding(181) var<storage, read_write> listed_project_params: ProjectParams;
 @group(0) @binding(97) var<storage, read_write> emitted: array<GpuEmitted>;
 @group(0) @binding(121) var<storage, read_write> tile_pairs: array<atomic<u32>>;
-@group(0) @binding(184) var<storage, read_write> tile_cursors: array<atomic<u32>>; // pairs of a tile, then where the next one goes
+@group(0) @binding(184) var<storage, read_write> tile_cursors: array<atomic<u32>>; // number, then place
 @group(0) @binding(185) var<storage, read_write> bucketed: array<vec2<u32>>; // depth key and footprint
 @group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;
 @group(0) @binding(117) var<storage, read_write> point_lists: array<atomic<u32>>;

@@ -42,8 +42,9 @@ fn edge_products(line: vec4<f32>, texel: vec2<f32>) -> vec2<f32> {
     return vec2(line.z * (texel.y - line.y), line.w * (texel.x - line.x));
 }
 
-// Whether a texel is inside of all edges, by their products. These are compared, not subtracted: of a difference a compiler
-// may round one product only, another one in the triangle on the other side (tests/stages/edges.rs).
+// Whether a texel is inside of all edges, by their products. These are compared, not subtracted: of a
+// difference a compiler may round one product only, another one in the triangle on the other side
+// (tests/stages/edges.rs).
 fn is_inside(a: vec2<f32>, b: vec2<f32>, c: vec2<f32>, ties: vec3<bool>) -> bool {
     let first = vec3(a.x, b.x, c.x);
     let second = vec3(a.y, b.y, c.y);

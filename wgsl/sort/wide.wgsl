@@ -1,8 +1,8 @@
 // Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its
 // pairs are consecutive; `choice::ranks` assigns them to invocations.
 
-// Whether each block sums up the counts of the others by itself, which pays where they are few. Their histograms are then
-// in rows of the digits.
+// Whether each block sums up the counts of the others by itself, which pays where they are few. Their
+// histograms are then in rows of the digits.
 override FEW_BLOCKS: bool = false;
 
 const WORKGROUP_SIZE: u32 = 256u;

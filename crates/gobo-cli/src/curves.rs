@@ -53,7 +53,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Of no node.
+    /// The span of no node.
     pub(super) const NONE: Self = Self { first: 1.0, last: 0.0 };
 
     fn and(self, Self { first, last }: Self) -> Self {
@@ -101,8 +101,8 @@ fn is_used(curve: &CurveMap, texel: usize) -> bool {
 }
 
 impl Curves<'_> {
-    /// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused ones have the
-    /// light behind the last one.
+    /// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused
+    /// ones have the light behind the last one.
     pub(super) fn write(
         &self,
         out: &mut dyn io::Write,
@@ -201,7 +201,8 @@ mod tests {
         assert!(pieces.0.iter().all(|&bytes| bytes <= MOST) && whole > 10 * MOST, "{:?}", pieces.0);
     }
 
-    /// In pieces of any size: the mean of the look-ups at the middles of sixteen parts of what the nodes span.
+    /// In pieces of any size: the mean of the look-ups at the middles of sixteen parts of what the nodes
+    /// span.
     #[test]
     fn previews_are_means_of_look_ups() {
         let texels = 1000_u32;

@@ -64,8 +64,8 @@ pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
     names
 }
 
-/// Writes all maps of a frame by name. `left`: gives the texels of curves that `maps` lack, by the number of the view;
-/// `origin`: [`gobo::model::Scene::origin`].
+/// Writes all maps of a frame by name. `left`: gives the texels of curves that `maps` lack, by the number of
+/// the view; `origin`: [`gobo::model::Scene::origin`].
 pub(super) fn write(
     mut write: impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
     maps: &[ViewMaps],

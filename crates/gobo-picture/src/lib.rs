@@ -72,8 +72,8 @@ pub struct RenderOptions<'a> {
     /// Whether the maps read back are [`ViewMaps::sums`] and opaque depths only, to which sums of other
     /// casters can be added. The maps then have no filters, and no picture should be rendered.
     pub sums: bool,
-    /// Whether the device's curves are left there, for [`Renderer::read_curve`]: those of the frame's maps have no texels.
-    /// The CPU reference returns them all.
+    /// Whether the device's curves are left there, for [`Renderer::read_curve`]: those of the frame's maps
+    /// have no texels. The CPU reference returns them all.
     pub curves_stay: bool,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The CPU reference renders all views in any case.
@@ -87,7 +87,8 @@ pub struct RenderOptions<'a> {
     pub debug: &'a [DebugMode],
     /// Whether no picture is rendered; the picture and its counters are then empty.
     pub maps_only: bool,
-    /// Asked after the maps and after each sample of a picture: of the CPU reference after the maps and at the end.
+    /// Asked after the maps and after each sample of a picture: of the CPU reference after the maps and at
+    /// the end.
     pub watch: Option<Watch<'a>>,
 }
 
@@ -243,8 +244,9 @@ impl Renderer {
         Ok(Frame { picture: mean.picture(), stages, picture_stages, ..frame })
     }
 
-    /// Gives the texels of curves of the last frame that stayed on the device ([`RenderOptions::curves_stay`]) in turn, some
-    /// rows at a time; nothing where none stayed. `number`: that of the view in the frame's maps.
+    /// Gives the texels of curves of the last frame that stayed on the device
+    /// ([`RenderOptions::curves_stay`]) in turn, some rows at a time; nothing where none stayed. `number`:
+    /// that of the view in the frame's maps.
     ///
     /// # Errors
     /// Those of `take`, and [`Error::Lost`] and [`Error::Memory`] of the device.

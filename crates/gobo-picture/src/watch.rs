@@ -2,8 +2,8 @@
 use gobo::Error;
 use std::{fmt, ops::ControlFlow};
 
-/// Function that long work calls between its parts, with the share that is done, 0 to 1. `Break` ends the work with
-/// [`Error::Stopped`]; the renderer can be used again.
+/// Function that long work calls between its parts, with the share that is done, 0 to 1. `Break` ends the
+/// work with [`Error::Stopped`]; the renderer can be used again.
 #[derive(Clone, Copy)]
 pub struct Watch<'a>(pub &'a (dyn Fn(f32) -> ControlFlow<()> + Sync + 'a));
 

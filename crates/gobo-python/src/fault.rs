@@ -21,7 +21,7 @@ pub(crate) enum Fault {
     Panicked,
     /// The call was interrupted: nobody waits for its result.
     Stopped,
-    /// Of the caller's own function.
+    /// Exception of the caller's own function.
     Raised(PyErr),
 }
 

@@ -17,7 +17,8 @@ impl Progress {
         Self { function, raised: Mutex::new(None) }
     }
 
-    /// Tells the share that is done. The work ends if the function raises an exception or nobody waits any more.
+    /// Tells the share that is done. The work ends if the function raises an exception or nobody waits any
+    /// more.
     pub(crate) fn tell(&self, stop: &Stop, share: f32) -> ControlFlow<()> {
         if stop.is_asked() {
             return ControlFlow::Break(());
@@ -32,7 +33,7 @@ impl Progress {
         }
     }
 
-    /// What the function raised, if it did, instead of the fault that followed.
+    /// Exception of the function, if it raised one, instead of the fault that followed.
     pub(crate) fn cause_of(&self, fault: Fault) -> Fault {
         let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(fault, Fault::Raised)

@@ -30,7 +30,7 @@ pub const BRICK_NEAR: f32 = 1e-3;
 /// Result of `project` for one caster in one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
-    /// What later stages read of it.
+    /// The caster's footprint, which later stages read.
     pub footprint: Footprint,
     /// Quantised smallest depth; [`INVISIBLE`] if the caster touches no texel or is scattered.
     pub key: u32,
@@ -39,7 +39,7 @@ pub struct Projected {
 }
 
 impl Projected {
-    /// Of a caster that touches no texel.
+    /// A caster that touches no texel.
     pub const INVISIBLE: Self = Self {
         footprint: Footprint {
             center: Vec2::ZERO,

@@ -22,8 +22,8 @@ pub fn load_splats(path: &Path) -> Result<SplatCloud, SceneError> {
     load_level(path, None)
 }
 
-/// Reads the higher harmonics of a file or folder of splats, one row for each of its rows. `None` where gobo does
-/// not keep them: of streamed SOG, ksplat and glTF.
+/// Reads the higher harmonics of a file or folder of splats, one row for each of its rows. `None` where gobo
+/// does not keep them: of streamed SOG, ksplat and glTF.
 pub fn load_harmonics(path: &Path) -> Result<Option<Harmonics>, SceneError> {
     let path = &*inside(path);
     let bytes = read::bytes(path)?;

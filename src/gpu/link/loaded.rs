@@ -44,7 +44,10 @@ fn variable(module: &Module, name: &str) -> Option<Handle<GlobalVariable>> {
 
 /// Storage textures have no mip levels.
 fn load_without_level(function: &mut Function, textures: &[Handle<GlobalVariable>]) {
-    let is_one = |expression: &Expression| matches!(expression, Expression::GlobalVariable(texture) if textures.contains(texture));
+    let is_one = |expression: &Expression| {
+        let Expression::GlobalVariable(texture) = expression else { return false };
+        textures.contains(texture)
+    };
     let images: Vec<_> =
         function.expressions.iter().filter(|(_, it)| is_one(it)).map(|(image, _)| image).collect();
     for (_, expression) in function.expressions.iter_mut() {

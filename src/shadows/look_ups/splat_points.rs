@@ -60,7 +60,13 @@ fn splat_reach(ray: vec3<f32>, texel: f32, rotation: vec4<f32>, sigma: vec3<f32>
     return select(reach * length(along), min(reach * tilt, length(slope) * SPLAT_TAPS * texel), area > 0.0);
 }
 
-fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma: vec3<f32>, opacity: f32) -> vec3<f32> {
+fn splat_point(
+    light: SplatLight,
+    center: vec3<f32>,
+    rotation: vec4<f32>,
+    sigma: vec3<f32>,
+    opacity: f32,
+) -> vec3<f32> {
     var ray = light.position;
     var texel = light.texel;
     var slack = 2.0 * light.step;

@@ -134,7 +134,8 @@ impl Partition {
 /// Most blocks that sum up each other's counts: a kilobyte each, read by each.
 const FEW_BLOCKS: u32 = 256;
 
-/// Kernels that count and scatter a digit of so many bits, in so many partitions, and the one in between that scans, if any.
+/// Kernels that count and scatter a digit of so many bits, in so many partitions, and the one in between that
+/// scans, if any.
 pub fn kernels(
     partition: Partition,
     digit_bits: u32,

@@ -109,7 +109,7 @@ pub(super) struct Bench {
     pub(super) clock: Clock,
     pub(super) settings: ShadowSettings,
     pub(super) kernels: bool,
-    /// Of the maps that are measured.
+    /// Settings of the measured maps.
     pub(super) config: Config,
     runs: u32,
 }

@@ -122,8 +122,8 @@ fn tuned(case: Case, field: &'static str, value: &str, own: Times, other: Times)
     Tuned { case, field, value: value.to_owned(), compute_ms, own_ms, ratio: compute_ms / own_ms }
 }
 
-/// What the tuning should say: of each field the value that is fastest in the mean of all cases, and nowhere slower than
-/// the adapter's own by more than it gains.
+/// Recommended tuning: for each field the value that is fastest in the mean of all cases, and nowhere slower
+/// than the adapter's own by more than it gains.
 fn advice(rows: &[Tuned]) -> String {
     let mut best: Vec<(&str, &str, f64)> = Vec::new();
     for row in rows {

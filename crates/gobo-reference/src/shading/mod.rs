@@ -145,7 +145,7 @@ pub struct Gloss {
 }
 
 impl Gloss {
-    /// Of an opaque surface.
+    /// An opaque surface.
     pub const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
 
     /// `cosine` of the angle between the eye and the normal; `head_on`: reflectance at 0 degrees.

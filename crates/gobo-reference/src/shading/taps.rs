@@ -80,8 +80,9 @@ pub(super) fn beyond_spline(light: &GpuLight) -> f32 {
     (filter_reach(light) - SPLINE_REACH).max(0.0)
 }
 
-/// How far a point is lifted along its normal where the filter reaches beyond the spline \[texels\]. `slope`: the normal along
-/// the view's x and y. A plane's depths in a view change along these; a box reaches as far as its corners.
+/// How far a point is lifted along its normal where the filter reaches beyond the spline \[texels\]. `slope`:
+/// the normal along the view's x and y. A plane's depths in a view change along these; a box reaches as far
+/// as its corners.
 pub(super) fn wide_lift(light: &GpuLight, slope: Vec2) -> f32 {
     let is_box = light.taps & 0xff == FILTER_BOX;
     let reach = if is_box { slope.abs().element_sum() } else { slope.length() };

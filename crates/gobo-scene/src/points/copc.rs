@@ -1,5 +1,5 @@
-//! Cloud Optimized Point Cloud 1.0 (Hobu, copc.io): LAZ whose chunks are the nodes of an octree. Each level holds
-//! points that no coarser level has, so that levels 0 to n are a thinned cloud.
+//! Cloud Optimized Point Cloud 1.0 (Hobu, copc.io): LAZ whose chunks are the nodes of an octree. Each level
+//! holds points that no coarser level has, so that levels 0 to n are a thinned cloud.
 use super::{DAMAGED, Fault};
 use std::{collections::HashSet, ops::RangeInclusive};
 

@@ -31,7 +31,8 @@ pub struct SplatCloud {
     pub notes: Vec<String>,
     /// Each splat's row in the file; empty where no row was skipped.
     pub rows: Vec<u32>,
-    /// Coefficients of higher spherical harmonics that the file has for each splat and channel, beside its colour.
+    /// Coefficients of higher spherical harmonics that the file has for each splat and channel, beside its
+    /// colour.
     pub harmonics: usize,
     /// Number of colours that were outside 0..=1.
     clamped: u64,

@@ -65,8 +65,8 @@ pub(super) struct Palette {
     pub(super) labels: Vec<u16>,
 }
 
-/// At most `most` rows of `width` numbers (a power of 4 up to 65,536) that stand for `rows`: the square root of
-/// `most` of all, and as many of those that each of these stands for.
+/// At most `most` rows of `width` numbers (a power of 4 up to 65,536) that stand for `rows`: the square root
+/// of `most` of all, and as many of those that each of these stands for.
 pub(super) fn palette_of(rows: &[f32], width: usize, most: usize) -> Palette {
     let count = rows.len() / width;
     if count <= most {

@@ -11,8 +11,8 @@ const COLUMNS: [&str; 14] = [
 /// Opacities are written at least this far from 0 and 1, whose logits are infinite; sixteen bits resolve it.
 const OPACITY_MARGIN: f32 = 1e-6;
 
-/// The splats as a little-endian PLY. `colors`: one per splat, of any magnitude; `harmonics`: of each splat, or
-/// none.
+/// The splats as a little-endian PLY. `colors`: one per splat, of any magnitude; `harmonics`: of each splat,
+/// or none.
 pub fn to_ply(splats: &[Gaussian], colors: &[glam::Vec3], harmonics: &Harmonics) -> Vec<u8> {
     let mut header =
         format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", splats.len());

@@ -22,8 +22,8 @@ const SPLATS_PER_ENTRY: usize = 16;
 /// A texel of an image.
 type Texel = [u8; 4];
 
-/// The splats as a SOG, a zip of lossless images. `colors`: one per splat, of any magnitude. Numbers become 8 bits
-/// with a codebook, centres 16 bits of their extent. Takes seconds for a million splats with harmonics.
+/// The splats as a SOG, a zip of lossless images. `colors`: one per splat, of any magnitude. Numbers become 8
+/// bits with a codebook, centres 16 bits of their extent. Takes seconds for a million splats with harmonics.
 ///
 /// # Errors
 /// If there is no splat, or a number is not finite.
@@ -126,8 +126,8 @@ fn coded(vectors: &[Vec3], alpha: impl Fn(usize) -> u8) -> ([f32; 256], Vec<Texe
     (book, vectors.iter().enumerate().map(texel).collect())
 }
 
-/// Three parts of a rotation beside its largest, which is made positive, in the order w x y z; alpha names the
-/// largest.
+/// Three parts of a rotation beside its largest, which is made positive, in the order w x y z; alpha names
+/// the largest.
 fn rotation(splat: &Gaussian) -> Texel {
     let [x, y, z, w] = splat.rotation.to_array();
     let parts = [w, x, y, z];

@@ -18,8 +18,8 @@ const MAX_FRACTION: u32 = 20;
 /// Largest number of 23 bits and a sign.
 const MOST: f32 = 8_388_607.0;
 
-/// The splats as SPZ. `colors`: one per splat; SPZ can hold -0.44 to 1.44. `harmonics`: of each splat, or none;
-/// SPZ can hold -1 to 0.99.
+/// The splats as SPZ. `colors`: one per splat; SPZ can hold -0.44 to 1.44. `harmonics`: of each splat, or
+/// none; SPZ can hold -1 to 0.99.
 pub fn to_spz(splats: &[Gaussian], colors: &[Vec3], harmonics: &Harmonics) -> io::Result<Vec<u8>> {
     let farthest = splats.iter().fold(0.0, |most: f32, s| most.max(s.center.abs().max_element()));
     // As fine as the farthest centre allows.
