@@ -152,6 +152,11 @@ pub struct Material {
     /// lampshade): seen from there, they scatter light in that material's colour, and from the light's side by its
     /// transmission less. It is for the picture: the shadow is that of triangles of that material beside them. Default none.
     pub far_side: Option<u32>,
+    /// Index into [`crate::model::Scene::materials`] of what the picture shows of its opaque triangles texel by texel: that
+    /// material's texture has the share of the ambient light that gets there in red, the roughness in green and the metalness
+    /// in blue, its emissive texture normals as of glTF (a channel of 0.5 is 0; red along u, green against v, blue off the
+    /// surface). All are linear where the texture is sampled. Default none.
+    pub details: Option<u32>,
     /// Radius by which what is behind a pane is blurred in the picture, per distance behind it, 0..=1: frosted glass. Default 0.
     pub frost: f32,
     /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
@@ -195,6 +200,7 @@ impl Default for Material {
             ior: 1.0,
             fresnel: Fresnel::None,
             far_side: None,
+            details: None,
             frost: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,

@@ -36,8 +36,8 @@ crate::records::gpu_struct! {
         pub frost: f32,
         /// Index of refraction of its faces, minus that of its panes; 0 where they reflect nothing.
         pub fresnel: f32,
-        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of the material of its far
-        /// side plus 1, or 0.
+        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bits [`FAR_SIDE_SHIFT`] and [`DETAILS_SHIFT`] on the indices of
+        /// the materials of its far side and of its details plus 1, or 0.
         pub shows: u32,
     }
 }
@@ -51,6 +51,10 @@ pub const SHOWS_SURROUNDINGS: u32 = 1;
 pub const SHOWS_COLOR: u32 = 2;
 /// Bits of flags in [`GpuMaterial::shows`].
 pub const FAR_SIDE_SHIFT: u32 = 8;
+
+/// Bits of flags and of a far side in [`GpuMaterial::shows`].
+pub const DETAILS_SHIFT: u32 = 18;
+const _: () = assert!((MAX_MATERIALS as u32) < 1 << (DETAILS_SHIFT - FAR_SIDE_SHIFT));
 
 /// Most materials of a scene: the uniform array's length.
 pub const MAX_MATERIALS: usize = 512;
@@ -91,7 +95,8 @@ impl GpuMaterial {
             fresnel: material.fresnel.index(),
             shows: select(material.catcher, SHOWS_SURROUNDINGS)
                 | select(material.unlit, SHOWS_COLOR)
-                | material.far_side.map_or(0, |far| (far + 1) << FAR_SIDE_SHIFT),
+                | material.far_side.map_or(0, |far| (far + 1) << FAR_SIDE_SHIFT)
+                | material.details.map_or(0, |details| (details + 1) << DETAILS_SHIFT),
         }
     }
 }

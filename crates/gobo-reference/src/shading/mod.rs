@@ -210,16 +210,15 @@ impl<'a> Lighting<'a> {
         sharp.lerp(level_around(environment, low + 1, point), level - low as f32)
     }
 
-    /// Reflection of the environment by an opaque surface, by its material and its own colour. Where the
+    /// Reflection of the environment by an opaque surface, by its roughness, metalness and own colour. Where the
     /// surroundings are two colours, only metal mirrors them.
     pub fn mirrored_around(
         &self,
-        material: &Material,
+        (roughness, metallic): (f32, f32),
         albedo: Vec3,
         normal: Vec3,
         to_eye: Vec3,
     ) -> Vec3 {
-        let Material { metallic, roughness, .. } = *material;
         let shown = if self.environment.is_some() { 1.0 } else { metallic };
         let share = mirrored_solid(albedo, metallic, normal.dot(to_eye), roughness);
         share * shown * self.radiance_around((-to_eye).reflect(normal), roughness)

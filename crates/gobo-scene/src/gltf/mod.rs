@@ -4,6 +4,7 @@
 //! radiometric, as exporters write both.
 pub(crate) mod animation;
 pub(crate) mod announced;
+mod details;
 mod diffuse;
 mod draco;
 pub(crate) mod file;
