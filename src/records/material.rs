@@ -52,6 +52,10 @@ pub const SHOWS_COLOR: u32 = 2;
 /// Number of flag bits in [`GpuMaterial::shows`].
 pub const FAR_SIDE_SHIFT: u32 = 8;
 
+/// Bits of flags and of a far side in [`GpuMaterial::shows`].
+pub const DETAILS_SHIFT: u32 = 18;
+const _: () = assert!((MAX_MATERIALS as u32) < 1 << (DETAILS_SHIFT - FAR_SIDE_SHIFT));
+
 /// Most materials of a scene: the uniform array's length.
 pub const MAX_MATERIALS: usize = 512;
 
@@ -91,7 +95,8 @@ impl GpuMaterial {
             fresnel: material.fresnel.index(),
             shows: select(material.catcher, SHOWS_SURROUNDINGS)
                 | select(material.unlit, SHOWS_COLOR)
-                | material.far_side.map_or(0, |far| (far + 1) << FAR_SIDE_SHIFT),
+                | material.far_side.map_or(0, |far| (far + 1) << FAR_SIDE_SHIFT)
+                | material.details.map_or(0, |details| (details + 1) << DETAILS_SHIFT),
         }
     }
 }

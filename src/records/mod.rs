@@ -87,7 +87,8 @@ pub use mask::{
     NORMALS_SIGNED, NORMALS_UNORM, SLOTS, ScreenBounds, mask_size,
 };
 pub use material::{
-    FAR_SIDE_SHIFT, GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR, SHOWS_SURROUNDINGS,
+    DETAILS_SHIFT, FAR_SIDE_SHIFT, GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR,
+    SHOWS_SURROUNDINGS,
 };
 pub use occlusion::OcclusionRadius;
 pub use outline::{OUTLINE_ROUNDING, Outline};

@@ -85,6 +85,8 @@ bitflags::bitflags! {
         const HAS_FRESNEL = 1 << 39;
         /// Some triangles of the picture send light on to their far side.
         const HAS_FAR_SIDES = 1 << 40;
+        /// Images say of some triangles of the picture what they are like texel by texel.
+        const HAS_DETAILS = 1 << 42;
         /// Glass throws light of some light of the picture.
         const HAS_CAUSTICS = 1 << 41;
         /// Some of the views whose levels are made are faces of cubes.

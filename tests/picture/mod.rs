@@ -8,6 +8,7 @@ mod catcher;
 mod constant;
 mod coplanar;
 mod dense_bricks;
+mod details;
 mod emitters;
 mod environment;
 mod estimate;

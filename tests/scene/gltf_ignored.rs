@@ -52,8 +52,7 @@ fn what_is_not_read_is_named_once() {
     for _ in 0..2 {
         let square = model.square(json!({
             "normalTexture": { "index": texture },
-            "occlusionTexture": { "index": texture },
-            "extensions": { "KHR_materials_sheen": {} },
+            "extensions": { "KHR_materials_sheen": {}, "KHR_materials_specular": {}, "KHR_materials_clearcoat": {} },
         }));
         model.place(square, [0.0; 3]);
     }
@@ -62,8 +61,8 @@ fn what_is_not_read_is_named_once() {
     let all = model.notes.join("\n");
     for name in [
         "`KHR_materials_sheen`",
-        "normal textures",
-        "occlusion textures",
+        "`KHR_materials_specular`",
+        "`KHR_materials_clearcoat`",
         "wrap modes",
         "filters",
         "scenes",

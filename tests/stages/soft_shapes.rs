@@ -5,8 +5,9 @@ use super::soft::{
 use crate::common::{area_truth, area_truth::degrees, scenes::light};
 use gobo::{
     Light, LightKind, Receiver,
-    glam::{DVec3, Vec3},
+    glam::{DVec3, Mat4, Vec3},
     model::{ReceiverPoint, Source},
+    view::shadow_views,
 };
 use gobo_scene::{Scene, load};
 
@@ -330,4 +331,42 @@ fn a_floor_behind_a_bar_and_a_wall_is_dark() {
     };
     let worst = worst_error(&scene, &(0..40).map(on_floor).collect::<Vec<_>>());
     assert!(worst < 0.12, "{worst}");
+}
+
+/// A spot with a rectangle that swings past 8 degrees off the vertical, aslant to the axes of the world: its map turns as little
+/// there as anywhere else.
+#[test]
+fn maps_turn_without_a_step_near_the_vertical() {
+    let direction = |degrees: f32| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        Vec3::new(0.8 * sine, -cosine, 0.6 * sine)
+    };
+    let mut scene = ground();
+    let corner = Vec3::new(-0.31, 0.5, -0.26);
+    let (along, across) = (Vec3::new(0.75, 0.0, -0.29), Vec3::new(0.22, 0.0, 0.56));
+    scene.triangles.extend(sheet(corner, along, across, GROUND));
+    let points = grid(40, 0.9);
+    let (mut lights, mut axes) = (Vec::new(), Vec::new());
+    // A step moves the map by a fourteenth of a texel at most.
+    for step in 0..24 {
+        let direction = direction(8.0 + 0.01 * step as f32);
+        let source = Some(Source::Rect { width: 0.6, height: 0.2, direction });
+        let kind = LightKind::Spot { position: Vec3::Y * 3.0, direction, angle: 1.2 };
+        scene.lights = vec![Light { source, size: Some(512), ..light(kind) }];
+        axes.push(shadow_views(&scene)[0].view_from_world);
+        lights.push(on_gpu(&scene, &points));
+    }
+    for pair in axes.windows(2) {
+        let turned = (pair[0] - pair[1]).abs_diff_eq(Mat4::ZERO, 2e-3);
+        assert!(turned, "{pair:?}");
+    }
+    let change = |pair: &[Vec<Vec3>]| -> f32 {
+        let all = pair[0].iter().zip(&pair[1]).map(|(a, b)| (*a - *b).abs().x);
+        all.sum::<f32>() / points.len() as f32
+    };
+    let mut changes: Vec<f32> = lights.windows(2).map(change).collect();
+    changes.sort_by(f32::total_cmp);
+    let (usual, most) = (changes[changes.len() / 2], changes[changes.len() - 1]);
+    println!("usually {usual:.5}, at most {most:.5}");
+    assert!(most < 3.0 * usual, "{changes:?}");
 }

@@ -24,7 +24,7 @@ struct GpuMaterial {
     ior: f32,   // of its bodies; 1: light goes straight through
     frost: f32, // blur of the scene behind it, per distance
     fresnel: f32, // refractive index of its faces, or minus that of its panes; 0: no reflection
-    shows: u32,   // SHOWS_*; from FAR_SIDE_SHIFT on the index of its far side's material plus 1, or 0
+    shows: u32,   // SHOWS_*; from FAR_SIDE_SHIFT and DETAILS_SHIFT on indices of materials plus 1, or 0
 }
 
 const MAX_MATERIALS: u32 = 512u;
@@ -33,6 +33,7 @@ const NO_TEXTURE: u32 = 0xffffffffu;
 const SHOWS_SURROUNDINGS: u32 = 1u; // behind it
 const SHOWS_COLOR: u32 = 2u;        // its own, whatever the light
 const FAR_SIDE_SHIFT: u32 = 8u;
+const DETAILS_SHIFT: u32 = 18u;
 
 const TRANSFER_FILTER: u32 = 0u;
 const TRANSFER_STAIN: u32 = 1u;
@@ -63,6 +64,11 @@ const MAX_GAIN: f32 = 16.0;
 
 fn shows_surroundings(material: GpuMaterial) -> bool {
     return (material.shows & SHOWS_SURROUNDINGS) != 0u;
+}
+
+// Number of the material of its far side plus 1, or 0.
+fn far_side_of(material: GpuMaterial) -> u32 {
+    return extractBits(material.shows, FAR_SIDE_SHIFT, DETAILS_SHIFT - FAR_SIDE_SHIFT);
 }
 
 fn shows_color(material: GpuMaterial) -> bool {

@@ -199,6 +199,7 @@ impl Loader<'_> {
             texture: material.texture.map(|index| index + first_texture),
             emissive_texture: material.emissive_texture.map(|index| index + first_texture),
             far_side: material.far_side.map(|index| index + first_material),
+            details: material.details.map(|index| index + first_material),
             ..material
         }));
         limits::reserve(&mut self.scene.triangles, model.triangles.len(), "triangles", path)?;

@@ -291,6 +291,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         ior,
         fresnel,
         far_side: usual.far_side,
+        details: usual.details,
         frost: keys.share("frost", usual.frost)?,
         attenuation_color: attenuation_color.unwrap_or(Vec3::ONE),
         attenuation_distance: attenuation_distance.unwrap_or(f32::INFINITY),

@@ -61,7 +61,10 @@ impl Casters<'_> {
             let far = material.far_side.is_some_and(|far| far as usize >= materials.len());
             let unknown = named.iter().flatten().any(|&index| index as usize >= textures.len());
             let out_of_range = || range_problem(material);
+            let details = material.details.is_some_and(|index| index as usize >= materials.len());
             let problem = far.then_some("the material of its far side is not among the materials");
+            let missing = "the material of its details is not among the materials";
+            let problem = problem.or(details.then_some(missing));
             let unknown = unknown.then_some("its texture is not among the textures");
             problem.or(unknown).or_else(out_of_range)
         })?;

@@ -72,12 +72,17 @@ impl ShadeFeatures {
         let far_texture = far_sides().any(|far| scene.materials[far as usize].texture.is_some());
         let has_far_sides = far_sides().next().is_some();
         let light = light.with(Flags::HAS_FAR_SIDES, has_far_sides);
+        let has_details = scene.materials.iter().any(|material| material.details.is_some());
         let shown = |features: Features| {
             let environment = scene.environment.is_some();
             features
                 .with(Flags::HAS_ENVIRONMENT, environment)
                 .with(Flags::HAS_FAR_SIDES, has_far_sides)
-                .with(Flags::HAS_TEXTURES, far_texture || features.has(Flags::HAS_TEXTURES))
+                .with(Flags::HAS_DETAILS, has_details)
+                .with(
+                    Flags::HAS_TEXTURES,
+                    far_texture || has_details || features.has(Flags::HAS_TEXTURES),
+                )
         };
         let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
         let aired =

@@ -1,6 +1,7 @@
 //! CPU reference of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters
 //! are shaded instead of summed.
 mod composite;
+mod details;
 mod layers;
 mod mean_picture;
 mod seen;

@@ -1,7 +1,9 @@
 //! Points of the nearest opaque surfaces.
 use super::{
     super::shading::{Gloss, Point, PointKind, Receiver},
-    Eye, Seen, is_solid, seen_color,
+    Eye, Seen,
+    details::Details,
+    is_solid, seen_color,
 };
 use crate::{
     caster_hit::{Hit, Target},
@@ -89,8 +91,12 @@ impl Eye<'_> {
         let NearestCaster { footprint, material, hit, .. } = nearest;
         if footprint.caster & TRIANGLE_BIT != 0 {
             let facet = self.triangle(solid, footprint, material, hit, pixel);
-            let Point { albedo, normal, to_eye, face, .. } = facet;
-            let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
+            let Point { albedo, to_eye, face, .. } = facet;
+            let details = solid.details(material, footprint, pixel, facet.normal);
+            let Details { normal, open, roughness, metallic } = details;
+            let facet = Point { normal, roughness, ..facet };
+            let surface = (roughness, metallic);
+            let around = open * self.lighting.mirrored_around(surface, albedo, normal, to_eye);
             let met = solid.setup(footprint).hit(pixel);
             let position = solid.rounded(footprint, met, face, facet.position);
             if material.unlit {
@@ -104,19 +110,22 @@ impl Eye<'_> {
                     albedo: albedo * far.near,
                     far: far.color,
                     emission: facet.emission + around,
-                    metallic: material.metallic,
+                    metallic,
                     ..facet
                 };
                 leaf.emission += self.lighting.ambient_behind(&leaf);
+                leaf.emission -= (1.0 - open) * self.lighting.ambient_of(&leaf);
                 return leaf;
             }
-            return Point {
+            let mut point = Point {
                 position,
                 to_eye: (self.position() - position).normalize(),
                 emission: facet.emission + around,
-                metallic: material.metallic,
+                metallic,
                 ..facet
             };
+            point.emission -= (1.0 - open) * self.lighting.ambient_of(&point);
+            return point;
         }
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);
@@ -132,7 +141,8 @@ impl Eye<'_> {
             ((aside + to_eye * out).normalize(), caster.radius, caster.id)
         };
         let albedo = (caster.color(material.transfer as u32) * material.tint).truncate();
-        let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
+        let surface = (material.roughness, material.metallic);
+        let around = self.lighting.mirrored_around(surface, albedo, normal, to_eye);
         Point {
             kind: PointKind::Solid,
             position,

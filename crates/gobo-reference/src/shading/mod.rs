@@ -223,12 +223,11 @@ impl<'a> Lighting<'a> {
     /// surroundings are two colours, only metal mirrors them.
     pub fn mirrored_around(
         &self,
-        material: &Material,
+        (roughness, metallic): (f32, f32),
         albedo: Vec3,
         normal: Vec3,
         to_eye: Vec3,
     ) -> Vec3 {
-        let Material { metallic, roughness, .. } = *material;
         let shown = if self.environment.is_some() { 1.0 } else { metallic };
         let share = mirrored_solid(albedo, metallic, normal.dot(to_eye), roughness);
         share * shown * self.radiance_around((-to_eye).reflect(normal), roughness)

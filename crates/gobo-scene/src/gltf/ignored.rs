@@ -84,9 +84,6 @@ impl Ignored {
                 self.properties.insert(words);
             }
         };
-        let any = |key: &str| list("materials").iter().any(|material| material.get(key).is_some());
-        note(any("normalTexture"), "normal textures");
-        note(any("occlusionTexture"), "occlusion textures");
         let of_samplers = |key: &str, is_other: fn(u64) -> bool| {
             let value = |sampler: &Value| sampler.get(key).and_then(Value::as_u64);
             list("samplers").iter().filter_map(value).any(is_other)

@@ -9,6 +9,7 @@
 //! material.
 use super::{
     Earlier,
+    details::Surface,
     file::GltfFile,
     texture::{Product, Textures, share, transmission},
 };
@@ -171,7 +172,8 @@ impl<'a> GltfMaterials<'a> {
             (None, Some(_)) => 2,
             (None, None) => 1,
         };
-        Limit::Materials.grown_in(&self.file.path, count, more)?;
+        let details = Surface::of(source, transmission(source) > 0.0);
+        Limit::Materials.grown_in(&self.file.path, count, more + u64::from(details.is_some()))?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
         Ok(uses)
@@ -180,9 +182,13 @@ impl<'a> GltfMaterials<'a> {
     fn convert(&mut self, source: &gltf::Material<'_>, scale: f32) -> Result<Uses, SceneError> {
         let surface = source.pbr_metallic_roughness();
         let id = self.materials.len() as u32;
-        let (roughness, metallic) = self.roughness_and_metal(&surface)?;
         let transmission = transmission(source);
         let transmits = transmission > 0.0;
+        let details = Surface::of(source, transmits);
+        let (roughness, metallic) = self.roughness_and_metal(&surface, details.is_some())?;
+        if details.is_none() && !source.unlit() {
+            self.ignore_of_glass(source);
+        }
         let whole = match source.volume().filter(|_| transmits) {
             Some(volume) => self.attenuation(&volume, scale)?,
             None => None,
@@ -244,11 +250,27 @@ impl<'a> GltfMaterials<'a> {
             ..Material::default()
         };
         let far = self.far_side(source, &mut material)?;
+        let details = match details {
+            Some(surface) => Some(surface.details(&material.name, &mut self.textures)?),
+            None => None,
+        };
+        let behind = self.materials.len() + 1 + usize::from(far.is_some());
+        material.details = details.as_ref().map(|_| behind as u32);
         self.materials.push(material);
         self.materials.extend(far);
+        self.materials.extend(details);
         Ok(uses)
     }
 
+    /// Counts images of what is not solid that are not shown.
+    fn ignore_of_glass(&mut self, source: &gltf::Material<'_>) {
+        if source.normal_texture().is_some() {
+            self.ignore("normal textures of what is not opaque ignored");
+        }
+        if source.occlusion_texture().is_some() {
+            self.ignore("occlusion textures of what is not opaque ignored");
+        }
+    }
     /// The material of diffuse transmission to the far side.
     fn far_side(
         &mut self,
@@ -284,11 +306,25 @@ impl<'a> GltfMaterials<'a> {
         let base = surface.base_color_texture();
         let transmission =
             source.transmission().filter(|_| transmits).and_then(|t| t.transmission_texture());
-        let metal = surface.metallic_roughness_texture().filter(|_| transmits);
+        let is_detailed = Surface::of(source, transmits).is_some();
+        let metal = surface.metallic_roughness_texture().filter(|_| transmits || is_detailed);
         let emission = source.emissive_texture().filter(|_| emits);
         let first =
             [&base, &transmission, &metal, &emission].into_iter().find_map(|info| info.as_ref());
-        let uses = Uses::new(id, first);
+        let mut uses = Uses::new(id, first);
+        let normals = source.normal_texture().map(|it| it.tex_coord());
+        let occlusion = source.occlusion_texture().map(|it| it.tex_coord());
+        if first.is_none() && is_detailed {
+            uses.uv_set = normals.or(occlusion).unwrap_or(0);
+        }
+        for (uv_set, reason) in [
+            (normals, "texture coordinates of normal textures ignored"),
+            (occlusion, "texture coordinates of occlusion textures ignored"),
+        ] {
+            if is_detailed && uv_set.is_some_and(|uv_set| uv_set != uses.uv_set) {
+                self.ignore(reason);
+            }
+        }
         for (info, reason) in [
             (&transmission, "texture coordinates of transmission textures ignored"),
             (&metal, "texture coordinates of metal textures ignored"),
@@ -322,11 +358,14 @@ impl<'a> GltfMaterials<'a> {
     fn roughness_and_metal(
         &mut self,
         surface: &PbrMetallicRoughness<'_>,
+        has_details: bool,
     ) -> Result<(f32, f32), SceneError> {
         let (mut rough, mut metal) = (1.0, 1.0);
         if let Some(info) = surface.metallic_roughness_texture() {
             [_, rough, metal, _] = self.textures.means(&info.texture().source())?;
-            self.ignore("textures of roughness and metal: by their means");
+            if !has_details {
+                self.ignore("textures of roughness and metal: by their means");
+            }
         }
         Ok((share(surface.roughness_factor() * rough), share(surface.metallic_factor() * metal)))
     }

@@ -4,6 +4,7 @@
 //! (candela, lux) and are divided by 683 lm/W.
 pub(crate) mod animation;
 pub(crate) mod announced;
+mod details;
 mod diffuse;
 mod draco;
 pub(crate) mod file;

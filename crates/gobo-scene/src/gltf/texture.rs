@@ -47,6 +47,8 @@ pub(crate) enum Covers {
 /// Images of a product.
 pub(crate) const IMAGES: usize = 5;
 
+/// Images that are data, and the bits of the numbers that go with them.
+type DataKey = ([Option<usize>; 2], [u32; 3]);
 /// Images, and the bits of their numbers and choices.
 type Key = ([Option<usize>; IMAGES], [u32; 3], bool, bool);
 
@@ -127,6 +129,7 @@ pub(crate) struct Textures<'a> {
     file: &'a GltfFile,
     pub(crate) textures: Vec<Texture>,
     known: HashMap<Key, u32>,
+    known_data: HashMap<DataKey, u32>,
     means: HashMap<usize, [f32; 4]>,
     /// Number of the scene's textures before this file.
     earlier: usize,
@@ -135,10 +138,10 @@ pub(crate) struct Textures<'a> {
 }
 
 impl<'a> Textures<'a> {
-    /// `earlier` and `texels`: textures that the scene already has.
+    /// `earlier` and `texels`: textures that the scene has already.
     pub(crate) fn new(file: &'a GltfFile, earlier: usize, texels: u64) -> Self {
-        let (textures, known, means) = (Vec::new(), HashMap::new(), HashMap::new());
-        Self { file, textures, known, means, earlier, texels }
+        let (known, known_data, means) = (HashMap::new(), HashMap::new(), HashMap::new());
+        Self { file, textures: Vec::new(), known, known_data, means, earlier, texels }
     }
 
     /// Index of a product's texture; `None` without images.
@@ -174,6 +177,33 @@ impl<'a> Textures<'a> {
             self.known.insert((images, numbers, !is_opaque, is_face), id);
         }
         Ok(Some(id))
+    }
+
+    /// Index of the texture that is made of images which are data.
+    pub(super) fn add_data(
+        &mut self,
+        images: [Option<&Image<'_>>; 2],
+        numbers: [f32; 3],
+        make: impl FnOnce([Option<RgbaImage>; 2]) -> RgbaImage,
+    ) -> Result<u32, SceneError> {
+        let key = (images.map(|image| image.map(Image::index)), numbers.map(f32::to_bits));
+        if let Some(known) = self.known_data.get(&key) {
+            return Ok(*known);
+        }
+        let count = (self.earlier + self.textures.len()) as u64;
+        Limit::Textures.grown_in(&self.file.path, count, 1)?;
+        let before = self.texels;
+        let [first, second] = images.map(|image| image.map(|image| self.decode(image)).transpose());
+        let pixels = make([first?, second?]);
+        let (width, height) = pixels.dimensions();
+        let texels = u64::from(width) * u64::from(height);
+        self.texels = Limit::Texels.grown_in(&self.file.path, before, texels)?;
+        let first = images.iter().flatten().next();
+        let name = first.map_or_else(String::new, |image| format!("image {}", image.index()));
+        let id = self.textures.len() as u32;
+        self.textures.push(Texture { name, width, height, rgba: pixels.into_raw() });
+        self.known_data.insert(key, id);
+        Ok(id)
     }
 
     /// Product of the images, at the largest size.
@@ -288,7 +318,7 @@ fn multiply(base: &mut RgbaImage, filter: RgbaImage, factor: impl Fn([u8; 4]) ->
     }
 }
 
-fn srgb_byte(c: f32) -> u8 {
+pub(super) fn srgb_byte(c: f32) -> u8 {
     let srgb = if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
     (srgb * 255.0).round() as u8
 }
