@@ -16,7 +16,7 @@ pub enum Receiver {
 /// How shadow maps are made and read: the `[shadow]` table of a scene.
 ///
 /// They are for settings, not for frames. Another [`Self::filter`] or bias costs commands, made anew of the same objects;
-/// [`Self::pair_budget`] and [`Self::texel_budget`] memory and commands; all others render every view anew, into maps that are
+/// [`Self::pair_budget`], [`Self::texel_budget`] and [`Self::curve_budget`] memory and commands; all others render every view anew, into maps that are
 /// allocated anew, by kernels that may be compiled first (`Shadows::pending`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowSettings {
@@ -45,6 +45,10 @@ pub struct ShadowSettings {
     /// Texel capacity of the maps of all views together; maps are halved until they fit. Default
     /// 2^27: 1 GiB of filters and half as much of depths each.
     pub texel_budget: u64,
+    /// What the curves of all views may take together \[bytes\]: with more they have half of [`Self::nodes`], or four, and where
+    /// these do not fit, receivers read nearest depths ([`Self::within_curve_budget`]); `Counters::nodes_dropped` says so.
+    /// Default 2^31: 8 nodes for 32 maps of 1024 x 1024.
+    pub curve_budget: u64,
     /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern. Default false.
     pub soften: bool,
     /// Whether dithered casters use a threshold of their own per channel. Default false.
@@ -102,6 +106,7 @@ impl Default for ShadowSettings {
             normal_bias: 1.5,
             pair_budget: MAX_PAIRS,
             texel_budget: 1 << 27,
+            curve_budget: 1 << 31,
             soften: false,
             colored: false,
             blur: 0,

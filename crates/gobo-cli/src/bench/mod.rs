@@ -14,6 +14,7 @@ mod scene;
 mod shares;
 
 pub(crate) use arguments::BenchArguments;
+pub use case::bench_discs;
 
 use super::{
     failure::Failure,
