@@ -11,6 +11,8 @@ mod deep;
 mod grid_truth;
 #[path = "measure/grids.rs"]
 mod grids;
+#[path = "measure/kernels.rs"]
+mod kernels;
 #[path = "measure/moments.rs"]
 mod moments;
 #[path = "measure/rays.rs"]
@@ -39,8 +41,9 @@ use std::{cell::RefCell, error::Error, fmt::Write as _, path::Path, time::Instan
 type Table = fn() -> Result<Option<String>, Box<dyn Error>>;
 
 /// Tables: their page, their name there, and the function that makes them; `None` if their files are absent.
-const TABLES: [(&str, &str, Table); 6] = [
+const TABLES: [(&str, &str, Table); 7] = [
     ("docs/curves.md", "quality", || Ok(Some(quality()?))),
+    ("docs/curves.md", "kernels", || kernel_table().map(Some)),
     ("docs/gaussians.md", "generated", generated_splats),
     ("docs/gaussians.md", "captured", captured_splats),
     ("docs/grids.md", "generated", generated_grids),
@@ -96,6 +99,22 @@ fn quality() -> Result<String, std::fmt::Error> {
             write!(table, " {:.5} | {:.2} | {ns:.0} |", error.mean, error.max)?;
         }
         table.push('\n');
+    }
+    Ok(table)
+}
+
+/// Errors of the kernels' own maps of the bench's discs.
+fn kernel_table() -> Result<String, Box<dyn Error>> {
+    let gpu = Gpu::new(&Selection::default())?;
+    let mut table =
+        "| discs | K | hits a ray | mean | 99 % | max |\n|---|---|---|---|---|---|\n".to_owned();
+    for casters in [1000, 100_000, 1_000_000] {
+        let discs = kernels::Discs::new(casters);
+        for nodes in [4, 8, 16] {
+            let kernels::Row { mean, high, most } = kernels::Row::of(&discs.errors(&gpu, nodes)?);
+            let (start, hits) = (kernels::Row::start(casters, nodes), discs.hits());
+            writeln!(table, "{start} {hits:.1} | {mean:.5} | {high:.4} | {most:.3} |")?;
+        }
     }
     Ok(table)
 }

@@ -48,6 +48,9 @@ pub struct Counters {
     pub unordered: u64,
     /// Maps that are smaller than they should be, because the atlas is full.
     pub shrunk: u64,
+    /// Nodes that the curves of all views lack of those that were asked for, because they did not fit
+    /// [`ShadowSettings::curve_budget`](super::ShadowSettings::curve_budget): where that is all of them, receivers read nearest depths.
+    pub nodes_dropped: u64,
     /// Maps of lights with a size whose levels were made.
     pub levels_made: u64,
     /// Drawings of pictures: one per sample, and another where pairs did not fit at first.

@@ -196,7 +196,9 @@ impl Shadows {
             return Err(Input::HostDepth.invalid(0, problem));
         }
         self.upload(casters, inputs)?;
-        self.adopt(settings);
+        let fitting = settings.within_curve_budget(views);
+        let nodes_dropped = u64::from(settings.curve_nodes() - fitting.curve_nodes());
+        self.adopt(&fitting);
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
         let kernels = self.kernels.with_shelf(&self.host_shelf);
         set.set_host_casters(&kernels, casters.materials, inputs)?;
@@ -252,6 +254,7 @@ impl Shadows {
             views_searched: cache.searched as u64,
             culled,
             hidden: cache.hidden_count(),
+            nodes_dropped,
             pair_capacity,
             ..Counters::default()
         };
@@ -271,7 +274,7 @@ impl Shadows {
             commands: Arc::clone(&commands),
             tints: casters.materials.iter().any(tints),
             views: views.to_vec(),
-            settings: *settings,
+            settings: fitting,
             maps: maps.set.maps.clone(),
             caustics: None,
             light_shelf: Arc::clone(&self.light_shelf),

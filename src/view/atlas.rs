@@ -67,11 +67,11 @@ fn whole_tiles(size: UVec2) -> UVec2 {
 }
 
 /// Rectangle that a map of `size` texels occupies: whole tiles.
-fn rectangle(size: UVec2) -> UVec2 {
+pub(super) fn rectangle(size: UVec2) -> UVec2 {
     tiles_of(size) * TILE_SIZE
 }
 
-fn area(size: UVec2) -> u64 {
+pub(super) fn area(size: UVec2) -> u64 {
     u64::from(size.x) * u64::from(size.y)
 }
 

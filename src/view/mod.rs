@@ -2,6 +2,7 @@
 pub mod atlas;
 mod cascades;
 mod cover;
+mod curve_budget;
 mod detail;
 mod fit;
 mod held;

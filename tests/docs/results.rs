@@ -1,5 +1,7 @@
 //! The README's figures equal those of benches/results: llvmpipe.json, which `make results` writes, and
 //! h100.json; and the tables that `make quality` writes meet the demands on curves.
+use crate::kernels::{Discs, Row};
+use gobo::gpu::Tier;
 use serde_json::Value;
 
 fn figure(ms: f64) -> String {
@@ -98,5 +100,23 @@ fn tables_hold_what_is_asked_of_curves() {
             let (ours, theirs) = (number(&ours, mean), number(&theirs, mean));
             assert!(ours <= most && ours <= 0.5 * theirs, "{page}: {table}: {ours} and {theirs}");
         }
+    }
+}
+
+/// Mean errors of the kernels' own maps are those of the page, which are below what 8 nodes may have.
+#[test]
+fn the_page_has_the_errors_of_kernels() {
+    let path = format!("{}/docs/curves.md", crate::common::ROOT);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let gpu = crate::common::gpu(Tier::Native);
+    for (casters, most) in [(100_000, 0.0012), (1_000_000, 0.005)] {
+        let start = Row::start(casters, 8);
+        let line = text.lines().find(|line| line.starts_with(&start));
+        let line = line.unwrap_or_else(|| panic!("no line {start}: run make quality"));
+        let stated: f64 = line.split('|').nth(4).and_then(|it| it.trim().parse().ok()).unwrap();
+        assert!(stated <= most, "{line}: at most {most}");
+        let found = Row::of(&Discs::new(casters).errors(&gpu, 8).unwrap());
+        assert!((found.mean - stated).abs() <= 0.05 * stated, "{line}: {found:?}");
+        assert!(found.high < 20.0 * found.mean, "{found:?}");
     }
 }

@@ -203,6 +203,51 @@ fn scattered_casters_go_behind() {
     }
 }
 
+fn are_same(a: &[ViewMaps], b: &[ViewMaps]) -> bool {
+    let is_same = |(a, b): (&ViewMaps, &ViewMaps)| {
+        a.filter == b.filter && a.nearest == b.nearest && a.curve == b.curve
+    };
+    a.len() == b.len() && a.iter().zip(b).all(is_same)
+}
+
+/// Maps with too few bytes for their nodes are those with fewer, or of nearest depth, and say so.
+#[test]
+fn curves_stay_within_their_budget() {
+    let of = |nodes: u32| match nodes {
+        0 => Scene {
+            shadow: ShadowSettings { receiver: Receiver::Nearest, ..discs(8).shadow },
+            ..discs(8)
+        },
+        _ => discs(nodes),
+    };
+    let texels: u64 =
+        shadow_views(&discs(8)).iter().map(|view| u64::from(view.size.element_product())).sum();
+    for (asked, given, curve_budget) in [
+        (8, 8, 64 * texels),
+        (8, 4, 64 * texels - 1),
+        (16, 4, 32 * texels),
+        (16, 0, 32 * texels - 1),
+    ] {
+        let mut scene = of(asked);
+        scene.shadow.curve_budget = curve_budget;
+        let (maps, counters) = reference::render_maps(&scene, &shadow_views(&scene));
+        assert_eq!(counters.nodes_dropped, u64::from(asked - given), "cpu, {asked}");
+        assert!(are_same(&maps, &cpu(&of(given))), "cpu, {asked}");
+        for tier in [Tier::Native, Tier::Core] {
+            let (frame, expected) = (map_frame(tier, &scene), map_frame(tier, &of(given)));
+            assert!(are_same(&frame.maps, &expected.maps), "{tier:?}, {asked}");
+            assert_eq!(frame.counters.nodes_dropped, u64::from(asked - given), "{tier:?}, {asked}");
+            let bytes: u64 = frame.memory.iter().filter(|it| it.0 == "curves").map(|it| it.1).sum();
+            // Without curves a texel is there for kernels that have a place for them.
+            let expected = (8 * u64::from(given) * texels).max(16);
+            assert!(
+                bytes == expected && bytes <= curve_budget,
+                "{tier:?}, {asked}: {bytes} for {expected}"
+            );
+        }
+    }
+}
+
 /// The page has the measured figures.
 #[test]
 fn the_page_is_in_step() {

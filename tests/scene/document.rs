@@ -22,6 +22,7 @@ nodes = 4
 bias = 0.02
 normal_bias = 2
 pair_budget = 1000
+curve_budget = 5000000000
 [environment]
 ambient = [0.1, 0.2, 0.3]
 background = [0.4, 0.5, 0.6]
@@ -92,6 +93,7 @@ fn every_key_is_heard() {
     let shadow = scene.shadow;
     assert_eq!((shadow.size, shadow.receiver, shadow.nodes), (64, Receiver::Curve, 4));
     assert_eq!((shadow.bias, shadow.normal_bias, shadow.pair_budget), (Some(0.02), 2.0, 1000));
+    assert_eq!(shadow.curve_budget, 5_000_000_000);
     assert_eq!(scene.ambient, Vec3::new(0.1, 0.2, 0.3));
     assert_eq!(scene.background, Vec3::new(0.4, 0.5, 0.6));
 

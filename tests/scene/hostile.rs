@@ -73,6 +73,7 @@ fn values_out_of_range_are_refused_where_they_stand() {
         (LIGHT, "slope_bias", &["-1", "inf"], "0"),
         (LIGHT, "normal_bias", &["-1", "inf"], "0"),
         ("[shadow]\n", "pair_budget", &["0"], "1"),
+        ("[shadow]\n", "curve_budget", &["0"], "1"),
         ("[environment]\n", "ambient", &["[-1, 0, 0]", "[0, nan, 0]"], "[0, 9, 0]"),
         (LIGHT, "intensity", &["-1", "nan", "inf", "1e300"], "0"),
         (LIGHT, "color", &["[-1, 0, 0]", "[0, 0, nan]"], "[0, 0, 0]"),

@@ -39,6 +39,12 @@ fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<
     partials[partial_at(corner, i) + first_node() + pair] = nodes;
 }
 
+fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>, is: bool) {
+    if is {
+        store_nodes(view, corner, i, pair, nodes);
+    }
+}
+
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         partials[partial_at(vec2<f32>(in_tile), i)] = bitcast<vec4<u32>>(found[i]);

@@ -7,7 +7,7 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{blackened, light, nearness_to_depth};
 import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, found};
-import choice::maps::{plain_alpha, store_map, store_pair};
+import choice::maps::{plain_alpha, store_map, store_pair, store_pair_where};
 import choice::sums::{clear_sums, load_nearness, load_sums};
 
 const SPLITS: bool = true; // bodies are split with free nodes
@@ -40,6 +40,11 @@ fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
 fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
     let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
     store_pair(at, curve_layer(view.layer, pair), nodes);
+}
+
+fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>, is: bool) {
+    let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
+    store_pair_where(at, curve_layer(view.layer, pair), nodes, is);
 }
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {

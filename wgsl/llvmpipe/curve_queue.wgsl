@@ -8,17 +8,18 @@ import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;
 import package::llvmpipe::curve_few::{start_few, store_few, visit_few};
 import package::llvmpipe::curve_state::{
-    changes, counts_on, few_rows, has_many, lost_light, sample_changes, sample_lost, seeks,
+    changes, counts_on, few_rows, has_many, lost_light, lost_so_far, sample_changes, sample_lost, sample_lost_so_far, seeks,
 };
 import package::llvmpipe::curve_texels::{
     add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample,
     store_pairs, visit,
 };
 import package::llvmpipe::queue::{
-    Collected, Prepared, QUEUE, Queue, fill, join_lanes, prepare_lane, without_eight,
+    Collected, Prepared, QUEUE, Queue, fill, fill_within, join_lanes, lanes_sum, prepare_lane,
+    without_eight,
 };
 import package::records::view::GpuView;
-import package::traversal::subgroup_block::Block;
+import package::traversal::subgroup_block::{Block, block_high, block_low};
 
 // A batch of eight discs: their light depths.
 struct Batch {
@@ -54,7 +55,10 @@ struct Eight {
 }
 
 fn next_eight(view: GpuView, old: Queue, end: u32, block: Block) -> Eight {
-    let queue = fill(view, old, end, block);
+    return eight_of(view, fill(view, old, end, block), block);
+}
+
+fn eight_of(view: GpuView, queue: Queue, block: Block) -> Eight {
     let count = queue.collected.count;
     let prepared = prepare_lane(view, queue.collected.footprints.x, block.lane < count);
     return Eight(prepared, count, Queue(without_eight(queue.collected), queue.base));
@@ -83,13 +87,6 @@ fn is_left(queue: Queue, end: u32) -> bool {
     return (queue.base < end) | (queue.collected.count > 0u);
 }
 
-// Sum over all lanes.
-fn lanes_sum(v: f32, lane: u32) -> f32 {
-    let two = v + subgroupShuffle(v, lane ^ 1u);
-    let four = two + subgroupShuffle(two, lane ^ 2u);
-    return four + subgroupShuffle(four, lane ^ 4u);
-}
-
 struct Found {
     lost: f32,  // light lost by all texels
     first: f32, // depths of the first and the last disc that change a texel
@@ -97,8 +94,9 @@ struct Found {
     is_sample: bool, // `lost` is measured on a quarter of the rows
 }
 
+// In the second walk.
 fn all_lost(found: Found, lane: u32) -> f32 {
-    return lanes_sum(select(lost_light(), sample_lost(), found.is_sample), lane);
+    return lanes_sum(select(lost_so_far(), sample_lost_so_far(), found.is_sample), lane);
 }
 
 // The first walk.
@@ -193,17 +191,31 @@ fn take_all(view: GpuView, first: u32, end: u32, block: Block, found: Found) {
     }
 }
 
-// Walks the texels with few hits, row by row.
+// Half of a queue: each loop is executed once, whether there is a row or not.
+const TURN: u32 = 4u;
+
+// Texels that have few hits, row by row, by the discs that touch the row.
 fn walk_few(view: GpuView, first: u32, end: u32, block: Block, all_rows: u32) {
     var rows = all_rows;
     loop {
-        start_few(firstTrailingBit(rows | 128u));
         var queue = Queue(Collected(vec3(0u), 0u), select(end, first, rows != 0u));
+        let row = firstTrailingBit(rows | 128u);
+        start_few(row);
+        let low = block_low(block) + vec2(0.0, f32(row));
+        let high = vec2(block_high(block).x, low.y);
         loop {
             if is_left(queue, end) {
-                let eight = next_eight(view, queue, end, block);
-                for (var k = 0u; k < unrolled(QUEUE); k += 1u) {
-                    visit_few(view, broadcast_disc(eight.prepared.plain, k));
+                let within = fill_within(view, queue, end, block.lane, low, high);
+                let eight = eight_of(view, within, block);
+                var turn = 0u;
+                loop {
+                    for (var k = 0u; k < unrolled(TURN); k += 1u) {
+                        visit_few(view, broadcast_disc(eight.prepared.plain, turn + k));
+                    }
+                    turn += TURN;
+                    if turn >= min(eight.count, QUEUE) {
+                        break;
+                    }
                 }
                 queue = eight.rest;
             }
@@ -225,7 +237,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let block = Block(lane, QUEUE, texel, texel + vec2(QUEUE - 1u, 0u));
     var found = count_all(view, first, end, block);
     add_scattered(found.last);
-    found.lost = all_lost(found, lane);
+    found.lost = lanes_sum(select(lost_light(), sample_lost(), found.is_sample), lane);
     let rows = join_lanes(few_rows() | select(0u, 256u, has_many()), lane);
     if !found.is_sample {
         keep_found();

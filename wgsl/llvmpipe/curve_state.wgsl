@@ -6,11 +6,11 @@ import package::sums::sums::BLACK;
 
 // Whether light can still change at or behind `front`.
 fn changes(front: f32) -> bool {
-    var some = false;
+    var most = vec3(0.0);
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        some = some | (any(texels[i].light >= vec3(BLACK)) & (texels[i].opaque > front));
+        most = max(most, select(vec3(0.0), texels[i].light, texels[i].opaque > front));
     }
-    return some;
+    return any(most >= vec3(BLACK));
 }
 
 // Whether a nearest depth may still change.
@@ -48,6 +48,19 @@ fn lost_light() -> f32 {
         sum += 3.0 - dot(light_of(i), vec3(1.0));
     }
     return sum;
+}
+
+// The same in the second walk, which keeps the sums of channels.
+fn lost_so_far() -> f32 {
+    var sum = 0.0;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        sum += 3.0 - texels[i].sum;
+    }
+    return sum;
+}
+
+fn sample_lost_so_far() -> f32 {
+    return 6.0 - (texels[2].sum + texels[5].sum);
 }
 
 fn is_few(i: u32) -> bool {

@@ -98,8 +98,7 @@ fn visit(view: GpuView, disc: Disc, counts: bool) {
         if counts {
             pass_light(i, absorbed);
             texels[i].count += min(presence * (1.0 / TRACE), 1.0);
-            let seen = (presence >= VISIBLE_PRESENCE) & (hit.depth < texels[i].nearest);
-            texels[i].nearest = select(texels[i].nearest, hit.depth, seen);
+            texels[i].nearest = min(texels[i].nearest, select(1.0, hit.depth, presence >= VISIBLE_PRESENCE));
         } else {
             pass_light(i, absorbed);
             let behind = dot(light_of(i), vec3(1.0));
@@ -108,7 +107,7 @@ fn visit(view: GpuView, disc: Disc, counts: bool) {
             texels[i].sum = behind;
             texels[i].taken += taken;
             texels[i].off += taken * off;
-            texels[i].square += taken * off * off;
+            texels[i].square += taken * (off * off);
             if PERSPECTIVE {
                 let is = presence > 0.0;
                 texels[i].low = select(texels[i].low, min(texels[i].low, hit.depth), is);

@@ -32,3 +32,8 @@ fn store_map(at: vec2<u32>, layer: u32, filtered: vec4<f32>, nearest: f32) {
 fn store_pair(at: vec2<u32>, layer: u32, nodes: vec4<u32>) {
     textureStore(curves, at, layer, nodes);
 }
+
+// Stores the others again: a branch for each lane takes more.
+fn store_pair_where(at: vec2<u32>, layer: u32, nodes: vec4<u32>, is: bool) {
+    textureStore(curves, at, layer, select(textureLoad(curves, at, layer), nodes, is));
+}

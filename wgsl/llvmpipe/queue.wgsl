@@ -40,6 +40,13 @@ fn join_lanes(bits: u32, lane: u32) -> u32 {
     return four | subgroupShuffle(four, lane ^ 4u);
 }
 
+// Sum over all lanes.
+fn lanes_sum(v: f32, lane: u32) -> f32 {
+    let two = v + subgroupShuffle(v, lane ^ 1u);
+    let four = two + subgroupShuffle(two, lane ^ 2u);
+    return four + subgroupShuffle(four, lane ^ 4u);
+}
+
 // Prefix sums of the first bits of 4-bit digits: for each lane, the marked lanes up to it.
 fn ranks(marked: u32) -> u32 {
     return marked * 0x11111111u;
@@ -83,20 +90,23 @@ fn needs_more(queue: Queue, end: u32) -> bool {
 }
 
 fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
+    return fill_within(view, old, end, block.lane, block_low(block), block_high(block));
+}
+
+// `low`, `high`: bounds of texel centres that a caster must touch.
+fn fill_within(view: GpuView, old: Queue, end: u32, lane: u32, low: vec2<f32>, high: vec2<f32>) -> Queue {
     var queue = old;
-    let digit = 1u << (4u * block.lane);
-    let low = block_low(block);
-    let high = block_high(block);
+    let digit = 1u << (4u * lane);
     loop {
         if needs_more(queue, end) {
-            let pair = queue.base + block.lane;
+            let pair = queue.base + lane;
             let a = pair_footprint(pair, end);
             let b = pair_footprint(pair + QUEUE, end);
             let touches_a = pair < end && plain_touches(view, load_footprint(a), low, high);
             let touches_b = pair + QUEUE < end && plain_touches(view, load_footprint(b), low, high);
             let marked =
-                join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
-            queue.collected = collect(queue.collected, a, b, marked, block.lane);
+                join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), lane);
+            queue.collected = collect(queue.collected, a, b, marked, lane);
             queue.base += 2u * QUEUE;
         }
         if !needs_more(queue, end) {

@@ -2,10 +2,12 @@
 use super::npy;
 use gobo::{
     glam::Vec3,
+    model::{Scene, ShadowSettings},
     records::{
         CurveMap,
         curve::{DEPTHS, unpack},
     },
+    view::shadow_views,
 };
 use rayon::prelude::*;
 use std::io;
@@ -23,8 +25,27 @@ const STEPS: usize = 16;
 const RUN: usize = 1 << 12;
 const RUNS: usize = 16;
 
-/// Writes the values of all nodes of all texels: used nodes first, in their order; unused ones have the light
-/// behind the last used one.
+/// Warns of nodes that did not fit the budget of the curves.
+pub(super) fn warn_of_nodes(shadow: &ShadowSettings, dropped: u64) {
+    const REMEDY: &str = "use a smaller size, fewer lights or a larger curve_budget of [shadow]";
+    let asked = u64::from(shadow.curve_nodes());
+    if dropped >= asked.max(1) {
+        tracing::warn!("receivers read nearest depths: curves do not fit; {REMEDY}");
+    } else if dropped > 0 {
+        tracing::warn!(
+            "curves have {} nodes instead of {asked}: more do not fit; {REMEDY}",
+            asked - dropped
+        );
+    }
+}
+
+/// The same before maps are made that no counter tells of.
+pub(super) fn warn_before(scene: &Scene) {
+    let fitting = scene.shadow.within_curve_budget(&shadow_views(scene));
+    warn_of_nodes(&scene.shadow, u64::from(scene.shadow.curve_nodes() - fitting.curve_nodes()));
+}
+
+/// Reason why curves are not written.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Fault {
     #[error(transparent)]

@@ -44,6 +44,8 @@ mod wall_clock;
 mod writers;
 
 use arguments::{Arguments, Command};
+#[doc(hidden)]
+pub use bench::bench_discs;
 use clap::Parser as _;
 use failure::Failure;
 pub use memory::Needs;

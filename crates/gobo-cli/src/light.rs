@@ -1,6 +1,7 @@
 //! `gobo light`: share of each light that reaches given points.
 use super::{
     arguments::LightArguments,
+    curves,
     failure::Failure,
     files, inputs,
     memory::Needs,
@@ -52,6 +53,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     scene.set_time(f64::from(arguments.moment.frame) / arguments.moment.fps);
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("looking light up with {}", renderer.device());
+    curves::warn_before(&scene);
     let look_up = renderer.point_look_up(&scene, receivers)?;
     let out = Output::new(&arguments.out)?;
     let failed = |source| Failure::file(&arguments.out, source);

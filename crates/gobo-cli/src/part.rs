@@ -5,6 +5,7 @@
 //! (2 a node). A digest of everything ends the file.
 use super::{
     arguments::{MapsArguments, MomentArguments},
+    curves,
     failure::Failure,
     files::{self, Digesting},
     inputs, maps,
@@ -158,7 +159,9 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     Needs { maps: true, ..Needs::of(arguments.moment.device.backend()) }.check(&scene)?;
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("rendering with {}", renderer.device());
+    curves::warn_before(&scene);
     let maps = rendered(&mut renderer, &scene)?;
+    let nodes = maps.iter().find_map(|maps| maps.curve.as_ref()).map_or(0, |curve| curve.nodes);
     let maps: Vec<_> =
         maps::of_lights(&maps, &scene.lights).map(|(_, maps)| maps.clone()).collect();
     let names = maps::light_names(&scene.lights);
@@ -168,7 +171,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
         scene: digest(arguments)?,
         frame: arguments.moment.frame,
         share: [share.index(), share.count()],
-        nodes: scene.shadow.curve_nodes() as usize,
+        nodes,
         colored: maps.iter().any(|maps| !maps.colored.is_empty()),
         names,
         sizes: maps.iter().map(|maps| maps.view.size.to_array()).collect(),

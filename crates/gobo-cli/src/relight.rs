@@ -1,6 +1,7 @@
 //! `gobo relight`: splats with the light of a scene in their colours.
 use super::{
     arguments::RelightArguments,
+    curves,
     failure::Failure,
     files,
     memory::Needs,
@@ -51,6 +52,7 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
     Needs { points, ..Needs::of(arguments.moment.device.backend()) }.check(&scene)?;
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("looking light up with {}", renderer.device());
+    curves::warn_before(&scene);
     let shares = renderer.relight(&scene, lit)?;
     let mut colors: Vec<Vec3> = cloud.splats.iter().map(|splat| splat.color).collect();
     let mut harmonics = harmonics_of(&arguments.splats, cloud)?;

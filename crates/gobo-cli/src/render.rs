@@ -2,7 +2,7 @@
 use super::{
     arguments::RenderArguments,
     claim::{self, Claim},
-    curves::Take,
+    curves::{self, Take},
     exr::{self, Channel},
     failure::Failure,
     files, inputs, layers, maps,
@@ -129,6 +129,7 @@ fn check(arguments: &RenderArguments) -> Result<(), Failure> {
 #[derive(Default)]
 struct Counts {
     shrunk: u64,
+    nodes_dropped: u64,
     unmasked: u64,
     /// The most of any frame.
     skipped: Skipped,
@@ -183,6 +184,7 @@ impl Job<'_> {
         self.announce(seconds);
         let frame = self.renderer.render_at(&mut self.scene, seconds, step, &self.options)?;
         self.counts.shrunk = self.counts.shrunk.max(frame.counters.shrunk);
+        self.counts.nodes_dropped = self.counts.nodes_dropped.max(frame.counters.nodes_dropped);
         self.counts.unmasked = self.counts.unmasked.max(frame.counters.unmasked_lights);
         for (reason, &count) in &frame.counters.skipped {
             let most = self.counts.skipped.entry(reason).or_default();
@@ -338,13 +340,14 @@ impl Job<'_> {
                 output::print_name(path)?;
             }
         }
-        let Counts { shrunk, unmasked, skipped } = self.counts;
+        let Counts { shrunk, nodes_dropped, unmasked, skipped } = self.counts;
         if shrunk > 0 {
             tracing::warn!(
                 "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
                  smaller size for some lights, or a larger texel_budget of [shadow]"
             );
         }
+        curves::warn_of_nodes(&self.scene.shadow, nodes_dropped);
         if unmasked > 0 {
             tracing::warn!(
                 "{unmasked} lights are shaded without a mask: all are taken; raise the limit of [mask], or \

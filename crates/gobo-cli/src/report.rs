@@ -117,6 +117,7 @@ mod tests {
             "scattered",
             "overflowed",
             "shrunk",
+            "nodes_dropped",
             "cluster_lights",
             "clusters_overflowed",
             "masks",

@@ -41,12 +41,18 @@ fn check(needs: Needs, renderer: &Renderer, state: &State) -> Result<(), Fault> 
 /// Warnings from the counters.
 fn warnings(counters: &Counters) -> Vec<String> {
     let mut all = Vec::new();
-    let Counters { shrunk, unmasked_lights, .. } = *counters;
+    let Counters { shrunk, nodes_dropped, unmasked_lights, .. } = *counters;
     if shrunk > 0 {
         all.push(format!(
             "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a smaller \
              size for some \
              lights, or a larger texel_budget of shadow"
+        ));
+    }
+    if nodes_dropped > 0 {
+        all.push(format!(
+            "curves have {nodes_dropped} nodes fewer than they should have: they do not fit; use smaller maps or fewer lights, or \
+             a larger curve_budget of shadow"
         ));
     }
     if unmasked_lights > 0 {

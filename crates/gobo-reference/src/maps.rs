@@ -97,8 +97,10 @@ impl ViewCasters {
 
 /// Maps of all views, and their counters. Each view is a batch of its own.
 pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
-    let records = SceneRecords::new(scene.casters(), &scene.shadow);
+    let shadow = scene.shadow.within_curve_budget(views);
+    let records = SceneRecords::new(scene.casters(), &shadow);
     let mut counters = Counters {
+        nodes_dropped: u64::from(scene.shadow.curve_nodes() - shadow.curve_nodes()),
         casters: scene.casters().count(),
         views_rendered: views.len() as u64,
         skipped: scene.skipped.clone(),

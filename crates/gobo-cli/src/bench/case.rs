@@ -27,6 +27,22 @@ pub(super) struct Case {
     pub(super) size: u32,
 }
 
+/// The discs of a case and its view, for measurements of their maps: of the default material, `footprint` \[texels\] wide in
+/// the mean, spread over a map of 1024 x 1024 texels.
+#[doc(hidden)]
+pub fn bench_discs(casters: u32, footprint: f32) -> (Vec<Particle>, View) {
+    let case = Case {
+        shape: ShapeName::Disc,
+        casters,
+        footprint,
+        opacity: 0.02,
+        layout: Layout::Spread,
+        lights: 1,
+        size: 1024,
+    };
+    (case.particles(0..casters), case.views().swap_remove(0))
+}
+
 /// Every combination of the arguments.
 pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     let usual: &[f32] = if arguments.occlude { &[1.5, 4.0, 12.0] } else { &[6.0, 16.0] };

@@ -120,7 +120,8 @@ const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
     pub(super) fn new(gpu: Gpu, arguments: &BenchArguments) -> Self {
-        let mut settings = ShadowSettings::default();
+        // What is measured is what was asked for.
+        let mut settings = ShadowSettings { curve_budget: u64::MAX, ..ShadowSettings::default() };
         if let Some(pairs) = arguments.pair_budget {
             settings.pair_budget = pairs;
         }

@@ -15,6 +15,7 @@ mod shares;
 mod tune;
 
 pub(crate) use arguments::BenchArguments;
+pub use case::bench_discs;
 
 use super::{
     failure::Failure,

@@ -159,6 +159,7 @@ fn rows(counters: &Counters) -> impl Iterator<Item = (&'static str, u64)> {
         ("masks", counters.masks),
         ("unmasked lights", counters.unmasked_lights),
         ("shrunk maps", counters.shrunk),
+        ("dropped nodes", counters.nodes_dropped),
         ("clusters overflowed", counters.clusters_overflowed),
     ];
     always.into_iter().chain(rarely.into_iter().filter(|(_, count)| *count > 0))
