@@ -10,8 +10,25 @@ pub struct PairCapacity {
     pub budget: u32,
     /// Most pairs that a frame needed; `None` before any was counted.
     seen: Option<u32>,
-    /// Number of uploaded casters of the last frames that were counted, and the most pairs that these needed.
-    counted: Option<(u64, u32)>,
+    /// The last frames of uploaded casters that were counted.
+    counted: Option<CountedFrames>,
+}
+
+/// Frames of as many uploaded casters.
+#[derive(Clone, Copy, Debug)]
+pub struct CountedFrames {
+    casters: u64,
+    /// Most pairs that one needed.
+    most: u32,
+    /// Whether no tile had several segments.
+    pub had_short_tiles: bool,
+}
+
+impl CountedFrames {
+    /// Pairs that the next frames are expected to need at most.
+    pub fn expected(&self) -> u32 {
+        roomy(self.most)
+    }
 }
 
 impl PairCapacity {
@@ -48,17 +65,21 @@ impl PairCapacity {
 
     /// Takes note of a frame of uploaded casters.
     pub fn count(&mut self, counters: &Counters) {
-        let &Counters { casters, pairs_needed, pair_capacity, overflowed, .. } = counters;
+        let &Counters { casters, pairs_needed, pair_capacity, overflowed, segments, .. } = counters;
         let is_crowded = overflowed > 0 && pairs_needed <= pair_capacity;
         let needed = if is_crowded { u32::MAX } else { pairs_needed };
-        let before = self.counted.filter(|&(count, _)| count == casters);
-        self.counted = Some((casters, before.map_or(needed, |(_, most)| most.max(needed))));
+        let before = self.counted_of(casters);
+        self.counted = Some(CountedFrames {
+            casters,
+            most: before.map_or(needed, |before| before.most.max(needed)),
+            had_short_tiles: segments == 0 && before.is_none_or(|before| before.had_short_tiles),
+        });
     }
 
     /// Pairs that frames of so many uploaded casters are expected to need at most, if the last that were
     /// counted had as many.
-    pub fn expected_of(&self, casters: u64) -> Option<u32> {
-        self.counted.filter(|&(count, _)| count == casters).map(|(_, most)| roomy(most))
+    pub fn counted_of(&self, casters: u64) -> Option<CountedFrames> {
+        self.counted.filter(|counted| counted.casters == casters)
     }
 
     /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so
@@ -94,18 +115,24 @@ mod tests {
     #[test]
     fn as_many_uploaded_casters_are_expected_to_need_as_much() {
         let mut capacity = PairCapacity::new(5000);
-        for (casters, pairs_needed, overflowed, expected) in
-            [(7, 800, 0, 1000), (7, 400, 0, 1000), (8, 400, 0, 500), (8, 400, 1, u32::MAX)]
-        {
+        for (casters, pairs_needed, overflowed, segments, expected) in [
+            (7, 800, 0, 0, (1000, true)),
+            (7, 400, 0, 2, (1000, false)),
+            (7, 400, 0, 0, (1000, false)),
+            (8, 400, 0, 0, (500, true)),
+            (8, 400, 1, 0, (u32::MAX, true)),
+        ] {
             capacity.count(&Counters {
                 casters,
                 pairs_needed,
                 pair_capacity: 900,
                 overflowed,
+                segments,
                 ..Counters::default()
             });
-            assert_eq!(capacity.expected_of(casters), Some(expected));
-            assert_eq!(capacity.expected_of(casters + 2), None);
+            let counted = capacity.counted_of(casters).unwrap();
+            assert_eq!((counted.expected(), counted.had_short_tiles), expected);
+            assert!(capacity.counted_of(casters + 2).is_none());
         }
     }
 

@@ -8,6 +8,7 @@ use super::{
         scratch::Scratch,
     },
     casters::{CasterSet, host_casters::HostSets},
+    pair_capacity::CountedFrames,
     smoothing::{blur::Blur, filter_mips::filter_mips, soften::Soften},
     statistics::Counted,
     views::{
@@ -92,8 +93,8 @@ pub(super) struct Request<'a> {
     pub pairs: Option<u32>,
     /// Pairs that casters of the host are expected to need at most, by earlier frames.
     pub expected: Option<u32>,
-    /// The same of as many uploaded casters.
-    pub expected_uploaded: Option<u32>,
+    /// Earlier frames of as many uploaded casters.
+    pub counted_frames: Option<CountedFrames>,
     /// The host's depth maps by view; empty if there are none.
     pub depths: &'a [Option<DepthInput>],
     /// Number of the last frame that was prepared.
@@ -185,8 +186,13 @@ impl<'a> Request<'a> {
         let mut plans =
             batch_plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
         for list in plans.iter_mut().flat_map(|plan| &mut plan.lists) {
-            list.expected =
-                if list.host.is_some() { self.expected } else { self.expected_uploaded };
+            let counted = self.counted_frames.filter(|_| list.host.is_none());
+            list.expected = if list.host.is_some() {
+                self.expected
+            } else {
+                counted.map(|counted| counted.expected())
+            };
+            list.had_short_tiles = counted.is_some_and(|counted| counted.had_short_tiles);
         }
         let culled = culled_count(casters, cache.pending.len(), &plans);
         let former = reuse.scratch.as_ref().map(|(scratch, _)| Arc::clone(scratch));

@@ -225,7 +225,7 @@ impl Shadows {
             views,
             pairs: self.capacity.pairs,
             expected: self.capacity.expected(),
-            expected_uploaded: self.capacity.expected_of(casters.count() + set.emitted_count()),
+            counted_frames: self.capacity.counted_of(casters.count() + set.emitted_count()),
             depths: &depths,
             last: &self.frame,
         };

@@ -94,7 +94,7 @@ fn a_picture_has_room_for_the_next_ones() {
     assert_eq!(grown, 1, "{needs:?}");
 }
 
-/// What did not fit is counted before it is drawn, and drawn once; the next frames have room.
+/// A frame that does not fit is counted before it is drawn, and drawn once; the next frames have room.
 #[test]
 fn pictures_whose_capacities_grow_are_drawn_once() {
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();

@@ -49,7 +49,7 @@ fn sort_chunk(lane: u32, first: u32, count: u32) {
     }
 }
 
-// Pairs of a sorted chunk that are before `pair`, by bisection.
+// Pairs of a sorted run that are before `pair`, by bisection.
 fn rank_in(first: u32, count: u32, pair: vec2<u32>) -> u32 {
     var low = 0u;
     var high = count;
@@ -88,15 +88,28 @@ fn bucket_sort(
         }
         workgroupBarrier(); // all are read before others are loaded
     }
-    storageBarrier(); // the chunks are sorted
-    if count > CHUNK {
+    var sorted_at = first;
+    var merged_at = first + arrayLength(&bucketed) / 2u;
+    for (var run = CHUNK; run < count; run *= 2u) {
+        storageBarrier(); // the runs are sorted
+        let is_last = 2u * run >= count;
         for (var i = lane; i < count; i += LANES) {
-            let pair = bucketed[first + i];
+            let pair = bucketed[sorted_at + i];
+            let own = i / run * run;
+            let other = own ^ run;
             var rank = 0u;
-            for (var begin = 0u; begin < count; begin += CHUNK) {
-                rank += rank_in(first + begin, min(count - begin, CHUNK), pair);
+            if other < count {
+                rank = rank_in(sorted_at + other, min(run, count - other), pair);
             }
-            store(tile, first + rank, pair);
+            let slot = min(own, other) + i - own + rank;
+            if is_last {
+                store(tile, first + slot, pair);
+            } else {
+                bucketed[merged_at + slot] = pair;
+            }
         }
+        let merged = merged_at;
+        merged_at = sorted_at;
+        sorted_at = merged;
     }
 }

@@ -46,6 +46,8 @@ pub struct ListPlan {
     pub bound: PairBound,
     /// Pairs that it is expected to need at most, by earlier frames.
     pub(crate) expected: Option<u32>,
+    /// Whether no tile had several segments in earlier frames.
+    pub(crate) had_short_tiles: bool,
 }
 
 impl ListPlan {
@@ -89,6 +91,7 @@ impl ListPlan {
             first_setup: gaussian_count + particle_count,
             bound: PairBound::default(),
             expected: None,
+            had_short_tiles: false,
         }
     }
 
@@ -189,7 +192,7 @@ impl ListPlan {
     pub(crate) fn bucket_room(&self, tuning: &Tuning, capacity: u32) -> u64 {
         let bound = &self.bound;
         let is_few = bound.pairs <= u64::from(tuning.bucket_pairs.min(capacity))
-            && bound.of_tile <= BUCKET_TILE
+            && (bound.of_tile <= BUCKET_TILE || self.had_short_tiles)
             && tuning.partition == Partition::Wide;
         if is_few && !self.camera && self.host.is_none() { bound.pairs } else { 0 }
     }

@@ -251,7 +251,7 @@ impl Scratch {
         let segments = u64::from(sizes.part_room / shortest) + sizes.tiles;
         let partials =
             curves * partial_count(sizes.part_room, sizes.segment) * sizes.segment_bytes / 16;
-        let bucketed = allocator.storage::<[u32; 2]>("bucketed", sizes.bucket_room, none)?;
+        let bucketed = allocator.storage::<[[u32; 2]; 2]>("bucketed", sizes.bucket_room, none)?;
         let segments = allocator.storage::<Segment>("segments", segments, none)?;
         let dispatches = allocator.storage::<[u32; 4]>(
             "dispatches",
