@@ -31,7 +31,11 @@ struct Solid {
 }
 
 @vertex
-fn solid(@location(0) place: vec3<f32>, @location(1) normal: vec3<f32>, @location(2) color: vec3<f32>) -> Solid {
+fn solid(
+    @location(0) place: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) color: vec3<f32>,
+) -> Solid {
     return Solid(camera.clip_from_world * vec4(place, 1.0), place, normal, color);
 }
 
@@ -53,7 +57,8 @@ fn lit(seen: Solid) -> @location(0) vec4<f32> {
     for (var i = 0u; i < camera.light_count; i += 1u) {
         let light = camera.lights[i];
         let cosine = max(dot(seen.normal, towards(light, seen.place)), 0.0);
-        color += seen.color * cosine * arriving(light, seen.place) * gobo_light_through(i, seen.place, seen.normal);
+        let through = gobo_light_through(i, seen.place, seen.normal);
+        color += seen.color * cosine * arriving(light, seen.place) * through;
     }
     return vec4(color, 1.0);
 }

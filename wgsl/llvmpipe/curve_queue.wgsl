@@ -1,8 +1,7 @@
-// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software
-// adapter that collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes
-// together, behind a batch of eight discs, once the mean of their places is past the node's share, so that
-// all store at once. Texels with few hits are walked once more, and store a node for each hit. llvmpipe takes
-// both sides of branches, but it leaves loops.
+// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes that collect discs
+// as wgsl/llvmpipe/queue.wgsl does. A subgroup's texels end their nodes together, behind a batch of eight
+// discs, once the mean of their places is past the node's share. Texels with few hits are walked once more, a
+// node for each hit. llvmpipe takes both sides of branches, but it leaves loops.
 
 import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;
