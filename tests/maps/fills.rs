@@ -1,4 +1,4 @@
-//! What opaque casters write is not filled before, and what they change is copied from few bytes.
+//! Maps that opaque casters write are not filled before, and few bytes are copied where they change.
 use crate::common::{
     Tier, counted_gpu,
     scenes::{empty, light, material, random_discs, triangle},
@@ -39,7 +39,7 @@ fn depths_of_new_maps_are_uploaded_only_where_nothing_is_opaque() {
             let prepared = shadows.prepare(&scene.casters(), &views, &scene.shadow).unwrap();
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             prepared.record(&mut encoder).unwrap();
-            // What is staged lasts until it is submitted.
+            // Staged bytes last until they are submitted.
             let before = bytes();
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();

@@ -2,10 +2,12 @@
 use super::npy;
 use gobo::{
     glam::Vec3,
+    model::{Scene, ShadowSettings},
     records::{
         CurveMap,
         curve::{DEPTHS, unpack},
     },
+    view::shadow_views,
 };
 use rayon::prelude::*;
 use std::io;
@@ -13,17 +15,37 @@ use std::io;
 /// Numbers of a node: start, end, red, green, blue.
 const FIELDS: usize = 5;
 
-/// Start of an unused node: behind the far plane.
+/// Start of an unused node: beyond the far plane.
 const UNUSED: f32 = 2.0;
 
 /// Depths over which a preview averages the light.
 const STEPS: usize = 16;
 
-/// Texels that are encoded by one thread, and runs of them that are in memory at once: an array is five times its map.
+/// Texels that one thread encodes, and number of such runs in memory at once: an array is five times its map.
 const RUN: usize = 1 << 12;
 const RUNS: usize = 16;
 
-/// Why curves are not written.
+/// Warns of nodes that did not fit the budget of the curves.
+pub(super) fn warn_of_nodes(shadow: &ShadowSettings, dropped: u64) {
+    const REMEDY: &str = "use a smaller size, fewer lights or a larger curve_budget of [shadow]";
+    let asked = u64::from(shadow.curve_nodes());
+    if dropped >= asked.max(1) {
+        tracing::warn!("receivers read nearest depths: curves do not fit; {REMEDY}");
+    } else if dropped > 0 {
+        tracing::warn!(
+            "curves have {} nodes instead of {asked}: more do not fit; {REMEDY}",
+            asked - dropped
+        );
+    }
+}
+
+/// The same before maps are made that no counter tells of.
+pub(super) fn warn_before(scene: &Scene) {
+    let fitting = scene.shadow.within_curve_budget(&shadow_views(scene));
+    warn_of_nodes(&scene.shadow, u64::from(scene.shadow.curve_nodes() - fitting.curve_nodes()));
+}
+
+/// Reason why curves are not written.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Fault {
     #[error(transparent)]
@@ -52,7 +74,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Of no node.
+    /// The span of no node.
     pub(super) const NONE: Self = Self { first: 1.0, last: 0.0 };
 
     fn and(self, Self { first, last }: Self) -> Self {
@@ -100,8 +122,8 @@ fn is_used(curve: &CurveMap, texel: usize) -> bool {
 }
 
 impl Curves<'_> {
-    /// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused ones have the
-    /// light behind the last one.
+    /// Writes the values of all nodes of all texels: in each texel used nodes first, in their order; unused
+    /// ones have the light behind the last one.
     pub(super) fn write(
         &self,
         out: &mut dyn io::Write,
@@ -170,7 +192,7 @@ mod tests {
     use super::*;
     use gobo::records::curve::packed;
 
-    /// Sizes of what is written at once [bytes].
+    /// Sizes of the pieces that are written [bytes].
     #[derive(Default)]
     struct Pieces(Vec<usize>);
 
@@ -185,7 +207,7 @@ mod tests {
         }
     }
 
-    /// An array is five halves of its map's bytes: it is never in memory whole.
+    /// An array is five halves of its map's bytes: it is never in memory as a whole.
     #[test]
     fn arrays_are_written_in_pieces_whose_size_is_that_of_no_map() {
         const MOST: usize = 1 << 20;
@@ -200,7 +222,8 @@ mod tests {
         assert!(pieces.0.iter().all(|&bytes| bytes <= MOST) && whole > 10 * MOST, "{:?}", pieces.0);
     }
 
-    /// In pieces of any size: the mean of the look-ups at the middles of sixteen parts of what the nodes span.
+    /// In pieces of any size: the mean of the look-ups at the middles of sixteen parts of what the nodes
+    /// span.
     #[test]
     fn previews_are_means_of_look_ups() {
         let texels = 1000_u32;

@@ -64,8 +64,8 @@ pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
     names
 }
 
-/// Writes all maps of a frame by name. `left`: gives the texels of curves that `maps` lack, by the number of the view;
-/// `origin`: [`gobo::model::Scene::origin`].
+/// Writes all maps of a frame by name. `left`: gives the texels of curves that `maps` lack, by the number of
+/// the view; `origin`: [`gobo::model::Scene::origin`].
 pub(super) fn write(
     mut write: impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
     maps: &[ViewMaps],
@@ -105,7 +105,7 @@ pub(super) fn described(
     (stems, serde_json::to_string_pretty(&entries).expect("plain data is JSON"))
 }
 
-/// The maps of shadow views, with their numbers among all.
+/// The maps of the lights' views.
 pub(super) fn of_lights<'a>(
     maps: &'a [ViewMaps],
     lights: &[Light],
@@ -122,10 +122,10 @@ pub(super) struct Arrays<'a> {
     pub filter: &'a [[f32; 3]],
     pub nearest: &'a [f32],
     pub opaque: &'a [f32],
-    /// Empty without coloured dithering.
+    /// Opaque depths per channel; empty without coloured dithering.
     pub colored: &'a [[f32; 3]],
     pub curves: Option<Curves<'a>>,
-    /// Light that glass throws; empty without.
+    /// Refracted light of caustics; empty without.
     pub caustics: Vec<[f32; 4]>,
 }
 
@@ -137,7 +137,7 @@ impl<'a> Arrays<'a> {
         Self { size, filter, nearest, opaque, colored, curves, caustics }
     }
 
-    /// Writes the arrays and their previews; `stem`: the start of their names.
+    /// Writes the arrays and their previews; `stem`: start of their names.
     pub(super) fn write(
         &self,
         write: &mut impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
@@ -272,7 +272,7 @@ fn depth_preview(width: u32, height: u32, depths: &[f32]) -> DynamicImage {
 }
 
 fn srgb(linear: f32) -> u8 {
-    // Most texels.
+    // True of most texels.
     if linear >= 1.0 {
         return 255;
     }

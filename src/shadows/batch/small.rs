@@ -17,7 +17,8 @@ use crate::{
 };
 use wgpu::Buffer;
 
-/// Commands that write the small triangles of a batch, and the buffer of their chunks; `None` if there are none.
+/// Commands that write the small triangles of a batch, and the buffer of their chunks; `None` without small
+/// triangles.
 pub(in crate::shadows) fn small_triangles(
     context: &mut Context<'_, '_>,
     plan: &BatchPlan,

@@ -25,7 +25,7 @@ pub(super) struct CameraList {
     pub features: Features,
     /// Footprint of the first triangle.
     pub first_setup: u32,
-    /// Footprint of the setup with number 0, modulo 2^32.
+    /// Footprint with setup 0, modulo 2^32.
     pub setup_origin: u32,
     /// The clipping to each part, if the list is binned in parts.
     clips: Vec<Dispatch>,
