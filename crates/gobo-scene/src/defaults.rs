@@ -3,8 +3,9 @@ use super::{
     Bounds, Camera, Scene,
     particles::FARTHEST,
     shapes::{self, KindOfShape},
+    subject::Subject,
 };
-use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use glam::{Mat4, Quat, UVec2, Vec2, Vec3, Vec4};
 use gobo::model::{ImageSun, Light, LightKind, Material, Source, SunDisc, Transfer};
 
 /// A scene without casters and lights; all else has the defaults of a scene file.
@@ -130,16 +131,37 @@ pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
 
 /// Share of the picture's width or height that the contents of a single file fill.
 const FILLED: f32 = 0.75;
+/// Directions from which what is flat and upright is seen: above the ground, and off its front [degrees].
+const FRONT_ABOVE: f32 = 23.5;
+const FRONT_ASIDE: f32 = 20.0;
+/// Least angle of view of a closed room from within [degrees].
+const ROOM_FOV: f32 = 65.0;
+/// Irradiance of its lamp at a distance of the square root of its floor's area [the sun's]: white walls do not burn.
+const LAMP: f32 = 0.08;
 
 /// The camera of a single file, moved so that its contents fill [`FILLED`] of the picture's width or height.
 /// It looks down 25 degrees, so that the horizon is out of sight, and up to 40 at flat contents.
 /// `keeps_target`: the target stays where it is, which need not be the middle.
 pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> Camera {
-    let bounds = contents(scene).or_unit();
+    let subject = Subject::new(scene, contents(scene).or_unit());
+    let bounds = subject.bounds;
     let size = bounds.max - bounds.min;
+    if !keeps_target && subject.is_room() {
+        camera.target = bounds.min + size * Vec3::new(0.4, 0.35, 0.35);
+        camera.eye = bounds.min + size * Vec3::new(0.88, 0.62, 0.94);
+        camera.fov_y = camera.fov_y.max(ROOM_FOV.to_radians());
+        return camera;
+    }
     let flatness = 1.0 - size.y / size.max_element().max(f32::MIN_POSITIVE);
-    let (sin, cos) = (25.0 + 15.0 * flatness).to_radians().sin_cos();
     let aside = Vec3::new(0.55, 0.0, 0.8).normalize();
+    let front = subject.front(aside);
+    let above = if front.is_some() { FRONT_ABOVE } else { 25.0 + 15.0 * flatness };
+    let (sin, cos) = f32::to_radians(above).sin_cos();
+    let aside = front.map_or(aside, |front| {
+        let turned = |degrees: f32| Quat::from_rotation_y(degrees.to_radians()) * front;
+        let sides = [FRONT_ASIDE, -FRONT_ASIDE].map(turned);
+        if sides[0].dot(aside) >= sides[1].dot(aside) { sides[0] } else { sides[1] }
+    });
     let away = aside * cos + Vec3::Y * sin;
     let right =
         camera.up.cross(away).try_normalize().unwrap_or_else(|| away.any_orthonormal_vector());
@@ -151,7 +173,7 @@ pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> C
     let slopes = Vec2::new(slope * camera.size.x as f32 / camera.size.y as f32, slope);
     // Distances at which everything is inside the right and upper border, and inside the left and lower one.
     let (mut high, mut low) = (Vec2::NEG_INFINITY, Vec2::NEG_INFINITY);
-    for_each_sphere(scene, &bounds, |center, radius| {
+    for_each_sphere(&subject, scene, |center, radius| {
         let at = center - camera.target;
         let place = Vec2::new(at.dot(right), at.dot(up)) / slopes;
         let reach = radius * (1.0 + slopes.powf(-2.0)).map(f32::sqrt) + at.dot(away);
@@ -173,15 +195,16 @@ pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> C
 
 /// Calls `visit` with spheres that hold the visible contents: corners of triangles and particles, or else the
 /// corners of `bounds`.
-fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f32)) {
+fn for_each_sphere(subject: &Subject<'_>, scene: &Scene, mut visit: impl FnMut(Vec3, f32)) {
     let Scene { gaussians, particles, triangles, emissions, grids, .. } = scene;
     if particles.is_empty() && triangles.is_empty()
         || !(gaussians.is_empty() && emissions.is_empty() && grids.is_empty())
     {
-        return bounds.corners().into_iter().for_each(|corner| visit(corner, 0.0));
+        return subject.bounds.corners().into_iter().for_each(|corner| visit(corner, 0.0));
     }
     particles.iter().for_each(|particle| visit(particle.center, particle.radius));
-    triangles.iter().flat_map(|triangle| triangle.positions).for_each(|corner| visit(corner, 0.0));
+    let corners = subject.triangles().flat_map(|triangle| triangle.positions);
+    corners.for_each(|corner| visit(corner, 0.0));
 }
 
 /// Extent of the ground \[sizes of the scene\]: the camera sees its edge less than a degree below the
@@ -193,7 +216,7 @@ const GROUND: f32 = 100.0;
 /// model has a floor. The floor casts no shadow, so that shadow maps fit the model.
 pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>, catcher: bool) {
     let bounds = contents(scene);
-    if bounds.is_empty() || has_floor(scene, &bounds) {
+    if bounds.is_empty() || has_floor(scene, &bounds) || Subject::new(scene, bounds).has_ground() {
         return;
     }
     let extent = (bounds.max - bounds.min).max_element().max(1e-3);
@@ -239,6 +262,21 @@ fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
         })
         .sum();
     covered > 0.0 && covered >= 0.5 * size.x * size.z
+}
+
+/// Makes the default light of a file that is a closed room, if it is one, a lamp under its ceiling, as bright as its floor
+/// is large.
+pub(super) fn hang_lamp(light: &mut Light, scene: &Scene) -> bool {
+    let subject = Subject::new(scene, contents(scene).or_unit());
+    let Bounds { min, max } = subject.bounds;
+    let is_room = subject.is_room();
+    if is_room {
+        let size = max - min;
+        light.kind = LightKind::Point { position: min + size * Vec3::new(0.5, 0.88, 0.5) };
+        light.source = Some(Source::Sphere { radius: 0.03 * size.min_element() });
+        light.intensity *= LAMP * size.x * size.z;
+    }
+    is_room
 }
 
 /// Turns the default light of a file: over the viewer's left shoulder, so low that the shadow falls into view

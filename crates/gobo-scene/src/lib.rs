@@ -58,6 +58,7 @@ mod splat_file;
 #[doc(hidden)]
 pub mod splats;
 mod strands;
+mod subject;
 mod summary;
 mod tables;
 #[doc(hidden)]

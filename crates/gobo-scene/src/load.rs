@@ -262,7 +262,11 @@ fn load_contents(
         set.iter().any(|(key, _)| key.starts_with("light.") && key.ends_with(".direction"));
     let is_usual = adds_sun || document.light.is_empty() && scene.lights[0] == defaults::sun();
     if is_alone && is_usual && !is_aimed {
-        defaults::aim_sun(&mut scene.lights[0], &usual);
+        let mut light = scene.lights[0].clone();
+        if model_camera.is_some() || !defaults::hang_lamp(&mut light, &scene) {
+            defaults::aim_sun(&mut light, &usual);
+        }
+        scene.lights[0] = light;
     }
     let moving = animate(&source, &document, placed, &mut scene)?;
     still.extend(moving.into_iter().map(|moving| Arc::new(moving) as _));
