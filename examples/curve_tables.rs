@@ -1,5 +1,5 @@
-//! Writes the tables of `docs/curves.md`, `docs/gaussians.md`, `docs/grids.md` and `docs/strands.md`: `make quality`. With names of tables,
-//! only those.
+//! Writes the tables of `docs/curves.md`, `docs/gaussians.md`, `docs/grids.md` and `docs/strands.md`: `make
+//! quality`. With names of tables, only those.
 #[path = "measure/avsm.rs"]
 mod avsm;
 #[path = "measure/curves.rs"]
@@ -40,7 +40,7 @@ use std::{cell::RefCell, error::Error, fmt::Write as _, path::Path, time::Instan
 
 type Table = fn() -> Result<Option<String>, Box<dyn Error>>;
 
-/// Tables: their page, their name there, and what makes them; `None` where their files are absent.
+/// Tables: their page, their name there, and the function that makes them; `None` if their files are absent.
 const TABLES: [(&str, &str, Table); 7] = [
     ("docs/curves.md", "quality", || Ok(Some(quality()?))),
     ("docs/curves.md", "kernels", || kernel_table().map(Some)),
@@ -147,7 +147,7 @@ fn generated_splats() -> Result<Option<String>, Box<dyn Error>> {
 fn captured_splats() -> Result<Option<String>, Box<dyn Error>> {
     let files = ["gaussian-smoke-835.ply", "biker.compressed.ply"];
     let (Some(smoke), Some(biker)) = (asset(files[0]), asset(files[1])) else { return Ok(None) };
-    // As dense as it is, which it is not where it is rendered alone.
+    // With its own density, unlike the file rendered alone.
     let smoke = scene_of(&format!("[[splats]]\nfile = {:?}\n", smoke.display().to_string()))?;
     let clouds = [
         ("gaussian-smoke-835", splats::Cloud::new(smoke, 256, RAYS)),

@@ -19,6 +19,12 @@ done
 cp "$gobo" "$target/vulkan/release/gpu-pack" "$target/vulkan/release/gpu-static" "$pack/bin/"
 tests=$(cargo test --test root --no-run 2>&1 | sed -n 's/.*Executable.*(\(.*\))$/\1/p')
 cp "$tests" "$pack/bin/tests"
+# The CUDA program that the results are beside, where its compiler can be fetched.
+if sh tools/cuda.sh >/dev/null; then
+    cp "$target/cuda/rival" "$pack/bin/"
+else
+    say "without the CUDA rival: its compiler could not be fetched"
+fi
 strip "$pack"/bin/*
 cp -r data tests/slow.txt tools/gpu_pack/run.sh tools/gpu_pack/render.sh "$pack/"
 "$gobo" export --target spirv -o "$pack/kernels" >/dev/null

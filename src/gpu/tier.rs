@@ -1,6 +1,9 @@
 //! Tiers of kernels.
 use wgpu::{Features, Limits};
 
+/// Most lanes of a subgroup: kernels read as many of a ballot.
+pub(crate) const MAX_LANES: u32 = 64;
+
 /// Set of device features that kernels use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tier {
@@ -18,20 +21,22 @@ impl Tier {
     /// Every tier, core first.
     pub const ALL: &'static [Self] = &[Self::Core, Self::Subgroups, Self::Native];
 
-    /// Tiers of kernels whose walks differ, and nothing else.
+    /// Tiers of kernels that differ only in their walks.
     pub const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
-    /// Tiers of kernels whose sums differ, and nothing else.
+    /// Tiers of kernels that differ only in their sums.
     pub(crate) const BY_ATOMICS: &'static [Self] = &[Self::Core, Self::Native];
 
     /// The best tier that a device of `adapter` can be opened for.
     pub fn of(adapter: &wgpu::Adapter) -> Self {
-        Self::with(adapter.features(), &adapter.limits())
+        let lanes = adapter.get_info().subgroup_max_size;
+        Self::with(adapter.features(), &adapter.limits(), lanes)
     }
 
-    /// The best tier for these features and limits.
-    fn with(features: Features, limits: &Limits) -> Self {
+    /// The best tier for these features and limits, and subgroups of so many lanes at most.
+    fn with(features: Features, limits: &Limits, lanes: u32) -> Self {
         let can = |tier: Self| {
             features.contains(tier.features())
+                && (!tier.has_subgroups() || lanes <= MAX_LANES)
                 && tier.storage_textures() <= limits.max_storage_textures_per_shader_stage
         };
         Self::best(can).unwrap_or_default()
@@ -51,7 +56,7 @@ impl Tier {
         }
     }
 
-    /// Features that kernels use: a device must have all of them.
+    /// Features that kernels use, all of which a device must have.
     pub const fn features(self) -> Features {
         match self {
             Self::Core => Features::empty(),
@@ -96,14 +101,16 @@ mod tests {
             max_storage_textures_per_shader_stage,
             ..Limits::default()
         });
-        for (features, limits, tier) in [
-            (Features::empty(), &many, Tier::Core),
-            (Features::TEXTURE_ATOMIC, &many, Tier::Core),
-            (Features::SUBGROUP, &many, Tier::Subgroups),
-            (Tier::Native.features(), &few, Tier::Subgroups),
-            (Tier::Native.features(), &many, Tier::Native),
+        for (features, limits, lanes, tier) in [
+            (Features::empty(), &many, 32, Tier::Core),
+            (Features::TEXTURE_ATOMIC, &many, 32, Tier::Core),
+            (Features::SUBGROUP, &many, 4, Tier::Subgroups),
+            (Features::SUBGROUP, &many, 128, Tier::Core),
+            (Tier::Native.features(), &few, 32, Tier::Subgroups),
+            (Tier::Native.features(), &many, 64, Tier::Native),
+            (Tier::Native.features(), &many, 128, Tier::Core),
         ] {
-            assert_eq!(Tier::with(features, limits), tier, "{features:?}");
+            assert_eq!(Tier::with(features, limits, lanes), tier, "{features:?}, {lanes} lanes");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Pair capacity of a frame, and its growth.
 use crate::model::Counters;
 
-/// Pair capacity of a batch: a guess at first, then what a frame needed.
+/// Pair capacity of a batch: first a guess, then the number that a frame needed.
 #[derive(Clone, Copy, Debug)]
 pub struct PairCapacity {
     /// `None`: a guess from the number of casters.
@@ -10,16 +10,18 @@ pub struct PairCapacity {
     pub budget: u32,
     /// Most pairs that a frame needed; `None` before any was counted.
     seen: Option<u32>,
+    /// Number of uploaded casters of the last frames that were counted, and the most pairs that these needed.
+    counted: Option<(u64, u32)>,
 }
 
 impl PairCapacity {
     /// Room for pairs within a budget.
     pub fn new(budget: u32) -> Self {
-        Self { pairs: None, budget, seen: None }
+        Self { pairs: None, budget, seen: None, counted: None }
     }
 
-    /// Grows to what a frame needed and a quarter more. Returns whether the frame should be rendered again: its capacity was
-    /// lower, and the budget and the device allow more.
+    /// Grows to the number that a frame needed and a quarter more. Returns whether the frame should be
+    /// rendered again: its capacity was lower, and the budget and the device allow more.
     pub fn grow(&mut self, needed: u32, capacity: u32) -> bool {
         let refused = self.pairs.is_some_and(|wanted| wanted > capacity);
         let grows = needed > capacity && capacity < self.budget && !refused;
@@ -29,11 +31,11 @@ impl PairCapacity {
         grows
     }
 
-    /// Takes note of a frame of casters that the CPU does not know. Once more than [`Self::expected`] would not
-    /// fit, the capacity grows to half as much again as was needed.
+    /// Takes note of a frame of casters that the CPU does not know. Once more than [`Self::expected`] would
+    /// not fit, the capacity grows to half as much again as the frame needed.
     pub fn see(&mut self, counters: &Counters) {
         let &Counters { pairs_needed, pair_capacity, overflowed, .. } = counters;
-        // Too many pairs of neighbours in the list, whatever the capacity.
+        // Too many pairs of neighbours in the list, for any capacity.
         let is_crowded = overflowed > 0 && pairs_needed <= pair_capacity;
         let needed = if is_crowded { u32::MAX } else { pairs_needed };
         let seen = self.seen.unwrap_or(0).max(needed);
@@ -44,14 +46,30 @@ impl PairCapacity {
         }
     }
 
-    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so far.
+    /// Takes note of a frame of uploaded casters.
+    pub fn count(&mut self, counters: &Counters) {
+        let &Counters { casters, pairs_needed, pair_capacity, overflowed, .. } = counters;
+        let is_crowded = overflowed > 0 && pairs_needed <= pair_capacity;
+        let needed = if is_crowded { u32::MAX } else { pairs_needed };
+        let before = self.counted.filter(|&(count, _)| count == casters);
+        self.counted = Some((casters, before.map_or(needed, |(_, most)| most.max(needed))));
+    }
+
+    /// Pairs that frames of so many uploaded casters are expected to need at most, if the last that were
+    /// counted had as many.
+    pub fn expected_of(&self, casters: u64) -> Option<u32> {
+        self.counted.filter(|&(count, _)| count == casters).map(|(_, most)| roomy(most))
+    }
+
+    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so
+    /// far.
     pub fn expected(&self) -> Option<u32> {
         self.seen.map(roomy)
     }
 }
 
-/// Capacity for frames that need about as many pairs: of many alike some need a few more, each of which would else be
-/// made again.
+/// Capacity for frames that need about as many pairs: of many similar frames some need a few more pairs, and
+/// would otherwise be rendered again.
 pub fn roomy(pairs: u32) -> u32 {
     pairs.saturating_add(pairs / 4)
 }
@@ -71,6 +89,24 @@ mod tests {
         let mut capacity = PairCapacity::new(5000);
         assert!(capacity.grow(1000, 500) && !capacity.grow(1200, 1250));
         assert_eq!(capacity.pairs, Some(1250));
+    }
+
+    #[test]
+    fn as_many_uploaded_casters_are_expected_to_need_as_much() {
+        let mut capacity = PairCapacity::new(5000);
+        for (casters, pairs_needed, overflowed, expected) in
+            [(7, 800, 0, 1000), (7, 400, 0, 1000), (8, 400, 0, 500), (8, 400, 1, u32::MAX)]
+        {
+            capacity.count(&Counters {
+                casters,
+                pairs_needed,
+                pair_capacity: 900,
+                overflowed,
+                ..Counters::default()
+            });
+            assert_eq!(capacity.expected_of(casters), Some(expected));
+            assert_eq!(capacity.expected_of(casters + 2), None);
+        }
     }
 
     #[test]

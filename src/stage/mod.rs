@@ -1,10 +1,11 @@
 //! The pipeline, stage by stage.
 //!
-//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files that its imports from
-//! `choice::` stand for. Everything else is in `wgsl/`.
+//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files for its imports from
+//! `choice::`. Everything else is in `wgsl/`.
 pub mod accumulate;
 pub mod bin;
 pub mod blur;
+pub mod buckets;
 pub mod caustics;
 pub mod colored;
 pub mod curve;
@@ -16,12 +17,12 @@ pub mod llvmpipe;
 pub mod load;
 pub mod mask;
 pub mod occlude;
-pub mod profile;
 pub mod project;
 pub mod resolve;
 pub mod simulate;
 pub mod soften;
 pub mod sort;
+pub mod tuning;
 pub mod walk;
 
 pub use walk::WalkKernels;
@@ -50,6 +51,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &sort::WIDE_COUNT,
     &sort::WIDE_SCAN,
     &sort::WIDE_SCATTER,
+    &sort::WIDE_FEW_COUNT,
+    &sort::WIDE_FEW_SCATTER,
     &bin::CLEAR,
     &bin::COUNT,
     &bin::WIDE_COUNT,
@@ -57,6 +60,10 @@ pub const KERNELS: &[&KernelDesc] = &[
     &bin::EMIT,
     &bin::WIDE_EMIT,
     &bin::TILES,
+    &buckets::COUNT,
+    &buckets::PLACE,
+    &buckets::EMIT,
+    &buckets::SORT,
     &bin::PART_COUNT,
     &bin::PART_CLEAR,
     &bin::PART_PLAN,

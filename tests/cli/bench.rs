@@ -100,13 +100,14 @@ fn single_cases_are_not_combined() {
     assert_eq!(rows, [[1000.0, 6.0, 0.02], [2000.0, 3.0, 0.5]]);
 }
 
-/// The maps that the scene has, with values replaced.
+/// The scene's own maps are measured, with replaced values.
 #[test]
 fn a_scene_is_measured() {
     let folder = Folder::new("bench-scene");
     std::fs::write(
         folder.0.join("own.toml"),
-        "[shadow]\nreceiver = 'curve'\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0, -1, 0]\n\
+        "[shadow]\nreceiver = 'curve'\n[[light]]\nname = 'sun'\nkind = 'directional'\n\
+         direction = [0, -1, 0]\n\
          [[light]]\nname = 'lamp'\nkind = 'point'\nposition = [0, 1, 0]\nsize = 16\n\
          [[volume]]\ngenerate = { kind = 'plume', voxels = 16 }\n",
     )
@@ -197,7 +198,7 @@ fn kernels_have_times_and_results_are_compared() {
     assert!(same.status.success(), "{text}");
     assert_eq!(text.matches("project/project_particles").count(), 4, "{text}");
 
-    // One case that took a thousandth, and one that was not measured.
+    // One case that took a thousandth of the time, and one that was not measured.
     let rows = value["rows"].as_array_mut().unwrap();
     let ms = rows[0]["compute_ms"].as_f64().unwrap();
     rows[0]["compute_ms"] = Value::from(ms * 1e-3);
@@ -214,7 +215,7 @@ fn kernels_have_times_and_results_are_compared() {
     let text = String::from_utf8(slower.stdout).unwrap();
     assert!(text.contains("casters 500") && text.contains("not in"), "{text}");
 
-    // Not results, and results of other maps.
+    // A file without results, and results of other maps.
     std::fs::write(&changed, "{\"rows\": []}").unwrap();
     let empty = against(&changed, "2");
     assert!(!empty.status.success());
@@ -226,4 +227,35 @@ fn kernels_have_times_and_results_are_compared() {
     let errors = String::from_utf8(curves.stderr).unwrap();
     assert!(errors.contains("nodes"), "{errors}");
     [json, changed].iter().for_each(|path| std::fs::remove_file(path).unwrap());
+}
+
+/// Each choice that a profile leaves open is measured beside the adapter's own.
+#[test]
+fn choices_of_the_profile_are_measured() {
+    let json = temporary("tune.json");
+    let output = bench(&[
+        "--tune",
+        "--case",
+        "300x4",
+        "--size",
+        "32",
+        "--runs",
+        "1",
+        "--json",
+        json.to_str().unwrap(),
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    std::fs::remove_file(json).unwrap();
+    let rows = value["rows"].as_array().unwrap();
+    for field in ["disc_segment", "shape", "bucket_pairs", "scatter_tiny", "columns"] {
+        assert!(rows.iter().any(|row| row["field"] == field), "{field}");
+    }
+    for row in rows {
+        let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
+        assert!((number("compute_ms") / number("own_ms") / number("ratio") - 1.0).abs() < 1e-9);
+    }
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.lines().last().unwrap().starts_with("Profile: "), "{table}");
+    assert_eq!(table.lines().count(), rows.len() + 2, "{table}");
 }

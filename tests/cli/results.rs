@@ -98,7 +98,7 @@ fn curves_are_written_as_arrays() {
     }
 }
 
-/// The array equals the library's own look-up, also where ramps were merged and overlap.
+/// The array equals the library's own look-up, even where ramps were merged and overlap.
 #[test]
 fn arrays_are_the_curves_that_receivers_read() {
     let smoke = PANES.replace(
@@ -236,7 +236,7 @@ fn the_ground_can_be_left_out() {
     assert!(run("with", &[]) > 2);
     assert_eq!(run("without", &["--no-ground"]), 2);
     assert_eq!(files(&folder.0.join("without")), ["frame_0000.png"]);
-    // A scene file has the ground that it names.
+    // A scene file has its own ground.
     folder.fail(&["render", "scene.toml", "--no-ground", "--backend", "cpu"], 2);
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn curved(scene: Scene, nodes: u32) -> Scene {
     Scene { shadow, ..scene }
 }
 
-/// Discs of all sizes, a plain sort, under a directional light and a spot.
+/// Discs of all sizes, plainly sorted, under a directional light and a spot.
 pub(crate) fn discs(nodes: u32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);
     let position = Vec3::new(3.0, 4.0, 2.5);
@@ -116,7 +116,7 @@ fn gpu_matches_reference_of_every_kind() {
     holds(Tier::Native, &gain, "gain");
 }
 
-/// A ground in front of all discs by its nearest corner, which is beside them: slabs are cut by the discs'
+/// A ground whose nearest corner, beside the discs, is in front of them all: slabs are cut by the discs'
 /// depths alone.
 #[test]
 fn discs_do_not_depend_on_opaque_casters() {
@@ -132,14 +132,14 @@ fn discs_do_not_depend_on_opaque_casters() {
 /// Share of texels whose nodes end elsewhere, because another hit of a plane comes first.
 const FEW: f64 = 0.12;
 
-/// Discs in 16 planes of one depth each: nodes end between planes, whatever the order within them.
+/// Discs in 16 planes of one depth each: nodes end between planes, whatever the order in a plane.
 #[test]
 fn discs_do_not_depend_on_the_order_of_equal_depths() {
     let mut scene = discs(8);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     for particle in &mut scene.particles {
         particle.center.y = (particle.center.y * 4.0).round() / 4.0;
-        // No texel has so few hits that they are inserted one by one.
+        // Each texel has too many hits to insert them one by one.
         particle.radius = 0.45;
         particle.color.w = 0.1;
     }
@@ -158,7 +158,7 @@ fn discs_do_not_depend_on_the_order_of_equal_depths() {
     near(&map_frame(Tier::Core, &mixed).maps, "core, of another order");
 }
 
-/// A cloud of overlapping puffs, whose ramps are merged at every hit: they ascend, and so light never grows.
+/// A cloud of overlapping puffs, whose ramps are merged at every hit: ramps ascend, so light never grows.
 #[test]
 fn ramps_of_overlapping_puffs_ascend() {
     let path = crate::common::root().join("data/issues/oloengine-723.toml");

@@ -234,7 +234,7 @@ name = "glass"
     assert_eq!((scene.lights[0].intensity, scene.lights[0].size), (7.0, Some(256)));
     assert_eq!(scene.materials[0].tint, Vec4::new(0.1, 0.2, 0.3, 0.4));
     assert_eq!(scene.materials[0].transfer, Transfer::Stain);
-    // The light that a file without any gets.
+    // The default light of a file without lights.
     let sun = read_with("", &[("light.sun.size", "64")]).unwrap();
     assert_eq!((sun.lights.len(), sun.lights[0].size), (1, Some(64)));
     assert_eq!(sun.lights[0].kind, read("").unwrap().lights[0].kind);
@@ -292,7 +292,7 @@ fn own_scenes_load() {
         if path.extension().is_some_and(|e| e == "toml") {
             let scene = scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
             let transfers = || scene.materials.iter().map(|m| m.transfer);
-            // Scenes of opaque casters only are about soft shadows.
+            // Scenes of opaque casters alone are about soft shadows.
             let is_soft = scene.lights.iter().any(|light| light.source.is_some());
             let is_soft = is_soft || scene.mask.is_some();
             let casts = is_soft || transfers().any(|t| t != Transfer::Opaque);

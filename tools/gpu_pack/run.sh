@@ -27,27 +27,32 @@ part() {
 cases=10kx6,100kx16,1mx16,1mx6,1mx0.5,1mx16@1
 curves=100kx16,1mx16
 splats=1mx16
+tuned=10kx6,100kx16,1mx16
 if [ -n "$small" ]; then
-    cases=1kx6,2kx16 curves=2kx16 splats=1kx16
+    cases=1kx6,2kx16 curves=2kx16 splats=1kx16 tuned=1kx6
 fi
 
 part info 15 gobo info
-part cases 75 gobo bench --kernels --case $cases --json results/cases.json
-part curves 40 gobo bench --kernels --case $curves --receiver curve --json results/curves.json
-part splats 25 gobo bench --kernels --shape gaussian --case $splats --json results/splats.json
+part cases 70 gobo bench --kernels --case $cases --json results/cases.json
+part curves 35 gobo bench --kernels --case $curves --receiver curve --json results/curves.json
+part splats 20 gobo bench --kernels --shape gaussian --case $splats --json results/splats.json
+part tune 40 gobo bench --tune --case $tuned --runs 9 --json results/tune.json
+if [ -e /dev/nvidiactl ] && [ -x bin/rival ]; then
+    part cuda 15 rival 10kx6 100kx16 1mx16 1mx6 1mx0.5 1mx16@1
+fi
 for scene in gallery/fur lamps gallery/market volumes; do
     short=${scene#gallery/}
-    part "$short" 15 gobo bench --kernels --scene "data/$scene.toml" --json "results/$short.json"
+    part "$short" 12 gobo bench --kernels --scene "data/$scene.toml" --json "results/$short.json"
 done
-part render 90 sh render.sh data results
+part render 80 sh render.sh data results
 part maps 10 gpu-pack compare expected/maps results/maps results/maps.json
 part pictures 10 gpu-pack compare expected/pictures results/pictures results/pictures.json
-part kernels 30 gpu-static kernels --here
+part kernels 25 gpu-static kernels --here
 # Tests of kernels and pictures, without the slow ones.
 set --
 while read -r name; do
     set -- "$@" --skip "$name"
 done <slow.txt
-part suite 90 tests maps:: stages:: picture:: guest:: "$@"
+part suite 80 tests maps:: stages:: picture:: guest:: "$@"
 
 gpu-pack gather results

@@ -2,6 +2,7 @@
 // ground and walls. CPU reference: crates/gobo-reference/src/occlude.rs.
 
 import package::features::unrolled;
+import package::hit::triangle_edges::{edge_products, is_inside};
 import package::records::footprint::{Footprint, setup_of};
 import package::records::opaque_depth::opaque_bits;
 import package::records::setup::setup_texel;
@@ -41,19 +42,13 @@ fn load_triangle(setup: u32) -> TriangleSetup {
     );
 }
 
-fn edge_distance(edge: vec4<f32>, texel: vec2<f32>) -> f32 {
-    return edge.z * (texel.y - edge.y) - edge.w * (texel.x - edge.x);
-}
-
 // Light depth of the triangle at a texel, 1 where it is not.
 fn triangle_depth(triangle: TriangleSetup, texel: vec2<f32>) -> f32 {
-    let e = vec3(
-        edge_distance(triangle.a, texel),
-        edge_distance(triangle.b, texel),
-        edge_distance(triangle.c, texel),
-    );
-    let ties = (vec3(triangle.ties) & vec3(1u, 2u, 4u)) != vec3(0u);
-    let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & ties));
+    let a = edge_products(triangle.a, texel);
+    let b = edge_products(triangle.b, texel);
+    let c = edge_products(triangle.c, texel);
+    let e = vec3(a.x - a.y, b.x - b.y, c.x - c.y);
+    let inside = is_inside(a, b, c, (vec3(triangle.ties) & vec3(1u, 2u, 4u)) != vec3(0u));
     let weighted = e * triangle.weights;
     let sum = weighted.x + weighted.y + weighted.z;
     let depth = dot(e, triangle.weights * triangle.depths) / sum;
@@ -93,7 +88,7 @@ fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
 
 const EDGE_SLACK: f32 = 0.001; // [texels], for rounding
 
-// Whether some of the block lo..hi is on the inner side of an edge.
+// Whether part of the block lo..hi is on the inner side of an edge.
 fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let far = select(lo, hi, vec2((edge.w < 0.0), (edge.z > 0.0)));
     let slack = EDGE_SLACK * (abs(edge.z) + abs(edge.w));
@@ -109,7 +104,7 @@ fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> b
         && edge_touches(triangle.b, lo, hi) && edge_touches(triangle.c, lo, hi);
 }
 
-// Payload that the lane broadcasts; `front` bounds its depth from below.
+// Payload that the lane broadcasts; `front`: lower bound of the triangle's depth.
 fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
     return caster.triangle;
 }

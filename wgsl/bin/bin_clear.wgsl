@@ -1,7 +1,7 @@
-// bin, clear: counters, workgroup counts and scattered tiles of a list are zero before it. One invocation per tile.
-// Rust: src/stage/bin.rs.
+// bin, clear: sets the counters, workgroup counts and scattered tiles of a list to zero, before its other
+// kernels. One invocation per tile. Rust: src/stage/bin.rs.
 
-import package::bind::changed::{counters, dispatches, scattered_tiles};
+import package::bind::changed::{counters, dispatches, scattered_tiles, tile_cursors};
 import package::bind::uniform::bin_params;
 
 override WORKGROUP_SIZE: u32; // at least as many as `dispatches` has words
@@ -23,6 +23,10 @@ fn bin_clear(@builtin(global_invocation_id) id: vec3<u32>) {
     let tile = id.x;
     if tile < bin_params.tile_count {
         scattered_tiles[tile] = 0u;
+    }
+    // Only lists with few pairs have cursors.
+    if tile < min(bin_params.tile_count, arrayLength(&tile_cursors)) {
+        atomicStore(&tile_cursors[tile], 0u);
     }
     if tile < arrayLength(&dispatches) {
         atomicStore(&dispatches[tile], 0u);

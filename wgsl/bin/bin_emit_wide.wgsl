@@ -1,10 +1,11 @@
-// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint each, then
-// all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a large
-// footprint, and neighbours load and store neighbours. What does not fit: as in bin_emit.wgsl. CPU reference:
-// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
+// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint
+// each, then all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a
+// large footprint, and neighbouring lanes load and store neighbours. Pairs that do not fit: as in
+// bin_emit.wgsl. CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::emit_outlined::emit_outlined;
 import package::bin::raise_dispatch::raise_dispatch;
+import package::bin::shared_tiles::{ends, lane_of, nth_tile, take, taken};
 import package::bind::changed::{counters, overflow, run_offsets};
 import package::bind::loaded::{rects, sorted};
 import package::bind::stored::pairs;
@@ -16,45 +17,6 @@ import package::records::outline::is_outlined;
 import package::records::record::record_texel;
 import package::scan::prefix::SCAN_LANES;
 import choice::scan::prefix_sum;
-
-// A lane's footprint.
-struct Taken {
-    footprint: u32,
-    tile: u32,    // of its rectangle's corner
-    tiles_x: u32, // of its view; 0: its pairs do not fit, or it has an outline
-    mask: u32,    // of a small rectangle's tiles
-    width: u32,   // of a large rectangle [tiles]; 0 of a small one
-}
-
-var<workgroup> taken: array<Taken, SCAN_LANES>;
-var<workgroup> ends: array<u32, SCAN_LANES>; // pairs of the lanes up to each
-
-// `lane`, or the one `step` further if the lanes in between end at or before pair `k`.
-fn further(lane: u32, step: u32, k: u32) -> u32 {
-    return lane + select(0u, step, ends[lane + step - 1u] <= k);
-}
-
-// The lane that has pair `k` of them all: the first that ends behind it. By bisection, without a loop, which costs more.
-fn lane_of(k: u32) -> u32 {
-    let lane = further(further(further(0u, 32u, k), 16u, k), 8u, k);
-    return further(further(further(lane, 4u, k), 2u, k), 1u, k);
-}
-
-// Place of a bit, and the set ones left to pass: `bits` further if fewer are set in between.
-fn passed(at: vec2<u32>, mask: u32, bits: u32) -> vec2<u32> {
-    let ones = countOneBits(extractBits(mask, at.x, bits));
-    return select(at, vec2(at.x + bits, at.y - ones), ones <= at.y);
-}
-
-// Tile `n` of a footprint's.
-fn nth_tile(source: Taken, n: u32) -> u32 {
-    if source.width > 0u {
-        return source.tile + n / source.width * source.tiles_x + n % source.width;
-    }
-    let mask = source.mask;
-    let bit = passed(passed(passed(passed(vec2(0u, n), mask, 8u), mask, 4u), mask, 2u), mask, 1u).x;
-    return source.tile + (bit >> 2u) * source.tiles_x + (bit & 3u);
-}
 
 @compute @workgroup_size(SCAN_LANES)
 fn bin_emit_wide(
@@ -75,24 +37,17 @@ fn bin_emit_wide(
         }
         let count = rect_count(rect);
         let prefix = prefix_sum(lane, count);
-        let view = views[rect.y >> 16u];
-        let corner = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
-        let size = vec2((rect.x >> 16u) & 255u, rect.x >> 24u) - corner + 1u;
-        let tile = view.first_tile + corner.y * view.tiles_x + corner.x;
-        let width = select(size.x, 0u, all(size <= vec2(4u)));
         let lane_offset = offset + prefix.before;
         let fits = lane_offset + count <= bin_params.pair_capacity;
         let outlined = HAS_GAUSSIANS && is_outlined(rect);
-        let tiles_x = select(0u, view.tiles_x, fits && !outlined);
-        taken[lane] = Taken(footprint, tile, tiles_x, rect.y & 0xffffu, width);
-        ends[lane] = prefix.before + count;
+        take(lane, footprint, rect, prefix.before + count, fits && !outlined);
         if count > 0u && !fits {
             let slot = atomicAdd(&counters.overflowed, 1u);
             overflow[slot] = footprint;
             overflowed = slot + 1u;
             atomicMin(&counters.pair_count, lane_offset);
         }
-        workgroupBarrier(); // all have taken one
+        workgroupBarrier(); // every lane has its footprint in `taken`
         for (var k = lane; k < prefix.total; k += SCAN_LANES) {
             let owner = lane_of(k);
             let source = taken[owner];
@@ -103,6 +58,7 @@ fn bin_emit_wide(
             }
         }
         if outlined && fits {
+            let view = views[rect.y >> 16u];
             emit_outlined(rect, view.first_tile, view.tiles_x, footprint, lane_offset);
         }
         offset += prefix.total;

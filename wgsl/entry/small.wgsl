@@ -1,14 +1,14 @@
-// occlude, small: opaque triangles of a few texels, written straight to the depths of these texels, without
-// footprints, sort and bin. One invocation per triangle and view; a workgroup takes a chunk, all of whose
-// triangles the CPU knows to be small and beyond the near plane. CPU reference: crates/gobo-reference/src/occlude.rs. Rust:
-// src/stage/occlude.rs.
+// occlude, small: opaque triangles of a few texels, written straight to these texels' depths, without
+// footprints, sort and bin. One invocation per triangle and view; a workgroup takes a chunk, whose triangles
+// the CPU knows to be small and beyond the near plane. CPU reference: crates/gobo-reference/src/occlude.rs.
+// Rust: src/stage/occlude.rs.
 
 import package::bind::changed::small_depths;
 import package::bind::loaded::triangles;
 import package::bind::read::chunks;
 import package::bind::uniform::{project_params, views};
 import package::features::unrolled;
-import package::hit::triangle_edges::{edge_line, owns_edge};
+import package::hit::triangle_edges::{edge_line, edge_products, is_inside, owns_edge};
 import package::records::dispatch::workgroup_number;
 import package::records::opaque_depth::opaque_bits;
 import package::records::record::{TRIANGLE_TEXELS, record_texel};
@@ -20,7 +20,7 @@ const SPAN_SLACK: f32 = 0.015625; // [texels]; the edge functions decide
 var<private> edges: array<vec4<f32>, 3>;
 var<private> slopes: vec3<f32>; // of the edges: texels along x per texel along y
 
-// Texels of row `y` that may be inside: first and last column.
+// First and last column of the texels of row `y` that may be inside.
 fn row_span(y: f32, lo: f32, hi: f32) -> vec2<f32> {
     var span = vec2(lo, hi);
     for (var i = 0u; i < unrolled(3u); i += 1u) {
@@ -85,14 +85,13 @@ fn occlude_small(
     var span = row_span(y, lo.x, hi.x);
     var x = span.x;
     while y <= last_y {
-        let e = vec3(
-            edges[0].z * (y + 0.5 - edges[0].y) - edges[0].w * (x + 0.5 - edges[0].x),
-            edges[1].z * (y + 0.5 - edges[1].y) - edges[1].w * (x + 0.5 - edges[1].x),
-            edges[2].z * (y + 0.5 - edges[2].y) - edges[2].w * (x + 0.5 - edges[2].x),
-        );
+        let a = edge_products(edges[0], vec2(x, y) + 0.5);
+        let b = edge_products(edges[1], vec2(x, y) + 0.5);
+        let c = edge_products(edges[2], vec2(x, y) + 0.5);
+        let e = vec3(a.x - a.y, b.x - b.y, c.x - c.y);
         let weighted = e * weights;
         let depth = dot(weighted, depths) / (weighted.x + weighted.y + weighted.z);
-        let inside = all((e > vec3(0.0)) | ((e == vec3(0.0)) & owned)) && x <= span.y;
+        let inside = is_inside(a, b, c, owned) && x <= span.y;
         if inside && depth >= 0.0 && depth <= 1.0 {
             let texel = first_texel + u32(y) * row_texels + u32(x);
             atomicMin(&small_depths[texel], opaque_bits(depth, false));

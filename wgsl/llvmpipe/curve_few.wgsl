@@ -1,4 +1,4 @@
-// A row of an invocation's texels that have few hits, which have a node each.
+// Curves of a row of an invocation's texels with few hits, each of which has a node.
 
 import package::curve::node::{DEPTHS, LEVELS};
 import package::features::{NODES, unrolled};
@@ -10,7 +10,7 @@ import choice::output::store_nodes_where;
 
 // The row of texels with few hits that is walked.
 struct Row {
-    offset: f32,     // from the first
+    offset: f32,     // from the first texel
     opaque: f32,
     is_few: bool,
     owed: vec3<f32>, // what rounding has taken of what the nodes pass
@@ -38,7 +38,7 @@ fn push_node(node: vec2<u32>, is: bool) {
     few_nodes[NODES - 1u] = select(few_nodes[NODES - 1u], node, is);
 }
 
-// A node of its own for a hit.
+// Adds a hit, with a node of its own.
 fn add_few(own: vec3<f32>, depth: f32, is_hit: bool) {
     let wanted = clamp(own + few.owed, vec3(0.0), vec3(1.0));
     let level = round(wanted * LEVELS);

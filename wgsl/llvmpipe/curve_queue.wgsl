@@ -1,7 +1,8 @@
-// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software adapter that
-// collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes together, behind eight discs,
-// where the mean of their places is past the node's share, so that all store at once. Texels of few hits are walked once
-// more, and store a node for each. llvmpipe takes both sides of branches, but it leaves loops.
+// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software
+// adapter that collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes
+// together, behind a batch of eight discs, once the mean of their places is past the node's share, so that
+// all store at once. Texels with few hits are walked once more, and store a node for each hit. llvmpipe takes
+// both sides of branches, but it leaves loops.
 
 import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;
@@ -10,7 +11,8 @@ import package::llvmpipe::curve_state::{
     changes, counts_on, few_rows, has_many, lost_light, lost_so_far, sample_changes, sample_lost, sample_lost_so_far, seeks,
 };
 import package::llvmpipe::curve_texels::{
-    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample, store_pairs, visit,
+    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample,
+    store_pairs, visit,
 };
 import package::llvmpipe::queue::{
     Collected, Prepared, QUEUE, Queue, fill, fill_within, join_lanes, lanes_sum, prepare_lane,
@@ -19,22 +21,25 @@ import package::llvmpipe::queue::{
 import package::records::view::GpuView;
 import package::traversal::subgroup_block::{Block, block_high, block_low};
 
-// Depths of a batch of eight.
+// A batch of eight discs: their light depths.
 struct Batch {
     queue: Queue,
     first: f32,
     last: f32,
-    front: f32, // no later one is nearer
+    front: f32, // no later disc is nearer
 }
 
 const CHANGES: u32 = 1u; // some texel can still change
 const SEEKS: u32 = 2u;   // some nearest depth may still change, or some texel has few hits
 
 fn wanted(front: f32, lane: u32) -> u32 {
-    return join_lanes(select(0u, CHANGES, changes(front)) | select(0u, SEEKS, seeks(front) || counts_on(front)), lane);
+    return join_lanes(
+        select(0u, CHANGES, changes(front)) | select(0u, SEEKS, seeks(front) || counts_on(front)),
+        lane,
+    );
 }
 
-// Of a disc's middle; of those beside the view nearly.
+// Light depth of a disc's middle; approximate for discs beside the view.
 fn light_depth(view: GpuView, depth: f32) -> f32 {
     if PERSPECTIVE {
         return saturate((depth - view.near) / (view.far - view.near));
@@ -42,7 +47,7 @@ fn light_depth(view: GpuView, depth: f32) -> f32 {
     return depth;
 }
 
-// The next eight, and what is behind them.
+// The next eight discs, and the queue behind them.
 struct Eight {
     prepared: Prepared,
     count: u32,
@@ -83,10 +88,10 @@ fn is_left(queue: Queue, end: u32) -> bool {
 }
 
 struct Found {
-    lost: f32,  // light, of all texels
-    first: f32, // depths of the first disc and of the last one that changes a texel
+    lost: f32,  // light lost by all texels
+    first: f32, // depths of the first and the last disc that change a texel
     last: f32,
-    is_sample: bool, // light of a quarter of the rows
+    is_sample: bool, // `lost` is measured on a quarter of the rows
 }
 
 // In the second walk.
@@ -112,7 +117,7 @@ fn count_all(view: GpuView, first: u32, end: u32, block: Block) -> Found {
             break;
         }
     }
-    // The light of the rest is that of a quarter of the rows: the second walk has all of it.
+    // The rest of the light is measured on a quarter of the rows: the second walk computes all of it.
     loop {
         if is_left(queue, end) & ((wants & CHANGES) != 0u) {
             let eight = next_eight(view, queue, end, block);
@@ -172,7 +177,7 @@ fn take_all(view: GpuView, first: u32, end: u32, block: Block, found: Found) {
             break;
         }
     }
-    // What is free.
+    // Free nodes.
     end_nodes();
     end_nodes();
     loop {

@@ -1,4 +1,4 @@
-// What an invocation's texels of wgsl/llvmpipe/curve_queue.wgsl need of a walk.
+// State of a walk of wgsl/llvmpipe/curve_queue.wgsl in an invocation's texels.
 
 import package::features::{NODES, unrolled};
 import package::llvmpipe::curve_texels::{ROWS, light_of, texels};
@@ -22,7 +22,7 @@ fn seeks(front: f32) -> bool {
     return some;
 }
 
-// Whether some texel may have few hits, as far as they were counted.
+// Whether some texel may have few hits, by the count so far.
 fn counts_on(front: f32) -> bool {
     var some = false;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
@@ -32,7 +32,7 @@ fn counts_on(front: f32) -> bool {
     return some;
 }
 
-// The same as `changes`, of the rows of `sample`.
+// The same as `changes`, for the rows of `sample`.
 fn sample_changes() -> bool {
     return any(max(texels[2].light, texels[5].light) >= vec3(BLACK));
 }
@@ -67,7 +67,7 @@ fn is_few(i: u32) -> bool {
     return (texels[i].count > 0.0) & (texels[i].count < f32(NODES + 1u));
 }
 
-// Rows that hold texels with few hits, a bit each.
+// Rows that hold texels with few hits, as bits.
 fn few_rows() -> u32 {
     var rows = 0u;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {

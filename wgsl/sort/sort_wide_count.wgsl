@@ -5,7 +5,7 @@ import package::bind::loaded::pairs;
 import package::bind::stored::histograms;
 import package::bind::uniform::sort_pass;
 import package::sort::sort::{pair_count, texel_from_pair};
-import package::sort::wide::{BLOCK, WORKGROUP_SIZE};
+import package::sort::wide::{BLOCK, WORKGROUP_SIZE, histogram_texel};
 
 var<workgroup> counters: array<atomic<u32>, 256>;
 
@@ -30,6 +30,6 @@ fn sort_wide_count(
     workgroupBarrier(); // all pairs are counted
     if lane <= mask {
         let in_block = atomicLoad(&counters[lane]);
-        textureStore(histograms, vec2(block.x, lane), vec4(in_block, 0u, 0u, 0u));
+        textureStore(histograms, histogram_texel(block.x, lane), vec4(in_block, 0u, 0u, 0u));
     }
 }

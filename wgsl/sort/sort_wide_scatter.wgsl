@@ -5,7 +5,9 @@ import package::bind::loaded::histograms;
 import package::bind::stored::sorted_pairs;
 import package::bind::uniform::sort_pass;
 import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
-import package::sort::wide::{BLOCK, ROUNDS, TEAMS, WORKGROUP_SIZE, held, ranked, ranked_in, ranks};
+import package::sort::wide::{
+    BLOCK, FEW_BLOCKS, ROUNDS, TEAMS, WORKGROUP_SIZE, held, histogram_texel, ranked, ranked_in, ranks,
+};
 import choice::ranks::{rank_pairs, share_of};
 import choice::scan::prefix_sum;
 
@@ -28,7 +30,13 @@ fn sort_wide_scatter(
     // 1. Digit `lane`: the totals of smaller digits and the same digit in earlier blocks.
     var in_all = 0u;
     var in_earlier_blocks = 0u;
-    if lane <= mask {
+    if FEW_BLOCKS {
+        for (var begins = 0u; begins < count; begins += BLOCK) {
+            let in_block = textureLoad(histograms, histogram_texel(begins / BLOCK, lane)).x;
+            in_all += select(0u, in_block, lane <= mask);
+            in_earlier_blocks += select(0u, in_block, begins < begin);
+        }
+    } else if lane <= mask {
         in_all = textureLoad(histograms, vec2(lane, TOTAL_ROW)).x;
         in_earlier_blocks = textureLoad(histograms, vec2(block.x, lane)).x;
     }

@@ -9,12 +9,13 @@ use crate::{
     records::DEPTH_BITS,
     stage::{
         bin::{self, BatchCounters, BinParams},
+        buckets,
         features::{Features, Flags},
     },
 };
 use wgpu::{Buffer, BufferUsages};
 
-/// Kinds of casters and views that the kernels of a list depend on: those that project, or bin outlines.
+/// Kinds of casters and views that a list's kernels depend on, where they project or bin outlines.
 const KINDS: Flags = Flags::HAS_BRICKS
     .union(Flags::HAS_GAUSSIANS)
     .union(Flags::HAS_CAPSULES)
@@ -25,7 +26,7 @@ const KINDS: Flags = Flags::HAS_BRICKS
 pub type ListCounters = BatchCounters;
 
 impl ListCounters {
-    /// Adds the counts of another list; of the pairs needed it keeps the larger.
+    /// Adds the counts of another list, but keeps the larger number of needed pairs.
     pub fn add(&mut self, other: &Self) {
         self.pairs_needed = self.pairs_needed.max(other.pairs_needed);
         self.pair_count += other.pair_count;
@@ -39,7 +40,7 @@ impl ListCounters {
     }
 }
 
-/// The commands of one list, stage by stage. Without casters all but `clear` and `tiles` are empty.
+/// The commands of one list, stage by stage. Without casters, all but `clear` and `tiles` are empty.
 #[derive(Debug)]
 pub struct List {
     /// Footprints of the list.
@@ -64,7 +65,7 @@ pub struct List {
 }
 
 impl List {
-    /// A list of casters by plan.
+    /// The list of a plan.
     pub fn new(
         context: &mut Context<'_, '_>,
         plan: &ListPlan,
@@ -76,16 +77,18 @@ impl List {
         let counters =
             context.allocator.storage::<BatchCounters>("counters", 1, BufferUsages::COPY_SRC)?;
         let values = BinParams::new(
-            context.config.profile.shape,
+            context.config.tuning.partition,
             plan.footprint_count,
             context.pair_capacity(plan),
             tile_count,
             view_count,
-            plan.segment_length(&context.config.profile),
+            plan.segment_length(&context.config.tuning),
         );
         let params = context.listed_uniform("bin_params", &values, plan.host.is_some());
         let chunks = Chunks::new(context, plan, &params)?;
-        let sorts = (plan.footprint_count > 0)
+        let bucketed =
+            context.pair_capacity(plan) > 0 && scratch.has_buckets(plan, &context.config.tuning);
+        let sorts = (plan.footprint_count > 0 && !bucketed)
             .then(|| sorts(context, plan, [&params, &counters], tile_count))
             .transpose()?;
         let features = Features::NONE.with(plan.features.flags & KINDS, true);
@@ -99,21 +102,30 @@ impl List {
         let (mut project, mut sort) = (Commands::new(), Commands::new());
         let (mut pairs, mut of_tiles) = (Commands::new(), Vec::new());
         let mut sorted = [0; 2];
-        if let Some([depths, tiles]) = sorts {
-            sorted = [depths.result(), tiles.result()];
+        if plan.footprint_count > 0 {
             let projected = resources.clone().with("keys", &scratch.keys[0]);
             project = chunks.project(context.kernels, features, &projected)?;
+        }
+        if let Some([depths, tiles]) = sorts {
+            sorted = [depths.result(), tiles.result()];
             sort.pass("gobo sort", depths.dispatches);
             let footprints = resources.clone().with("sorted", &scratch.keys[sorted[0]]);
             pairs.pass("gobo bin", bin_pairs(context, features, &footprints, &values)?);
             of_tiles = tiles.dispatches;
         }
-        // Curves take what was scattered themselves.
+        // Curves read scattered casters themselves.
         let curves = plan.features.nodes > 0 && !context.camera;
         let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources =
             resources.with("pairs", &scratch.pairs[sorted[1]]).with("scattered_tiles", scattered);
-        of_tiles.push(context.kernels.dispatch(&bin::TILES, features, &resources, by_tile)?);
+        if bucketed {
+            let resources = resources.clone().with("keys", &scratch.keys[0]);
+            let [count, place, emit, order] = buckets(context, features, &resources, &values)?;
+            pairs.pass("gobo bin", [count, place]);
+            of_tiles.extend([emit, order]);
+        } else {
+            of_tiles.push(context.kernels.dispatch(&bin::TILES, features, &resources, by_tile)?);
+        }
         let mut tiles = Commands::new();
         tiles.pass("gobo bin", of_tiles);
         let parts = Parts::new(context, plan, &values, &resources, sorted[0])?;
@@ -141,7 +153,7 @@ impl List {
     }
 }
 
-/// The sort of the footprints by depth, and that of their pairs by tile. `params`: of bin.
+/// The sort of the footprints by depth, and of their pairs by tile. `params`: those of bin.
 fn sorts(
     context: &mut Context<'_, '_>,
     plan: &ListPlan,
@@ -166,6 +178,25 @@ fn sorts(
     Ok([by_depth, by_tile])
 }
 
+/// The kernels from footprints to each tile's pairs, front to back.
+fn buckets(
+    context: &Context<'_, '_>,
+    features: Features,
+    resources: &Resources,
+    values: &BinParams,
+) -> Result<[Dispatch; 4], Error> {
+    let resources = resources.clone().with("rects", &context.scratch.rects);
+    let run = |desc, groups: [u32; 3]| context.kernels.dispatch(desc, features, &resources, groups);
+    let footprints = [values.footprint_count.div_ceil(buckets::BUCKET_LANES), 1, 1];
+    let tiles = [values.tile_count.div_ceil(buckets::BUCKET_LANES), 1, 1];
+    Ok([
+        run(&buckets::COUNT, footprints)?,
+        run(&buckets::PLACE, tiles)?,
+        run(&buckets::EMIT, footprints)?,
+        run(&buckets::SORT, bin::tile_grid(values.tile_count))?,
+    ])
+}
+
 /// The kernels from sorted footprints to their pairs, in depth order.
 fn bin_pairs(
     context: &Context<'_, '_>,
@@ -173,12 +204,12 @@ fn bin_pairs(
     resources: &Resources,
     values: &BinParams,
 ) -> Result<[Dispatch; 3], Error> {
-    let (scratch, shape) = (context.scratch, context.config.profile.shape);
+    let (scratch, partition) = (context.scratch, context.config.tuning.partition);
     let resources = resources
         .clone()
         .with("pairs", &scratch.pairs[0])
         .with("rects", context.binned_rects.unwrap_or(&scratch.rects));
     let run = |desc, groups: [u32; 3]| context.kernels.dispatch(desc, features, &resources, groups);
-    let ([count, emit], runs) = (bin::count_and_emit(shape), values.run_groups(shape));
+    let ([count, emit], runs) = (bin::count_and_emit(partition), values.run_groups(partition));
     Ok([run(count, runs)?, run(&bin::SCAN, [1, 1, 1])?, run(emit, runs)?])
 }

@@ -5,16 +5,14 @@ use crate::{
     stage::walk::SCAN,
 };
 
-/// Values of a digit, each with a counter in a run: on software adapters, 256 of them take two seconds to
+/// Values of a digit, each with a counter in a run: on software adapters, 256 counters take two seconds to
 /// compile (benches/NOTES.md), 64 half a second.
 const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
 const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
 
-/// How workgroups rank pairs, on GPUs.
+/// Ranking of pairs by workgroups, on GPUs.
 const RANKS: Choice =
     Choice::by_tier("ranks", "sort/ranks_shared.wgsl", Tier::Subgroups, "sort/ranks_subgroup.wgsl");
-/// Replaces `RANKS` where subgroups have more lanes than it reads.
-pub const SHARED_RANKS: Choice = Choice::new("ranks", "sort/ranks_shared.wgsl");
 /// Histogram of the digits of each run. One invocation per run.
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
@@ -35,7 +33,7 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_serial_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
-/// [`SERIAL_COUNT`] by digits of 256 values.
+/// [`SERIAL_COUNT`] for digits of 256 values.
 pub const LONG_COUNT: KernelDesc = KernelDesc {
     entry: "sort_serial_count",
     with: &[DIGITS_256],
@@ -43,7 +41,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_long_count", "sort/sort_serial_count.wgsl")
 };
 
-/// [`SERIAL_SCATTER`] by digits of 256 values.
+/// [`SERIAL_SCATTER`] for digits of 256 values.
 pub const LONG_SCATTER: KernelDesc = KernelDesc {
     entry: "sort_serial_scatter",
     with: &[DIGITS_256],
@@ -68,4 +66,15 @@ pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     constants: WIDE_CONSTANTS,
     tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("sort_wide_scatter", "sort/sort_wide_scatter.wgsl")
+};
+
+/// [`WIDE_COUNT`] for [`WIDE_FEW_SCATTER`].
+pub const WIDE_FEW_COUNT: KernelDesc =
+    KernelDesc { name: "sort_few_count", constants: &[("FEW_BLOCKS", 1.0)], ..WIDE_COUNT };
+
+/// Replaces [`WIDE_SCAN`] and [`WIDE_SCATTER`] where blocks are few: each sums up the others' counts.
+pub const WIDE_FEW_SCATTER: KernelDesc = KernelDesc {
+    name: "sort_few_scatter",
+    constants: &[("SCAN_LANES", 256.0), ("FEW_BLOCKS", 1.0)],
+    ..WIDE_SCATTER
 };

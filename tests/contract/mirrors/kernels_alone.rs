@@ -3,6 +3,8 @@
 /// Constants without a mirror in Rust.
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
+    "BEHIND_ALL",
+    "CHUNK",
     "COLUMNS",
     "EDGE",
     "ITEM_COUNT",

@@ -1,4 +1,4 @@
-//! Time of one frame [ms]: by GPU timestamps, or by the wall clock where these mean nothing.
+//! Time of one frame [ms]: by GPU timestamps, or by the wall clock where these are meaningless.
 use crate::failure::Failure;
 use gobo::{
     Error,
@@ -74,5 +74,26 @@ impl Clock {
         let ticks: Vec<u64> = gpu.try_read(&stamps.resolved)?;
         let period = f64::from(gpu.queue.get_timestamp_period());
         Ok(ticks[1].saturating_sub(ticks[0]) as f64 * period * 1e-6)
+    }
+}
+
+/// Median, least and largest [ms].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Times {
+    pub(super) median: f64,
+    pub(super) min: f64,
+    pub(super) max: f64,
+}
+
+impl Times {
+    pub(super) fn new(mut times: Vec<f64>) -> Self {
+        times.sort_by(f64::total_cmp);
+        let middle = times.len() / 2;
+        let median = if times.len() % 2 == 1 {
+            times[middle]
+        } else {
+            (times[middle - 1] + times[middle]) * 0.5
+        };
+        Self { median, min: times[0], max: times[times.len() - 1] }
     }
 }

@@ -1,9 +1,10 @@
-//! Measurement of one case: compute and raster, the maps first, then the times in turns.
+//! Measurement of one case, compute and raster: first the maps are compared, then the times are taken in
+//! turns.
 use super::{
     arguments::{BenchArguments, ReceiverName},
-    case::Case,
+    case::{Case, casters_of},
     check::check,
-    clock::Clock,
+    clock::{Clock, Times},
     raster::{
         Geometry, Inputs, Precision, Raster, Recipe,
         agree::{Difference, Map, Rounding, agree},
@@ -21,27 +22,6 @@ use half::f16;
 use serde::Serialize;
 use tracing::debug_span;
 
-/// Median, least and largest [ms].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Times {
-    pub(super) median: f64,
-    pub(super) min: f64,
-    pub(super) max: f64,
-}
-
-impl Times {
-    pub(super) fn new(mut times: Vec<f64>) -> Self {
-        times.sort_by(f64::total_cmp);
-        let middle = times.len() / 2;
-        let median = if times.len() % 2 == 1 {
-            times[middle]
-        } else {
-            (times[middle - 1] + times[middle]) * 0.5
-        };
-        Self { median, min: times[0], max: times[times.len() - 1] }
-    }
-}
-
 /// Results of a case.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
@@ -53,23 +33,23 @@ pub(super) struct Row {
     pub(super) raster: Option<RasterRow>,
 }
 
-/// Results of the maps.
+/// Times and costs of the maps.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Measured {
     pub(super) runs: u32,
     pub(super) compute_ms: f64,
     pub(super) compute_min: f64,
     pub(super) compute_max: f64,
-    /// Phase of the command since the row before and its time on the wall clock [ms].
+    /// Phases of the command since the last row, and their times on the wall clock [ms].
     #[serde(serialize_with = "as_map")]
     pub(super) milliseconds: Vec<(&'static str, f64)>,
-    /// Stage and its time [ms]; each was waited for, so their sum is more than a frame's.
+    /// Stages and their times [ms]; each was waited for, so their sum exceeds a frame's time.
     #[serde(serialize_with = "as_map")]
     pub(super) stages: Vec<(&'static str, f64)>,
-    /// Each dispatch was waited for or is a pass of its own, so their sum is more than the stages'.
+    /// Each dispatch was waited for or is a pass of its own, so their sum exceeds the stages'.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) kernels: Vec<KernelRow>,
-    /// Buffer or texture and its size [bytes].
+    /// Buffers and textures, and their sizes [bytes].
     #[serde(serialize_with = "as_map")]
     pub(super) bytes: Vec<(&'static str, u64)>,
     pub(super) pairs: u64,
@@ -117,7 +97,7 @@ pub(super) struct Held {
     pub(super) difference_float: Option<Difference>,
 }
 
-/// What both paths render.
+/// Input of both paths.
 struct Scene<'a> {
     case: Case,
     inputs: &'a Inputs,
@@ -129,11 +109,13 @@ pub(super) struct Bench {
     pub(super) clock: Clock,
     pub(super) settings: ShadowSettings,
     pub(super) kernels: bool,
+    /// Settings of the measured maps.
+    pub(super) config: Config,
     runs: u32,
 }
 
 const WARM_UP: usize = 2;
-/// Frames of each geometry, of which the fastest counts.
+/// Frames per geometry; the fastest counts.
 const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
@@ -148,7 +130,8 @@ impl Bench {
             settings.nodes = arguments.nodes;
         }
         let (runs, kernels) = (arguments.runs, arguments.kernels);
-        Self { clock: Clock::new(&gpu), gpu, settings, kernels, runs }
+        let config = Config::new(gpu.tier, &gpu.adapter);
+        Self { clock: Clock::new(&gpu), gpu, settings, kernels, config, runs }
     }
 
     pub(super) fn run(
@@ -158,11 +141,7 @@ impl Bench {
         with_raster: bool,
     ) -> Result<Row, Failure> {
         let (views, materials) = (case.views(), [case.material()]);
-        let mut casters = Casters { materials: &materials, ..Casters::default() };
-        match inputs {
-            Inputs::Discs(discs) => casters.particles = discs,
-            Inputs::Splats(splats) => casters.gaussians = splats,
-        }
+        let casters = casters_of(inputs, &materials);
         let prepared = self.prepare(&casters, &views)?;
         let maps = self.read(&prepared, &case)?;
         let comparing = debug_span!("compare").entered();
@@ -267,21 +246,21 @@ impl Bench {
         views: &[View],
     ) -> Result<Prepared, Failure> {
         let _preparing = debug_span!("prepare").entered();
-        let config = Config::new(self.gpu.tier, &self.gpu.adapter);
         let mut known: Option<Counters> = None;
         loop {
             let Gpu { device, queue, kernels, .. } = &self.gpu;
-            // Each time new maps: those that are kept are cleared by a kernel.
-            let mut shadows = Shadows::sharing(device, queue, config, kernels.clone())?;
+            // New maps each time: reused ones are cleared by a kernel.
+            let mut shadows = Shadows::sharing(device, queue, self.config, kernels.clone())?;
             if let Some(counters) = &known {
                 shadows.grow_from(counters);
             }
             let prepared = shadows.prepare(casters, views, &self.settings)?;
             self.compute(&prepared)?;
             let counters = prepared.counters()?;
-            if !shadows.grow_from(&counters) {
+            if !shadows.grow_from(&counters) && known.is_some() {
                 return Ok(prepared);
             }
+            // The next knows what it needs, as later frames do.
             known = Some(counters);
         }
     }
@@ -333,7 +312,7 @@ impl Bench {
         Ok(best.expect("there is a geometry").1)
     }
 
-    /// Compares our maps with those of both recipes, and within a smaller tolerance with a product of full
+    /// Compares our maps with those of both recipes; and, with a smaller tolerance, with a product of full
     /// precision if the device can blend one.
     fn hold(&self, scene: &Scene<'_>, raster: &Raster, maps: &[Map]) -> Result<Held, Failure> {
         let differs = |light: usize, path: &str, wrong: &str| {

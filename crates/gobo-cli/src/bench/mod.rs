@@ -12,6 +12,7 @@ mod raster;
 mod report;
 mod scene;
 mod shares;
+mod tune;
 
 pub(crate) use arguments::BenchArguments;
 pub use case::bench_discs;
@@ -53,6 +54,9 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
     if let Some(path) = &arguments.scene {
         return scene::run(arguments, bench, path, clock, earlier.as_ref());
     }
+    if arguments.tune {
+        return tune::run(arguments, bench);
+    }
     let mut report = Report::new(&bench, arguments);
     files::print(&report.heading())?;
     let (cases, of_file) = match &arguments.splats {
@@ -70,7 +74,8 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
     for case in cases {
         if arguments.vs.is_some() && case.opacity < MIN_RASTER_OPACITY {
             let message = format!(
-                "{case}: fp16 products of the raster pipeline do not change at all below an opacity of {MIN_RASTER_OPACITY}: leave --vs out"
+                "{case}: fp16 products of the raster pipeline do not change at all below an opacity of \
+                 {MIN_RASTER_OPACITY}: leave --vs out"
             );
             return Err(Failure::Usage(message));
         }
@@ -82,7 +87,8 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
                 || arguments.kernels
             {
                 let message = format!(
-                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, --occlude, --kernels and curves"
+                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, \
+                     --occlude, --kernels and curves"
                 );
                 return Err(Failure::Usage(message));
             }

@@ -16,7 +16,7 @@ const RED: Color32 = Color32::from_rgb(255, 110, 100);
 pub(super) fn show_status(app: &App, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         if let Some(problem) = app.problem() {
-            // Places in files are marked below them.
+            // Excerpts of files are marked below, so columns must align.
             ui.colored_label(RED, RichText::new(problem).monospace());
         } else if let Some((left, of, name)) = app.kernels {
             ui.spinner();

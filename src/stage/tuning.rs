@@ -1,35 +1,38 @@
-//! Tuning for a device, decided here and nowhere else. Kernels read it by overrides and `choice::` imports;
-//! code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`], and without it only speed
-//! is lost.
+//! Tuning for a device, decided here and nowhere else. Kernels read it by overrides and `choice::` imports.
+//! Code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`]; without it only speed is
+//! lost.
 use super::{
     bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
+    buckets::BUCKET_PAIRS,
     llvmpipe,
-    sort::{SHARED_RANKS, Shape},
+    sort::Partition,
 };
 use crate::gpu::{Choice, Constant, KernelDesc};
 
-/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and `disc_segment`, which
-/// change their rounding.
+/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and
+/// `disc_segment`, which change their rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Profile {
-    /// Shape of the work of sort and bin.
-    pub shape: Shape,
+pub struct Tuning {
+    /// Partition of the work of sort and bin.
+    pub partition: Partition,
     /// Pairs of a segment of soft discs.
     pub disc_segment: u32,
+    /// Most pairs of a list that is binned by buckets, without a sort; none on software adapters, whose
+    /// atomics cost more.
+    pub bucket_pairs: u32,
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in registers, as what
-    /// look-ups lay aside, and all loops over them are written out. On llvmpipe, which loads workgroup memory slowly;
-    /// SwiftShader's compiler takes minutes for such a kernel, and in a browser ends with the process: the software there.
+    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves and the
+    /// values that look-ups lay aside in registers, and all loops over them unrolled. On llvmpipe, which
+    /// loads workgroup memory slowly. Not on SwiftShader, whose compiler takes minutes for such a kernel, and
+    /// in a browser takes the process with it.
     pub columns: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.
     pub kinds_apart: bool,
     /// Whether subgroups may have more than 32 lanes.
     pub wide: bool,
-    /// Whether the sort ranks by ballots where there are subgroups: the kernel reads 64 lanes of them.
-    pub ballots: bool,
     /// Whether soft discs are collected in batches of eight, one for each lane of a subgroup. On software
     /// adapters with such subgroups, on the native tier, if the device has
     /// [`FETCH_FEATURES`](crate::gpu::FETCH_FEATURES).
@@ -41,21 +44,21 @@ pub struct Profile {
     pub loaded: bool,
 }
 
-impl Profile {
-    /// The profile of an adapter.
+impl Tuning {
+    /// The tuning of an adapter.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
         let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
         let is_swiftshader = adapter.driver.starts_with("SwiftShader")
             || adapter.backend == wgpu::Backend::BrowserWebGpu;
         let lanes = [adapter.subgroup_min_size, adapter.subgroup_max_size];
         Self {
-            shape: if is_software { Shape::Serial } else { Shape::Wide },
+            partition: if is_software { Partition::Serial } else { Partition::Wide },
             disc_segment: if is_software { DISC_SEGMENT } else { WIDE_DISC_SEGMENT },
+            bucket_pairs: if is_software { 0 } else { BUCKET_PAIRS },
             scatter_tiny: !is_software,
             columns: is_software && !is_swiftshader,
             kinds_apart: is_software,
             wide: adapter.subgroup_max_size > 32,
-            ballots: adapter.subgroup_max_size <= 64,
             queued: is_software && lanes == [8, 8],
             interleaved: is_software,
             loaded: is_software,
@@ -68,12 +71,12 @@ impl Profile {
         [
             ("WIDE", flag(self.wide)),
             ("KINDS_APART", flag(self.kinds_apart)),
-            // Where that is written out.
+            // Where the loop is unrolled.
             ("CELLS_AT_ONCE", if self.columns { 5.0 } else { 1.0 }),
         ]
     }
 
-    /// Workgroups in z that share the texels of a kernel's tile. WGSL: `SHARES`.
+    /// Workgroups in z that share the texels of a tile. WGSL: `SHARES`.
     pub fn tile_shares(&self, desc: &KernelDesc) -> u32 {
         let has = |name| desc.choices().any(|choice| choice.name == name);
         match (has("rows"), has("column")) {
@@ -87,8 +90,7 @@ impl Profile {
     /// Choices that replace a kernel's own.
     pub fn choices(&self) -> Vec<Choice> {
         let chosen = [
-            (!self.ballots, &[SHARED_RANKS][..]),
-            (self.interleaved, &[llvmpipe::INTERLEAVED]),
+            (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
             (self.loaded, &[llvmpipe::LOADED]),
             (self.columns, &llvmpipe::COLUMNS),
         ];

@@ -1,0 +1,102 @@
+// bin, buckets: the pairs of each tile, front to back, by depth key and then by footprint, which is the order
+// of the stable sorts. One workgroup per tile. Up to CHUNK pairs are sorted in workgroup memory (bitonic:
+// Batcher 1968); of more each pair's position is the sum of its ranks in all chunks. CPU reference:
+// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
+
+import package::bind::changed::bucketed;
+import package::bind::sampled::tiles;
+import package::bind::stored::pairs;
+import package::records::dispatch::workgroup_number;
+import package::records::record::record_texel;
+import package::records::tile::tile_of;
+import package::scan::agreed::agreed;
+
+const LANES: u32 = 128u;
+const CHUNK: u32 = 1024u; // pairs: 8 KiB
+const BEHIND_ALL: vec2<u32> = vec2(0xffffffffu);
+
+var<workgroup> held: array<vec2<u32>, CHUNK>;
+
+fn is_before(a: vec2<u32>, b: vec2<u32>) -> bool {
+    return a.x < b.x || (a.x == b.x && a.y < b.y);
+}
+
+// Sorts the pairs from `first` on, at most CHUNK.
+fn sort_chunk(lane: u32, first: u32, count: u32) {
+    let size = 1u << (32u - countLeadingZeros(count - 1u));
+    for (var i = lane; i < size; i += LANES) {
+        var pair = BEHIND_ALL;
+        if i < count {
+            pair = bucketed[first + i];
+        }
+        held[i] = pair;
+    }
+    workgroupBarrier(); // all are loaded
+    for (var run = 2u; run <= size; run *= 2u) {
+        for (var apart = run / 2u; apart > 0u; apart /= 2u) {
+            for (var i = lane; i < size / 2u; i += LANES) {
+                let low = 2u * i - (i & (apart - 1u));
+                let a = held[low];
+                let b = held[low + apart];
+                let rises = (low & run) == 0u;
+                if is_before(b, a) == rises {
+                    held[low] = b;
+                    held[low + apart] = a;
+                }
+            }
+            workgroupBarrier(); // all of a step are exchanged
+        }
+    }
+}
+
+// Pairs of a sorted chunk that are before `pair`, by bisection.
+fn rank_in(first: u32, count: u32, pair: vec2<u32>) -> u32 {
+    var low = 0u;
+    var high = count;
+    while low < high {
+        let middle = (low + high) / 2u;
+        let before = is_before(bucketed[first + middle], pair);
+        low = select(low, middle + 1u, before);
+        high = select(middle, high, before);
+    }
+    return low;
+}
+
+fn store(tile: u32, slot: u32, pair: vec2<u32>) {
+    textureStore(pairs, record_texel(slot), vec4(tile, pair.y, 0u, 0u));
+}
+
+@compute @workgroup_size(LANES)
+fn bucket_sort(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let tile = workgroup_number(workgroup, workgroups);
+    let record = tile_of(textureLoad(tiles, record_texel(tile), 0));
+    let first = agreed(lane, record.first);
+    let count = agreed(lane, record.end) - first;
+    for (var begin = 0u; begin < count; begin += CHUNK) {
+        let of_chunk = min(count - begin, CHUNK);
+        sort_chunk(lane, first + begin, of_chunk);
+        for (var i = lane; i < of_chunk; i += LANES) {
+            if count <= CHUNK {
+                store(tile, first + i, held[i]);
+            } else {
+                bucketed[first + begin + i] = held[i];
+            }
+        }
+        workgroupBarrier(); // all are read before others are loaded
+    }
+    storageBarrier(); // the chunks are sorted
+    if count > CHUNK {
+        for (var i = lane; i < count; i += LANES) {
+            let pair = bucketed[first + i];
+            var rank = 0u;
+            for (var begin = 0u; begin < count; begin += CHUNK) {
+                rank += rank_in(first + begin, min(count - begin, CHUNK), pair);
+            }
+            store(tile, first + rank, pair);
+        }
+    }
+}
